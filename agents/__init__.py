@@ -1,0 +1,22 @@
+"""The registry of exploration policies: add one as a file here and a line in `POLICIES`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+
+from agents.policy import Policy
+from agents.random_torque import RandomTorque
+from haptic_env import validate
+
+POLICIES: dict[str, type[Policy]] = {
+    "random_torque": RandomTorque,
+}
+
+__all__ = ["POLICIES", "Policy", "make"]
+
+
+def make(name: str, env: gym.Env[Any, Any], seed: int | None = None, **keywords: Any) -> Policy:
+    """Make the policy `name` for `env`; raises `ValueError` for an unknown name and lists the known."""
+    return POLICIES[validate.choice("policy", name, POLICIES)](env, seed, **keywords)

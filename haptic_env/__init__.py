@@ -1,0 +1,15 @@
+"""Gymnasium environments of blind touch; importing this package registers them."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+
+ENVIRONMENTS = {
+    "HapticSLAM/TwoFinger-v0": "two_finger",
+}
+
+for _id, _hand in ENVIRONMENTS.items():
+    if _id not in gym.registry:
+        gym.register(_id, entry_point="haptic_env.explore:ExploreEnv", kwargs={"hand": _hand})
+
+__all__ = ["ENVIRONMENTS"]

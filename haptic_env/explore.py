@@ -1,0 +1,268 @@
+"""The environment: a hand that explores an object it cannot see.
+
+Shapes: J joints, P patches. Angles in radians, lengths in metres, world frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import hands, scene, sensors, shapes, validate
+from haptic_env.shapes.base import Solid
+
+Observation = dict[str, NDArray[Any]]
+ANGLE_BOUND = 4 * np.pi  # of the observation space; joints stay within ±pi and noise is added
+RESET_OPTIONS = ("shape", "position", "quaternion", "size")
+
+
+class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
+    """Explore one object for `episode_seconds`: torques in, noisy joint angles and binary contacts out.
+
+    The reward is always 0: this is a perception problem, and a reward belongs to the belief.
+    All keyword arguments are described in the README; a wrong one raises `ValueError`.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"]}
+
+    def __init__(
+        self,
+        hand: str = "two_finger",
+        *,
+        shape: str | Sequence[str] | None = None,
+        sigma_deg: float = 3.0,
+        bias_deg: float = 0.0,
+        drift_deg: float = 0.0,
+        drift_seconds: float = 10.0,
+        proportional: float = 0.0,
+        motor_noise: float = 0.1,
+        contact_miss: float = 0.0,
+        contact_false_alarm: float = 0.0,
+        size_jitter: float = 0.0,
+        position_jitter: float = 0.0,
+        yaw_jitter: float = 0.0,
+        episode_seconds: float = 10.0,
+        control_hz: float = 50.0,
+        render_mode: str | None = None,
+        reveal_truth: bool = False,
+        **hand_keywords: Any,
+    ) -> None:
+        self.shape_names = _shape_names(shape)
+        self.size_jitter = validate.number("size_jitter", size_jitter, 0.0, 0.5)
+        self.position_jitter = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
+        self.yaw_jitter = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
+        self.episode_seconds = validate.number("episode_seconds", episode_seconds, above=0.0, unit="s")
+        self.control_hz = validate.number("control_hz", control_hz, 1.0, 1.0 / scene.PHYSICS_SECONDS, unit="Hz")
+        self.substeps = round(1.0 / (self.control_hz * scene.PHYSICS_SECONDS))
+        if not np.isclose(self.substeps * scene.PHYSICS_SECONDS * self.control_hz, 1.0):
+            valid = [f"{1 / (n * scene.PHYSICS_SECONDS):g}" for n in (1, 2, 4, 5, 8, 10, 20, 25, 50)]
+            raise ValueError(
+                f"control_hz must divide {1 / scene.PHYSICS_SECONDS:g} Hz, got {control_hz!r}; e.g. {', '.join(valid)}"
+            )
+        if render_mode is not None:
+            validate.choice("render_mode", render_mode, self.metadata["render_modes"])
+        self.render_mode = render_mode
+        if not isinstance(reveal_truth, bool):
+            raise ValueError(f"reveal_truth must be True or False, got {reveal_truth!r}")
+        self.reveal_truth = reveal_truth
+        self.hand = hands.make(hand, **hand_keywords)
+        step_seconds = self.substeps * scene.PHYSICS_SECONDS
+        self.metadata = {**type(self).metadata, "render_fps": round(1 / step_seconds)}
+        self.episode_steps = max(1, round(self.episode_seconds / step_seconds))
+
+        self.proprioception = sensors.Proprioception(
+            [
+                sensors.White(sigma_deg),
+                sensors.Bias(bias_deg),
+                sensors.Drift(drift_deg, drift_seconds, step_seconds),
+                sensors.Proportional(proportional),
+            ]
+        )
+        self.contact_detection = sensors.ContactDetection(contact_miss, contact_false_alarm)
+        self.motor_noise = sensors.MotorNoise(motor_noise)
+
+        joints = self.hand.joints
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints,), np.float32)
+        self.observation_space = gym.spaces.Dict(
+            joint_angles=gym.spaces.Box(-ANGLE_BOUND, ANGLE_BOUND, (joints,), np.float32),
+            contacts=gym.spaces.MultiBinary(len(self.hand.patches)),
+        )
+        self._model: mujoco.MjModel | None = None
+        self._renderer: Any = None
+        self._rendered_model: mujoco.MjModel | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode at the rest pose. `options` may set `shape`, and `position` (3,) m, `quaternion` (4,)
+        wxyz and `size` (3,) m of the object; what it leaves open is drawn.
+
+        Raises `ValueError` for an unknown option, or an object that is out of reach or where the hand rests.
+        """
+        super().reset(seed=seed)
+        # One stream for each source of chance: the same seed is the same exploration whatever the noise.
+        streams = self.np_random.spawn(4)
+        world_rng, self._motor_rng, self._proprioception_rng, self._contact_rng = streams
+        self.solid = self._draw_solid(world_rng, dict(options or {}))
+        self._model = scene.compose(self.hand, self.solid, show_patches=self.render_mode is not None)
+        self._data = mujoco.MjData(self._model)
+        self._bind_model()
+        scene.place(self._model, self._data, self.solid)
+        self._data.qpos[:] = self.hand.rest_pose
+        mujoco.mj_forward(self._model, self._data)
+        self._touched = self._feel()
+        if self._touched.any():
+            touching = [self.hand.patches.names[p] for p in np.flatnonzero(self._touched)]
+            self._model = None
+            raise ValueError(
+                f"the object at {self.solid.position} m of size {self.solid.size} m lies where the hand rests "
+                f"(it touches {', '.join(touching)}); place it closer to the grasp centre or make it smaller"
+            )
+        self.proprioception.reset(self._proprioception_rng, self.hand.joints)
+        self._steps = 0
+        observation = self._observe()
+        if self.render_mode == "human":
+            self.render()
+        return observation, self._info()
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Apply `action` (J,), torques as fractions of their limits, for one control step.
+
+        Raises `ValueError` for an action of the wrong shape, not finite, or outside [-1, 1], and
+        `gymnasium.error.ResetNeeded` before the first reset.
+        """
+        if self._model is None:
+            raise gym.error.ResetNeeded("call reset() before step()")
+        command = validate.array("action", action, (self.hand.joints,))
+        if np.abs(command).max() > 1.0:
+            raise ValueError(f"action must lie in [-1, 1], got {command.tolist()}")
+        self._data.ctrl[:] = self.motor_noise.sample(self._motor_rng, command)
+        mujoco.mj_step(self._model, self._data, self.substeps)
+        mujoco.mj_fwdPosition(self._model, self._data)  # contacts and frames of this state, not of the last substep
+        self._touched = self._feel()
+        self._steps += 1
+        observation = self._observe()
+        if self.render_mode == "human":
+            self.render()
+        return observation, 0.0, False, self._steps >= self.episode_steps, self._info()
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Show the scene with active patches lit; an (H, W, 3) picture in mode "rgb_array"."""
+        if self.render_mode is None:
+            gym.logger.warn('render() needs a render_mode: gym.make(..., render_mode="rgb_array")')
+            return None
+        if self._model is None:
+            raise gym.error.ResetNeeded("call reset() before render()")
+        if self._renderer is None or self._rendered_model is not self._model:
+            # Imported here: it needs a display, which exploring does not.
+            from gymnasium.envs.mujoco.mujoco_rendering import MujocoRenderer
+
+            self._close_renderer()
+            self._renderer = MujocoRenderer(
+                self._model, self._data, width=640, height=480, max_geom=5000, camera_name=scene.CAMERA
+            )
+            self._rendered_model = self._model
+        for viewer in self._renderer._viewers.values():
+            viewer.data = self._data
+        self._renderer.data = self._data
+        self._model.site_rgba[:] = np.where(self._touched[:, None], scene.LIT_RGBA, scene.PATCH_RGBA)
+        return self._renderer.render(self.render_mode)
+
+    def close(self) -> None:
+        """Close the window, if any."""
+        self._close_renderer()
+
+    def _close_renderer(self) -> None:
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def _draw_solid(self, rng: np.random.Generator, options: dict[str, Any]) -> Solid:
+        """The object of an episode; always takes the same draws from `rng`, whatever the options."""
+        validate.keywords("reset option", options, RESET_OPTIONS)
+        drawn = self.shape_names[rng.integers(len(self.shape_names))]
+        scale = 1 + self.size_jitter * rng.uniform(-1, 1)
+        shift = self.position_jitter * rng.uniform(-1, 1, 3)
+        yaw = np.deg2rad(self.yaw_jitter) * rng.uniform(-1, 1)
+        name = options.get("shape")
+        name = drawn if name is None else validate.choice("shape", name, shapes.SHAPES)
+        size = options.get("size")
+        position = options.get("position")
+        quaternion = options.get("quaternion")
+        solid = shapes.make(
+            name,
+            scale * np.asarray(shapes.SHAPES[name].default_size) if size is None else size,
+            self.hand.grasp_centre + shift if position is None else position,
+            (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)) if quaternion is None else quaternion,
+        )
+        offset = np.abs(np.asarray(solid.position) - self.hand.grasp_centre)
+        reach = self.hand.workspace / 2
+        if (offset > reach).any():
+            low, high = self.hand.grasp_centre - reach, self.hand.grasp_centre + reach
+            raise ValueError(
+                f"object position {solid.position} m is out of reach; choose it between {low.tolist()} and "
+                f"{high.tolist()} m"
+            )
+        return solid
+
+    def _bind_model(self) -> None:
+        """Look up once what `_feel` needs at every step."""
+        model = self._model
+        assert model is not None
+        self._is_object = scene.object_geoms(model)
+        self._link_of_geom = np.full(model.ngeom, -1)
+        self._bodies = np.array([model.body(link.body).id for link in self.hand.links])
+        for index, body in enumerate(self._bodies):
+            self._link_of_geom[model.geom_bodyid == body] = index
+
+    def _feel(self) -> NDArray[np.bool_]:
+        """(P,): the patches into which a contact point with the object falls."""
+        touched = np.zeros(len(self.hand.patches), dtype=bool)
+        contact = self._data.contact
+        if self._data.ncon == 0:
+            return touched
+        geoms = contact.geom[contact.dist < 0]
+        points = contact.pos[contact.dist < 0]
+        link = self._link_of_geom[np.where(self._is_object[geoms[:, 0]], geoms[:, 1], geoms[:, 0])]
+        body = self._bodies[link]
+        rotation = self._data.xmat[body].reshape(-1, 3, 3)
+        local = np.einsum("mij,mi->mj", rotation, points - self._data.xpos[body])
+        touched[self.hand.patches.locate(link, local)] = True
+        return touched
+
+    def _observe(self) -> Observation:
+        felt = self.proprioception.sample(self._proprioception_rng, self._data.qpos)
+        contacts = self.contact_detection.sample(self._contact_rng, self._touched)
+        return {
+            "joint_angles": np.clip(felt, -ANGLE_BOUND, ANGLE_BOUND).astype(np.float32),
+            "contacts": contacts.astype(np.int8),
+        }
+
+    def _info(self) -> dict[str, Any]:
+        if not self.reveal_truth:
+            return {}
+        return {
+            "truth": {
+                "joint_angles": self._data.qpos.copy(),
+                "joint_velocities": self._data.qvel.copy(),
+                "shape": self.solid.name,
+                "object_position": np.array(self.solid.position),
+                "object_quaternion": np.array(self.solid.quaternion),
+                "object_size": np.array(self.solid.size),
+            }
+        }
+
+
+def _shape_names(shape: str | Sequence[str] | None) -> tuple[str, ...]:
+    """The shapes to draw from; raises `ValueError` for an unknown one or an empty list."""
+    if shape is None:
+        return tuple(shapes.SHAPES)
+    names = (shape,) if isinstance(shape, str) else tuple(shape)
+    if not names:
+        raise ValueError(f"shape must name at least one of {', '.join(shapes.SHAPES)}, got an empty list")
+    return tuple(validate.choice("shape", name, shapes.SHAPES) for name in names)

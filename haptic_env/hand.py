@@ -1,0 +1,81 @@
+"""What the environment and the observer know of a hand: its tree of joints, its links and its skin.
+
+Shapes: J joints, L links, P patches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import mujoco
+import numpy as np
+from dm_control import mjcf
+from numpy.typing import NDArray
+
+from haptic_env.patches import Link, Patches
+
+
+def parse(xml: str) -> mjcf.RootElement:
+    """An editable MJCF tree of `xml`, which dm_control itself may have written with scoped names."""
+    return mjcf.from_xml_string(xml, escape_separators=True)
+
+
+@dataclass(frozen=True)
+class Hand:
+    """A hand in mid-air. Add one as a file and a line in `haptic_env.hands.HANDS`.
+
+    `xml` is the MJCF of the hand alone, its base fixed in the world, with one torque motor per joint in the order of
+    `joint_names`; `rest_pose` (J,) rad is where every episode starts; `grasp_centre` (3,) m is where objects are
+    placed, and `workspace` (3,) m the box about it that a map covers.
+    """
+
+    name: str
+    xml: str
+    links: tuple[Link, ...]
+    patches: Patches
+    rest_pose: NDArray[np.float64]
+    grasp_centre: NDArray[np.float64]
+    workspace: NDArray[np.float64]
+
+    @cached_property
+    def model(self) -> mujoco.MjModel:
+        """The compiled hand alone: shared and never to be changed; take `copy.copy` to set options."""
+        return mujoco.MjModel.from_xml_string(self.xml)
+
+    @property
+    def joints(self) -> int:
+        """J."""
+        return int(self.model.njnt)
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names (J,) of the joints, in the order of every (J,) array."""
+        return tuple(self.model.joint(j).name for j in range(self.joints))
+
+    @cached_property
+    def joint_limits(self) -> NDArray[np.float64]:
+        """(J, 2) rad: least and largest angle of each joint."""
+        return self.model.jnt_range.copy()
+
+    @cached_property
+    def torque_limits(self) -> NDArray[np.float64]:
+        """(J,) N·m: the torque that an action of 1 commands."""
+        return self.model.actuator_gear[:, 0].copy()
+
+    @cached_property
+    def link_bodies(self) -> NDArray[np.int64]:
+        """(L,) index of each link's body in `model`."""
+        return np.array([self.model.body(link.body).id for link in self.links])
+
+    @cached_property
+    def joint_group(self) -> NDArray[np.int64]:
+        """(J,) the finger that each joint belongs to: the joints that hang from one base move together."""
+        roots = self.model.body_rootid[self.model.jnt_bodyid]
+        return np.unique(roots, return_inverse=True)[1]
+
+    @cached_property
+    def link_group(self) -> NDArray[np.int64]:
+        """(L,) the finger that each link belongs to, in the numbering of `joint_group`."""
+        of_root = dict(zip(self.model.body_rootid[self.model.jnt_bodyid], self.joint_group, strict=True))
+        return np.array([of_root[self.model.body_rootid[body]] for body in self.link_bodies])

@@ -1,0 +1,82 @@
+"""Compose a hand and an object into one MuJoCo model."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import mujoco
+import numpy as np
+
+from haptic_env.hand import Hand, parse
+from haptic_env.shapes.base import RGBA, Solid
+
+PHYSICS_SECONDS = 0.002
+OBJECT = "object"
+# Contacts stiff enough that a finger pushed with all its torque sinks in by less than half a millimetre.
+SOLREF = (0.004, 1.0)
+SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)
+FRICTION = (0.6, 0.005, 0.0001)
+SKIN_RGBA = (0.87, 0.68, 0.60, 1.0)
+PATCH_RGBA = (0.55, 0.40, 0.36, 1.0)
+LIT_RGBA = (0.95, 0.10, 0.10, 1.0)
+CAMERA = "explore"
+
+
+def compose(hand: Hand, solid: Solid, *, show_patches: bool = False) -> mujoco.MjModel:
+    """The model of `hand` and `solid`; the object is a mocap body, so that its pose is data and not model.
+
+    Links touch the object and nothing else. With `show_patches` each patch is a site, in the patches' order.
+    """
+    shown = solid.name, solid.shape, solid.size
+    return _compiled(hand.xml, _key(hand) if show_patches else None, shown)
+
+
+def place(model: mujoco.MjModel, data: mujoco.MjData, solid: Solid) -> None:
+    """Put the object of `solid`'s pose into `data`."""
+    body = model.body_mocapid[model.body(OBJECT).id]
+    data.mocap_pos[body] = solid.position
+    data.mocap_quat[body] = solid.quaternion
+
+
+def object_geoms(model: mujoco.MjModel) -> np.ndarray:
+    """(G,) bool: which geoms of `model` belong to the object."""
+    return model.geom_bodyid == model.body(OBJECT).id
+
+
+def _key(hand: Hand) -> tuple:
+    sites = zip(hand.patches.link, map(tuple, hand.patches.position), hand.patches.area, strict=True)
+    return tuple((hand.links[link].body, position, float(area)) for link, position, area in sites)
+
+
+@lru_cache(maxsize=64)
+def _compiled(hand_xml: str, sites: tuple | None, shown: tuple) -> mujoco.MjModel:
+    name, shape, size = shown
+    root = parse(hand_xml)
+    root.option.timestep = PHYSICS_SECONDS
+    root.option.integrator = "implicitfast"
+    root.option.cone = "elliptic"
+    for geom in root.find_all("geom"):
+        geom.set_attributes(contype=1, conaffinity=2, rgba=SKIN_RGBA, solref=SOLREF, solimp=SOLIMP, friction=FRICTION)
+    body = root.worldbody.add("body", name=OBJECT, mocap=True)
+    attributes = shape.geom(root, np.asarray(size))
+    body.add(
+        "geom",
+        name=OBJECT,
+        contype=2,
+        conaffinity=1,
+        rgba=RGBA,
+        solref=SOLREF,
+        solimp=SOLIMP,
+        friction=FRICTION,
+        **attributes,
+    )
+    for index, (link, position, area) in enumerate(sites or ()):
+        root.find("body", link).add(
+            "site", name=f"patch{index}", pos=position, size=[0.15 * area**0.5], rgba=PATCH_RGBA
+        )
+    root.worldbody.add("light", pos=(0.1, -0.4, 0.6), dir=(-0.15, 0.55, -0.8), diffuse=(0.7, 0.7, 0.7))
+    root.visual.headlight.set_attributes(ambient=(0.45, 0.45, 0.45), diffuse=(0.4, 0.4, 0.4))
+    root.visual.rgba.haze = (1, 1, 1, 1)
+    root.asset.add("texture", type="skybox", builtin="flat", rgb1=(1, 1, 1), width=16, height=16)
+    root.worldbody.add("camera", name=CAMERA, pos=(0.02, -0.26, 0.11), xyaxes=(1, 0.08, 0, -0.03, 0.35, 0.93))
+    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())

@@ -1,0 +1,27 @@
+"""Detection of contact: a patch may miss a touch or ring falsely."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import validate
+
+
+class ContactDetection:
+    """A touched patch reports 0 with probability `miss`; an untouched one reports 1 with `false_alarm`."""
+
+    def __init__(self, miss: float = 0.0, false_alarm: float = 0.0) -> None:
+        self.miss = validate.number("contact_miss", miss, 0.0, 1.0)
+        self.false_alarm = validate.number("contact_false_alarm", false_alarm, 0.0, 1.0)
+
+    def sample(self, rng: np.random.Generator, touched: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Reported contacts (P,) for the patches really `touched` (P,)."""
+        chance = rng.random(touched.shape)
+        return np.where(touched, chance >= self.miss, chance < self.false_alarm)
+
+    def log_prob(self, contacts: NDArray[np.bool_], touch_probability: NDArray[np.float64]) -> float:
+        """Log probability of the reported `contacts` (P,) where each patch is touched with `touch_probability` (P,)."""
+        ring = (1 - self.miss) * touch_probability + self.false_alarm * (1 - touch_probability)
+        with np.errstate(divide="ignore"):
+            return float(np.log(np.where(contacts, ring, 1 - ring)).sum())

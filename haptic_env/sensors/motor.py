@@ -1,0 +1,28 @@
+"""Signal-dependent motor noise (Harris & Wolpert 1998, Nature 394, 780): its SD grows with the command."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import validate
+from haptic_env.sensors.gaussian import log_normal
+
+
+class MotorNoise:
+    """Torque = command · (1 + `fraction` · N(0, 1)), drawn once per joint and control step."""
+
+    def __init__(self, fraction: float) -> None:
+        self.fraction = validate.number("motor_noise", fraction, 0.0, 1.0)
+
+    def sd(self, command: NDArray[np.float64]) -> NDArray[np.float64]:
+        """SD (J,) of the torque about `command` (J,), in the unit of the command."""
+        return self.fraction * np.abs(command)
+
+    def sample(self, rng: np.random.Generator, command: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The torque (J,) that the muscles really make of `command` (J,)."""
+        return command + self.sd(command) * rng.standard_normal(command.shape)
+
+    def log_prob(self, torque: NDArray[np.float64], command: NDArray[np.float64]) -> float:
+        """Log density of the real `torque` (J,) given `command` (J,)."""
+        return log_normal(torque, command, self.sd(command))

@@ -1,0 +1,123 @@
+"""Noise of the felt joint angles: q̃ = q + ε (paper, section 3), and what real proprioception adds to it.
+
+Shapes: J joints. Angles in radians; parameters in degrees, as people report them.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import validate
+from haptic_env.sensors.gaussian import log_normal
+
+Rng = np.random.Generator
+Angles = NDArray[np.float64]
+
+
+class Noise(ABC):
+    """One additive source of noise on the joint angles."""
+
+    def reset(self, rng: Rng, joints: int) -> None:  # noqa: B027 - white noise has no state to draw
+        """Draw the state that lasts for an episode."""
+
+    @abstractmethod
+    def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
+        """Error (J,) rad to add to the true `joint_angles` (J,) rad at this step."""
+
+    @abstractmethod
+    def variance(self, joint_angles: Angles) -> Angles:
+        """Variance (J,) rad² of the error at one step, whatever happened before."""
+
+
+class White(Noise):
+    """Independent Gaussian noise of `sigma_deg` per joint and step: the paper's."""
+
+    def __init__(self, sigma_deg: float) -> None:
+        self.sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
+
+    def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
+        return self.sigma * rng.standard_normal(joint_angles.shape)
+
+    def variance(self, joint_angles: Angles) -> Angles:
+        return np.full(joint_angles.shape, self.sigma**2)
+
+
+class Bias(Noise):
+    """A constant error per joint and episode, drawn from N(0, `bias_deg`²)."""
+
+    def __init__(self, bias_deg: float) -> None:
+        self.sd = np.deg2rad(validate.number("bias_deg", bias_deg, 0.0, 90.0, unit="degrees"))
+
+    def reset(self, rng: Rng, joints: int) -> None:
+        self.value = self.sd * rng.standard_normal(joints)
+
+    def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
+        return self.value.copy()
+
+    def variance(self, joint_angles: Angles) -> Angles:
+        return np.full(joint_angles.shape, self.sd**2)
+
+
+class Drift(Noise):
+    """A slow error: an Ornstein–Uhlenbeck process of SD `drift_deg` and time constant `drift_seconds`.
+
+    Sampled exactly at the control rate (Gillespie 1996, Phys. Rev. E 54, 2084).
+    """
+
+    def __init__(self, drift_deg: float, drift_seconds: float, step_seconds: float) -> None:
+        self.sd = np.deg2rad(validate.number("drift_deg", drift_deg, 0.0, 90.0, unit="degrees"))
+        tau = validate.number("drift_seconds", drift_seconds, above=0.0, unit="s")
+        self.decay = np.exp(-step_seconds / tau)
+
+    def reset(self, rng: Rng, joints: int) -> None:
+        self.value = self.sd * rng.standard_normal(joints)
+
+    def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
+        present = self.value
+        fresh = self.sd * np.sqrt(1 - self.decay**2) * rng.standard_normal(joint_angles.shape)
+        self.value = self.decay * present + fresh
+        return present
+
+    def variance(self, joint_angles: Angles) -> Angles:
+        return np.full(joint_angles.shape, self.sd**2)
+
+
+class Proportional(Noise):
+    """White noise whose SD is `proportional` times the size of the angle."""
+
+    def __init__(self, proportional: float) -> None:
+        self.gain = validate.number("proportional", proportional, 0.0, 1.0)
+
+    def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
+        return self.gain * np.abs(joint_angles) * rng.standard_normal(joint_angles.shape)
+
+    def variance(self, joint_angles: Angles) -> Angles:
+        return (self.gain * joint_angles) ** 2
+
+
+class Proprioception:
+    """The sum of independent noises."""
+
+    def __init__(self, noises: Sequence[Noise]) -> None:
+        self.noises = tuple(noises)
+
+    def reset(self, rng: Rng, joints: int) -> None:
+        """Draw whatever lasts for an episode."""
+        for noise in self.noises:
+            noise.reset(rng, joints)
+
+    def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
+        """Felt joint angles (J,) rad for the true `joint_angles` (J,) rad."""
+        return joint_angles + sum((noise.sample(rng, joint_angles) for noise in self.noises), np.zeros(1))
+
+    def log_prob(self, felt: Angles, joint_angles: Angles) -> float:
+        """Log density of `felt` (J,) rad given the true `joint_angles` (J,) rad at one step.
+
+        Bias and drift enter with the variance that they have over episodes: successive steps are not independent.
+        """
+        variance = sum((noise.variance(joint_angles) for noise in self.noises), np.zeros(joint_angles.shape))
+        return log_normal(felt, joint_angles, np.sqrt(variance))

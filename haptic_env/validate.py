@@ -1,0 +1,83 @@
+"""Checks of user input: every error quotes the value and lists what is valid."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Collection, Iterable
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def choice(what: str, value: Any, valid: Collection[str]) -> str:
+    """Return `value` if it is one of `valid`; else raise `ValueError` that lists them."""
+    if isinstance(value, str) and value in valid:
+        return value
+    near = difflib.get_close_matches(str(value), valid, n=1)
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    raise ValueError(f"unknown {what} {value!r}{hint}; choose from {', '.join(sorted(valid))}")
+
+
+def keywords(what: str, given: Iterable[str], valid: Collection[str]) -> None:
+    """Raise `ValueError` at the first keyword in `given` that is not in `valid`."""
+    for name in given:
+        choice(f"{what} keyword", name, valid)
+
+
+def number(
+    what: str,
+    value: Any,
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    above: float | None = None,
+    unit: str = "",
+) -> float:
+    """Return `value` as a finite float in [low, high] (and > `above`); else `ValueError`."""
+    bounds = f"[{low:g}, {high:g}]" if above is None else f"({above:g}, {high:g}]"
+    valid = f"a finite number in {bounds}" + (f" {unit}" if unit else "")
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise ValueError(f"{what} must be {valid}, got {value!r}")
+    result = float(value)
+    if not math.isfinite(result) or not low <= result <= high or (above is not None and result <= above):
+        raise ValueError(f"{what} must be {valid}, got {value!r}")
+    return result
+
+
+def integer(what: str, value: Any, low: int, high: int | None = None) -> int:
+    """Return `value` as an int in [low, high]; else raise `ValueError`."""
+    valid = f"an integer of at least {low}" if high is None else f"an integer in [{low}, {high}]"
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise ValueError(f"{what} must be {valid}, got {value!r}")
+    if value < low or (high is not None and value > high):
+        raise ValueError(f"{what} must be {valid}, got {value!r}")
+    return int(value)
+
+
+def array(what: str, value: ArrayLike, shape: tuple[int, ...], unit: str = "") -> NDArray[np.float64]:
+    """Return `value` as a finite float64 array of `shape`; else raise `ValueError`."""
+    described = f"finite numbers of shape {shape}" + (f" in {unit}" if unit else "")
+    try:
+        result = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{what} must be {described}, got {value!r}") from error
+    if result.shape != shape:
+        raise ValueError(f"{what} must be {described}, got shape {result.shape}")
+    if not np.isfinite(result).all():
+        raise ValueError(f"{what} must be {described}, got {value!r}")
+    return result
+
+
+def binary(what: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return `value` as a boolean array of `shape` if every entry is 0 or 1; else `ValueError`."""
+    result = np.asarray(value)
+    if result.shape != shape:
+        raise ValueError(f"{what} must be 0 or 1 of shape {shape}, got shape {result.shape}")
+    if result.dtype != np.bool_:
+        wrong = ~((result == 0) | (result == 1))
+        if wrong.any():
+            raise ValueError(f"{what} must be 0 or 1, got {result[wrong][0]!r} at index {int(np.argmax(wrong))}")
+    return result.astype(np.bool_)
