@@ -1,0 +1,51 @@
+# Everything runs in one virtual environment, .venv. A stamp in it records what is installed, so that a second
+# call installs nothing.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+RUN := $(VENV)/.installed-run
+TEST := $(VENV)/.installed-test
+OUT ?= out/explore
+ARGS ?=
+# Offscreen rendering without a display.
+export MUJOCO_GL ?= egl
+
+.DEFAULT_GOAL := help
+.PHONY: help explore test statistics check format clean
+
+help:  ## List the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+explore: $(RUN)  ## Explore a hidden object and name it; ARGS="--shape cube --sigma 5" changes how, OUT= where to
+	$(BIN)/python scripts/explore.py --out $(OUT) $(ARGS)
+
+test: $(TEST)  ## Run the tests, but for the long statistical ones; ARGS="tests/agents" picks some
+	$(BIN)/python -m pytest -n 2 $(ARGS)
+
+statistics: $(TEST)  ## Run the long statistical tests (averages over many trials)
+	$(BIN)/python -m pytest -n 2 -m statistical --timeout 3600 $(ARGS)
+
+check: $(TEST)  ## Lint, check the formatting and the types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(TEST)  ## Format the code and sort its imports
+	$(BIN)/ruff check --fix-only --quiet .
+	$(BIN)/ruff format .
+
+clean:  ## Remove the virtual environment, caches and results
+	rm -rf $(VENV) out build *.egg-info .pytest_cache .mypy_cache .ruff_cache
+	find . -name __pycache__ -prune -exec rm -rf {} +
+
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(RUN): pyproject.toml constraints.txt | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable .
+	touch $@
+
+$(TEST): pyproject.toml constraints.txt | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[train,test]'
+	touch $(RUN) $@
