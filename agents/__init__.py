@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 import gymnasium as gym
@@ -18,5 +19,9 @@ __all__ = ["POLICIES", "Policy", "make"]
 
 
 def make(name: str, env: gym.Env[Any, Any], seed: int | None = None, **keywords: Any) -> Policy:
-    """Make the policy `name` for `env`; raises `ValueError` for an unknown name and lists the known."""
-    return POLICIES[validate.choice("policy", name, POLICIES)](env, seed, **keywords)
+    """Make the policy `name` for `env`; raises `ValueError` for an unknown name or keyword."""
+    policy = POLICIES[validate.choice("policy", name, POLICIES)]
+    parameters = inspect.signature(policy).parameters.values()
+    valid = [each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY]
+    validate.keywords(f"{name} policy", keywords, valid)
+    return policy(env, seed, **keywords)

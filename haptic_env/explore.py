@@ -5,8 +5,11 @@ Shapes: J joints, P patches. Angles in radians, lengths in metres, world frame.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+import inspect
+import os
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import gymnasium as gym
 import mujoco
@@ -28,7 +31,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
     All keyword arguments are described in the README; a wrong one raises `ValueError`.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"]}
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"]}  # noqa: RUF012 - as gymnasium declares it
 
     def __init__(
         self,
@@ -52,6 +55,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         reveal_truth: bool = False,
         **hand_keywords: Any,
     ) -> None:
+        validate.keywords("environment", hand_keywords, (*_KEYWORDS, *hands.keywords_of(hand)))
         self.shape_names = _shape_names(shape)
         self.size_jitter = validate.number("size_jitter", size_jitter, 0.0, 0.5)
         self.position_jitter = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
@@ -88,13 +92,13 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
 
         joints = self.hand.joints
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints,), np.float32)
-        self.observation_space = gym.spaces.Dict(
+        self.observation_space = gym.spaces.Dict(  # type: ignore[assignment]
             joint_angles=gym.spaces.Box(-ANGLE_BOUND, ANGLE_BOUND, (joints,), np.float32),
             contacts=gym.spaces.MultiBinary(len(self.hand.patches)),
         )
         self._model: mujoco.MjModel | None = None
+        self._data: Any = None
         self._renderer: Any = None
-        self._rendered_model: mujoco.MjModel | None = None
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -105,26 +109,26 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         Raises `ValueError` for an unknown option, or an object that is out of reach or where the hand rests.
         """
         super().reset(seed=seed)
+        self._model = None  # until the new episode is known to be possible
         # One stream for each source of chance: the same seed is the same exploration whatever the noise.
         streams = self.np_random.spawn(4)
         world_rng, self._motor_rng, self._proprioception_rng, self._contact_rng = streams
         self.solid = self._draw_solid(world_rng, dict(options or {}))
-        self._model = scene.compose(self.hand, self.solid, show_patches=self.render_mode is not None)
-        self._data = mujoco.MjData(self._model)
-        self._bind_model()
-        scene.place(self._model, self._data, self.solid)
+        model = scene.compose(self.hand, self.solid, show_patches=self.render_mode is not None)
+        self._bind(model)
+        scene.place(model, self._data, self.solid)
         self._data.qpos[:] = self.hand.rest_pose
-        mujoco.mj_forward(self._model, self._data)
+        mujoco.mj_forward(model, self._data)
         self._touched = self._feel()
         if self._touched.any():
             touching = [self.hand.patches.names[p] for p in np.flatnonzero(self._touched)]
-            self._model = None
             raise ValueError(
                 f"the object at {self.solid.position} m of size {self.solid.size} m lies where the hand rests "
                 f"(it touches {', '.join(touching)}); place it closer to the grasp centre or make it smaller"
             )
         self.proprioception.reset(self._proprioception_rng, self.hand.joints)
         self._steps = 0
+        self._model = model
         observation = self._observe()
         if self.render_mode == "human":
             self.render()
@@ -158,18 +162,10 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             return None
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before render()")
-        if self._renderer is None or self._rendered_model is not self._model:
-            # Imported here: it needs a display, which exploring does not.
-            from gymnasium.envs.mujoco.mujoco_rendering import MujocoRenderer
-
-            self._close_renderer()
-            self._renderer = MujocoRenderer(
-                self._model, self._data, width=640, height=480, max_geom=5000, camera_name=scene.CAMERA
-            )
-            self._rendered_model = self._model
-        for viewer in self._renderer._viewers.values():
-            viewer.data = self._data
-        self._renderer.data = self._data
+        if self._renderer is None:
+            self._renderer = _renderer(self._model, self._data, self.render_mode)
+        elif self._renderer.viewer is not None:
+            self._renderer.viewer.make_context_current()  # another environment may have drawn since
         self._model.site_rgba[:] = np.where(self._touched[:, None], scene.LIT_RGBA, scene.PATCH_RGBA)
         return self._renderer.render(self.render_mode)
 
@@ -184,7 +180,8 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def _draw_solid(self, rng: np.random.Generator, options: dict[str, Any]) -> Solid:
         """The object of an episode; always takes the same draws from `rng`, whatever the options."""
-        validate.keywords("reset option", options, RESET_OPTIONS)
+        for option in options:
+            validate.choice("reset option", option, RESET_OPTIONS)
         drawn = self.shape_names[rng.integers(len(self.shape_names))]
         scale = 1 + self.size_jitter * rng.uniform(-1, 1)
         shift = self.position_jitter * rng.uniform(-1, 1, 3)
@@ -210,28 +207,30 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             )
         return solid
 
-    def _bind_model(self) -> None:
-        """Look up once what `_feel` needs at every step."""
-        model = self._model
-        assert model is not None
-        self._is_object = scene.object_geoms(model)
-        self._link_of_geom = np.full(model.ngeom, -1)
+    def _bind(self, model: mujoco.MjModel) -> None:
+        """Start `model` afresh; a new one also gets its own data, renderer and what `_feel` looks up."""
+        if self._data is not None and self._data.model is model:
+            mujoco.mj_resetData(model, self._data)
+            return
+        self._close_renderer()
+        self._data = mujoco.MjData(model)
         self._bodies = np.array([model.body(link.body).id for link in self.hand.links])
+        self._link_of_geom = np.full(model.ngeom, -1)
         for index, body in enumerate(self._bodies):
             self._link_of_geom[model.geom_bodyid == body] = index
 
     def _feel(self) -> NDArray[np.bool_]:
         """(P,): the patches into which a contact point with the object falls."""
         touched = np.zeros(len(self.hand.patches), dtype=bool)
-        contact = self._data.contact
         if self._data.ncon == 0:
             return touched
-        geoms = contact.geom[contact.dist < 0]
-        points = contact.pos[contact.dist < 0]
-        link = self._link_of_geom[np.where(self._is_object[geoms[:, 0]], geoms[:, 1], geoms[:, 0])]
+        contact = self._data.contact
+        link = self._link_of_geom[contact.geom].max(axis=1)  # the object's own geom has none: -1
+        felt = (link >= 0) & (contact.dist < 0)
+        link = link[felt]
         body = self._bodies[link]
         rotation = self._data.xmat[body].reshape(-1, 3, 3)
-        local = np.einsum("mij,mi->mj", rotation, points - self._data.xpos[body])
+        local = ((contact.pos[felt] - self._data.xpos[body])[:, None] @ rotation)[:, 0]
         touched[self.hand.patches.locate(link, local)] = True
         return touched
 
@@ -239,7 +238,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         felt = self.proprioception.sample(self._proprioception_rng, self._data.qpos)
         contacts = self.contact_detection.sample(self._contact_rng, self._touched)
         return {
-            "joint_angles": np.clip(felt, -ANGLE_BOUND, ANGLE_BOUND).astype(np.float32),
+            "joint_angles": felt.clip(-ANGLE_BOUND, ANGLE_BOUND).astype(np.float32),
             "contacts": contacts.astype(np.int8),
         }
 
@@ -262,7 +261,31 @@ def _shape_names(shape: str | Sequence[str] | None) -> tuple[str, ...]:
     """The shapes to draw from; raises `ValueError` for an unknown one or an empty list."""
     if shape is None:
         return tuple(shapes.SHAPES)
-    names = (shape,) if isinstance(shape, str) else tuple(shape)
+    names = (shape,) if isinstance(shape, str) or not isinstance(shape, Iterable) else tuple(shape)
     if not names:
         raise ValueError(f"shape must name at least one of {', '.join(shapes.SHAPES)}, got an empty list")
     return tuple(validate.choice("shape", name, shapes.SHAPES) for name in names)
+
+
+def _renderer(model: mujoco.MjModel, data: mujoco.MjData, render_mode: str) -> Any:
+    """Gymnasium's renderer of `data`; raises `RuntimeError` for a window where there is no display."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", module="glfw")  # on a missing display, which is dealt with here
+        # Imported here: they need OpenGL, which exploring does not.
+        import glfw
+        from gymnasium.envs.mujoco.mujoco_rendering import MujocoRenderer
+
+        display = bool(glfw.init())
+    if render_mode == "human" and not display:
+        raise RuntimeError('render_mode "human" opens a window and found no display; use "rgb_array" without one')
+    if not display:
+        os.environ.setdefault("MUJOCO_GL", "egl")  # Gymnasium would take GLFW, and fail
+    return MujocoRenderer(model, data, width=640, height=480, max_geom=5000, camera_name=scene.CAMERA)
+
+
+# Read from the signature, so that the error for an unknown keyword can list them all.
+_KEYWORDS = [
+    each.name
+    for each in inspect.signature(ExploreEnv).parameters.values()
+    if each.kind is inspect.Parameter.KEYWORD_ONLY
+]

@@ -10,9 +10,9 @@ from functools import cached_property
 
 import mujoco
 import numpy as np
-from dm_control import mjcf
 from numpy.typing import NDArray
 
+from haptic_env.composer import mjcf
 from haptic_env.patches import Link, Patches
 
 

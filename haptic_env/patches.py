@@ -58,6 +58,8 @@ class Patches:
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
         self.count = int(sum(counts))
         self.link = np.repeat(np.arange(len(links)), counts)
+        self._length = np.array([link.length for link in links])
+        self._tip = np.array([link.tip for link in links])
         self.names = tuple(name for link in links for name in self._names_of(link))
         skin = self.surface(spacing=0.001)
         total = np.bincount(skin.patch, minlength=self.count)[:, None]
@@ -72,22 +74,26 @@ class Patches:
 
     def locate(self, link: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.int64]:
         """Patch indices (M,) of skin `points` (M, 3) m, each in the frame of its `link` (M,)."""
-        lengths = np.array([each.length for each in self.links])[link]
-        tips = np.array([each.tip for each in self.links])[link]
         x, y, z = points.T
-        row = np.clip(np.floor(z / lengths * self.along), 0, self.along - 1).astype(np.int64)
+        length = self._length[link]
+        row = (z * (self.along / length)).astype(np.int64).clip(0, self.along - 1)
         # Sector 0 is centred on the palmar side (-x).
-        turn = np.arctan2(y, x) / (2 * np.pi) - 0.5 + 0.5 / self.around
-        sector = np.minimum(np.floor((turn % 1.0) * self.around), self.around - 1).astype(np.int64)
-        side = row * self.around + sector
-        elevation = np.arctan2(np.hypot(x, y), z - lengths) / (np.pi / 2)  # 0 at the pole, 1 at the rim
-        ring = np.clip(np.floor(elevation * self.rings), 0, self.rings - 1).astype(np.int64)
-        cap = self.along * self.around + np.where(ring == 0, 0, 1 + (ring - 1) * self.around + sector)
-        return self.first[link] + np.where(tips & (z > lengths), cap, side)
+        turn = np.arctan2(y, x) * (self.around / (2 * np.pi)) + (1.5 * self.around + 0.5)
+        sector = turn.astype(np.int64) % self.around
+        patch = self.first[link] + row * self.around + sector
+        cap = self._tip[link] & (z > length)
+        if cap.any():
+            polar = np.arctan2(np.hypot(x, y), z - length)[cap]  # 0 at the pole, pi/2 at the rim
+            ring = (polar * (self.rings / (np.pi / 2))).astype(np.int64).clip(0, self.rings - 1)
+            beyond = np.where(ring == 0, 0, 1 + (ring - 1) * self.around + sector[cap])
+            patch[cap] = self.first[link[cap]] + self.along * self.around + beyond
+        return patch
 
     def surface(self, spacing: float) -> Skin:
         """Points on the skin, at most `spacing` (m) apart and in no patch none."""
-        points, normals, owner = [], [], []
+        points: list[NDArray[np.float64]] = []
+        normals: list[NDArray[np.float64]] = []
+        owner: list[NDArray[np.int64]] = []
         for index, link in enumerate(self.links):
             rows = max(self.along, int(np.ceil(link.length / spacing)))
             rows = int(np.ceil(rows / self.along)) * self.along

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from haptic_env.hand import Hand, parse
-from haptic_env.shapes.base import RGBA, Solid
+from haptic_env.shapes.base import RGBA, Shape, Solid
 
 PHYSICS_SECONDS = 0.002
 OBJECT = "object"
@@ -27,8 +27,7 @@ def compose(hand: Hand, solid: Solid, *, show_patches: bool = False) -> mujoco.M
 
     Links touch the object and nothing else. With `show_patches` each patch is a site, in the patches' order.
     """
-    shown = solid.name, solid.shape, solid.size
-    return _compiled(hand.xml, _key(hand) if show_patches else None, shown)
+    return _compiled(hand.xml, _key(hand) if show_patches else None, solid.shape, solid.size)
 
 
 def place(model: mujoco.MjModel, data: mujoco.MjData, solid: Solid) -> None:
@@ -49,8 +48,7 @@ def _key(hand: Hand) -> tuple:
 
 
 @lru_cache(maxsize=64)
-def _compiled(hand_xml: str, sites: tuple | None, shown: tuple) -> mujoco.MjModel:
-    name, shape, size = shown
+def _compiled(hand_xml: str, sites: tuple | None, shape: Shape, size: tuple[float, float, float]) -> mujoco.MjModel:
     root = parse(hand_xml)
     root.option.timestep = PHYSICS_SECONDS
     root.option.integrator = "implicitfast"

@@ -52,9 +52,10 @@ def integer(what: str, value: Any, low: int, high: int | None = None) -> int:
     valid = f"an integer of at least {low}" if high is None else f"an integer in [{low}, {high}]"
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise ValueError(f"{what} must be {valid}, got {value!r}")
-    if value < low or (high is not None and value > high):
+    result = int(value)
+    if result < low or (high is not None and result > high):
         raise ValueError(f"{what} must be {valid}, got {value!r}")
-    return int(value)
+    return result
 
 
 def array(what: str, value: ArrayLike, shape: tuple[int, ...], unit: str = "") -> NDArray[np.float64]:

@@ -17,6 +17,10 @@ HANDS: dict[str, Callable[..., Hand]] = {
 
 def make(name: str, **keywords: Any) -> Hand:
     """Build the hand `name`; raises `ValueError` for an unknown name or keyword."""
-    build = HANDS[validate.choice("hand", name, HANDS)]
-    validate.keywords(f"{name} hand", keywords, inspect.signature(build).parameters)
-    return build(**keywords)
+    validate.keywords(f"{name} hand", keywords, keywords_of(name))
+    return HANDS[name](**keywords)
+
+
+def keywords_of(name: str) -> tuple[str, ...]:
+    """The keywords that the hand `name` takes; raises `ValueError` for an unknown name."""
+    return tuple(inspect.signature(HANDS[validate.choice("hand", name, HANDS)]).parameters)

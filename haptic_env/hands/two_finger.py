@@ -15,8 +15,8 @@ is no gravity. With these torque limits the random policy moves the joints at hu
 from __future__ import annotations
 
 import numpy as np
-from dm_control import mjcf
 
+from haptic_env.composer import mjcf
 from haptic_env.hand import Hand
 from haptic_env.patches import Link, Patches
 
@@ -66,10 +66,10 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
                     springref=relaxed,
                     armature=1e-6,
                 )
-                root.actuator.add(
-                    "motor", name=hinge.name, joint=hinge, gear=[torque], ctrllimited=False
-                )
-            parent.add("geom", name=name, type="capsule", fromto=(0, 0, 0, 0, 0, length), size=[radius], density=DENSITY)
+                root.actuator.add("motor", name=hinge.name, joint=hinge, gear=[torque], ctrllimited=False)
+            parent.add(
+                "geom", name=name, type="capsule", fromto=(0, 0, 0, 0, 0, length), size=[radius], density=DENSITY
+            )
             links.append(Link(name, name, radius, length, tip=segment == "distal"))
             height = length
     patches = Patches(tuple(links), patches_along, patches_around)

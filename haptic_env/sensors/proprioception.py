@@ -103,7 +103,8 @@ class Proprioception:
     """The sum of independent noises."""
 
     def __init__(self, noises: Sequence[Noise]) -> None:
-        self.noises = tuple(noises)
+        # A noise of zero SD adds nothing, and would be drawn at every step.
+        self.noises = tuple(noise for noise in noises if noise.variance(np.ones(1)).any())
 
     def reset(self, rng: Rng, joints: int) -> None:
         """Draw whatever lasts for an episode."""

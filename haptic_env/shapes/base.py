@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from dm_control import mjcf
 from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
+from haptic_env.composer import mjcf
 from haptic_env.grid import Grid
 
 SMALLEST, LARGEST = 0.005, 0.15  # metres: what two fingers can feel at all

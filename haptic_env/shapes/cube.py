@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from dm_control import mjcf
 from numpy.typing import NDArray
 
+from haptic_env.composer import mjcf
 from haptic_env.shapes.base import Shape
 
 
