@@ -166,7 +166,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             self._renderer = _renderer(self._model, self._data, self.render_mode)
         elif self._renderer.viewer is not None:
             self._renderer.viewer.make_context_current()  # another environment may have drawn since
-        self._model.site_rgba[:] = np.where(self._touched[:, None], scene.LIT_RGBA, scene.PATCH_RGBA)
+        scene.light(self._model, self.hand, self._touched)
         return self._renderer.render(self.render_mode)
 
     def close(self) -> None:

@@ -44,8 +44,8 @@ class Skin:
 class Patches:
     """The patches of a hand: which there are, and which one holds a point of the skin.
 
-    `names` (P,), `link` (P,) index into the hand's links, `position` (P, 3) m and `normal` (P, 3) of each patch's
-    middle in its link's frame, `area` (P,) m².
+    `names` (P,), `link` (P,) index into the hand's links, `position` (P, 3) m and outward `normal` (P, 3) of the skin
+    at each patch's middle, in its link's frame, `area` (P,) m².
     """
 
     def __init__(self, links: tuple[Link, ...], along: int = 2, around: int = 4) -> None:
@@ -63,9 +63,13 @@ class Patches:
         self.names = tuple(name for link in links for name in self._names_of(link))
         skin = self.surface(spacing=0.001)
         total = np.bincount(skin.patch, minlength=self.count)[:, None]
-        self.position = np.stack([np.bincount(skin.patch, p, self.count) for p in skin.points.T], axis=1) / total
-        mean = np.stack([np.bincount(skin.patch, n, self.count) for n in skin.normals.T], axis=1)
-        self.normal = mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
+        mean = np.stack([np.bincount(skin.patch, p, self.count) for p in skin.points.T], axis=1) / total
+        # The mean of a curved patch lies beneath the skin, and that of a whole ring on the bone.
+        bone = mean[:, 2].clip(0.0, self._length[self.link])[:, None] * [0, 0, 1]
+        outward = mean - bone
+        outward[np.linalg.norm(outward, axis=1) < 1e-6] = [-1, 0, 0]
+        self.normal = outward / np.linalg.norm(outward, axis=1, keepdims=True)
+        self.position = bone + np.array([link.radius for link in links])[self.link, None] * self.normal
         weights = self._area_per_point(skin)
         self.area = np.bincount(skin.patch, weights, self.count)
 

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from haptic_env.hand import Hand, parse
 from haptic_env.shapes.base import RGBA, Shape, Solid
@@ -19,6 +20,7 @@ FRICTION = (0.6, 0.005, 0.0001)
 SKIN_RGBA = (0.87, 0.68, 0.60, 1.0)
 PATCH_RGBA = (0.55, 0.40, 0.36, 1.0)
 LIT_RGBA = (0.95, 0.10, 0.10, 1.0)
+PATCH_SIZE, LIT_SIZE = 0.10, 0.22  # radius of a drawn patch as a fraction of the square root of its area
 CAMERA = "explore"
 
 
@@ -37,9 +39,11 @@ def place(model: mujoco.MjModel, data: mujoco.MjData, solid: Solid) -> None:
     data.mocap_quat[body] = solid.quaternion
 
 
-def object_geoms(model: mujoco.MjModel) -> np.ndarray:
-    """(G,) bool: which geoms of `model` belong to the object."""
-    return model.geom_bodyid == model.body(OBJECT).id
+def light(model: mujoco.MjModel, hand: Hand, touched: NDArray[np.bool_]) -> None:
+    """Draw the patches of `hand` that are `touched` (P,) red and large in a `model` that shows patches."""
+    size = np.where(touched, LIT_SIZE, PATCH_SIZE)
+    model.site_size[:, 0] = size * np.sqrt(hand.patches.area)
+    model.site_rgba[:] = np.where(touched[:, None], LIT_RGBA, PATCH_RGBA)
 
 
 def _key(hand: Hand) -> tuple:
@@ -70,11 +74,11 @@ def _compiled(hand_xml: str, sites: tuple | None, shape: Shape, size: tuple[floa
     )
     for index, (link, position, area) in enumerate(sites or ()):
         root.find("body", link).add(
-            "site", name=f"patch{index}", pos=position, size=[0.15 * area**0.5], rgba=PATCH_RGBA
+            "site", name=f"patch{index}", pos=position, size=[PATCH_SIZE * area**0.5], rgba=PATCH_RGBA
         )
     root.worldbody.add("light", pos=(0.1, -0.4, 0.6), dir=(-0.15, 0.55, -0.8), diffuse=(0.7, 0.7, 0.7))
     root.visual.headlight.set_attributes(ambient=(0.45, 0.45, 0.45), diffuse=(0.4, 0.4, 0.4))
     root.visual.rgba.haze = (1, 1, 1, 1)
-    root.asset.add("texture", type="skybox", builtin="flat", rgb1=(1, 1, 1), width=16, height=16)
-    root.worldbody.add("camera", name=CAMERA, pos=(0.02, -0.26, 0.11), xyaxes=(1, 0.08, 0, -0.03, 0.35, 0.93))
+    root.asset.add("texture", type="skybox", builtin="flat", rgb1=(1, 1, 1), rgb2=(1, 1, 1), width=16, height=16)
+    root.worldbody.add("camera", name=CAMERA, fovy=32, pos=(0.02, -0.26, 0.11), xyaxes=(1, 0.08, 0, -0.03, 0.35, 0.93))
     return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
