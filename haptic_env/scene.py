@@ -13,7 +13,7 @@ from haptic_env.shapes.base import RGBA, Shape, Solid
 
 PHYSICS_SECONDS = 0.002
 OBJECT = "object"
-# Contacts stiff enough that a finger pushed with all its torque sinks in by less than half a millimetre.
+# Contacts stiff enough that a finger pushed with all its torque sinks in by less than a millimetre.
 SOLREF = (0.004, 1.0)
 SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)
 FRICTION = (0.6, 0.005, 0.0001)

@@ -1,0 +1,146 @@
+"""Pictures: offscreen everywhere, in a window where there is a display."""
+
+from __future__ import annotations
+
+import os
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import haptic_env
+
+
+@pytest.fixture(scope="session", autouse=True)
+def offscreen() -> None:
+    """Skip where nothing can be drawn, but never in CI."""
+    env = gym.make(next(iter(haptic_env.ENVIRONMENTS)), render_mode="rgb_array")
+    env.reset(seed=0)
+    try:
+        env.render()
+    except Exception as error:
+        if os.environ.get("CI"):
+            raise
+        pytest.skip(f"no offscreen rendering here: {error!r}")
+    env.close()
+
+
+def _red(picture: np.ndarray) -> int:
+    """How many pixels are as red as a lit patch."""
+    red, green, blue = np.moveaxis(picture.astype(int), -1, 0)
+    return int(((red > 120) & (green < 60) & (blue < 60)).sum())
+
+
+def _close_fist(env) -> None:
+    """Flex every joint until something is touched."""
+    action = np.ones(env.action_space.shape, np.float32) * [
+        "abduction" not in n for n in env.unwrapped.hand.joint_names
+    ]
+    for _ in range(100):
+        observation = env.step(action.astype(np.float32))[0]
+        if observation["contacts"].any():
+            return
+    raise AssertionError("nothing was touched")
+
+
+def test_picture_shows_hand_and_object(env_id, make):
+    env = make(env_id, shape="cube", render_mode="rgb_array")
+    env.reset(seed=0)
+    picture = env.render()
+    assert picture.dtype == np.uint8
+    assert picture.shape == (480, 640, 3)
+    assert 0.05 < (picture < 240).any(axis=-1).mean() < 0.9
+    assert not picture[0].min() < 250, "the background is white"
+
+
+def test_picture_follows_the_hand(env_id, make):
+    env = make(env_id, shape="cube", render_mode="rgb_array")
+    env.reset(seed=0)
+    before = env.render()
+    np.testing.assert_array_equal(before, env.render())
+    for _ in range(10):
+        env.step(np.ones(env.action_space.shape, np.float32))
+    assert (before != env.render()).any(axis=-1).mean() > 0.02
+
+
+def test_active_patches_are_lit(env_id, make):
+    env = make(env_id, shape="sphere", render_mode="rgb_array", contact_miss=0.0)
+    env.reset(seed=0)
+    assert _red(env.render()) == 0
+    _close_fist(env)
+    assert _red(env.render()) > 20
+    env.reset(seed=0)
+    assert _red(env.render()) == 0
+
+
+@pytest.mark.parametrize("shape", ["cube", "pyramid"])
+def test_picture_follows_a_change_of_object(env_id, make, shape):
+    env = make(env_id, render_mode="rgb_array")
+    env.reset(seed=0, options={"shape": "sphere"})
+    sphere = env.render()
+    env.reset(seed=0, options={"shape": shape})
+    assert (sphere != env.render()).any(axis=-1).mean() > 0.01
+    env.reset(seed=0, options={"shape": "sphere"})
+    np.testing.assert_array_equal(sphere, env.render())
+
+
+def test_picture_follows_a_change_of_pose(env_id, make):
+    env = make(env_id, shape="cube", render_mode="rgb_array")
+    env.reset(seed=0)
+    straight = env.render()
+    env.reset(seed=0, options={"quaternion": [1.0, 0.0, 0.0, 0.4]})
+    assert (straight != env.render()).any(axis=-1).mean() > 0.002
+
+
+def test_two_environments_draw_apart(env_id, make):
+    first, second = (make(env_id, shape=shape, render_mode="rgb_array") for shape in ("cube", "sphere"))
+    first.reset(seed=0)
+    cube = first.render()
+    second.reset(seed=0)
+    sphere = second.render()
+    np.testing.assert_array_equal(cube, first.render())
+    np.testing.assert_array_equal(sphere, second.render())
+    assert (cube != sphere).any()
+
+
+def test_rendering_leaves_the_exploration_as_it_is(env_id, make, play, same):
+    seen = make(env_id, render_mode="rgb_array")
+    assert same(play(make(env_id), 0, 50), play(seen, 0, 50))
+    seen.render()
+    assert same(play(make(env_id), 1, 50), play(seen, 1, 50))
+
+
+def test_a_thousand_patches_can_be_drawn(env_id, make):
+    env = make(env_id, render_mode="rgb_array", patches_along=12, patches_around=16)
+    env.reset(seed=0)
+    assert env.render().shape == (480, 640, 3)
+
+
+def test_closing_twice_is_allowed(env_id, make):
+    env = make(env_id, render_mode="rgb_array")
+    env.reset(seed=0)
+    env.render()
+    env.close()
+    env.close()
+
+
+def test_window_opens_where_there_is_a_display(env_id, make, display):
+    if not display:
+        pytest.skip("no display")
+    env = make(env_id, render_mode="human")
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+
+
+def test_window_without_a_display_says_what_to_do(env_id, make, display):
+    if display:
+        pytest.skip("there is a display")
+    with pytest.raises(RuntimeError, match=r'found no display; use "rgb_array"'):
+        make(env_id, render_mode="human").reset(seed=0)
+
+
+def test_rendering_without_a_mode_warns_and_draws_nothing(env_id, make):
+    env = make(env_id).unwrapped
+    env.reset(seed=0)
+    with pytest.warns(UserWarning, match="render_mode"):
+        assert env.render() is None
