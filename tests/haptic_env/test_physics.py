@@ -1,0 +1,164 @@
+"""The body: human speeds, an object that nothing enters, fingers that do not feel each other."""
+
+from __future__ import annotations
+
+import itertools
+
+import mujoco
+import numpy as np
+import pytest
+
+from haptic_env import shapes
+from haptic_env.scene import PHYSICS_SECONDS
+
+DEEPEST = 0.001  # metres
+
+
+def _depth(env, solid) -> float:
+    """How deep (m) the skin of any link lies in `solid`: along its bone, radius less signed distance."""
+    inner, deepest = env.unwrapped, -np.inf
+    for link in inner.hand.links:
+        body = inner._data.body(link.body)
+        along = np.linspace(0.0, link.length, 40)[:, None] * body.xmat.reshape(3, 3)[:, 2]
+        deepest = max(deepest, float(link.radius - solid.signed_distance(body.xpos + along).min()))
+    return deepest
+
+
+def _objects(shape: str):
+    """Poses and sizes of `shape` as `reset` options."""
+    size = np.asarray(shapes.SHAPES[shape].default_size)
+    yield {}
+    yield {"size": 0.8 * size, "quaternion": [1.0, 0.2, 0.3, 0.5]}
+
+
+@pytest.mark.parametrize("shape", shapes.SHAPES)
+def test_full_torque_does_not_push_a_finger_into_the_object(env_id, make, shape):
+    env = make(env_id, shape=shape, motor_noise=0.0).unwrapped
+    joints = env.hand.joints
+    rng = np.random.default_rng(0)
+    if joints <= 8:
+        pushes = [np.array(signs * (joints // 4)) for signs in itertools.product((-1.0, 1.0), repeat=4)]
+    else:
+        pushes = list(rng.choice((-1.0, 1.0), (16, joints)))
+    touched = False
+    for options in _objects(shape):
+        for push in pushes:
+            env.reset(seed=0, options=options)
+            for _ in range(60):
+                observation = env.step(push.astype(np.float32))[0]
+                touched |= observation["contacts"].any()
+                assert _depth(env, env.solid) < DEEPEST
+    assert touched
+
+
+@pytest.mark.parametrize("shape", shapes.SHAPES)
+def test_random_torque_does_not_push_a_finger_into_the_object(env_id, make, play, shape):
+    env = make(env_id, shape=shape)
+    inner = env.unwrapped
+    deepest, feel = [], inner._feel
+    inner._feel = lambda: deepest.append(_depth(inner, inner.solid)) or feel()
+    play(env, seed=1, steps=500)
+    assert len(deepest) == 501
+    assert max(deepest) < DEEPEST
+    assert max(deepest) > -0.001, "nothing was touched"
+
+
+@pytest.mark.parametrize("shape", shapes.SHAPES)
+def test_contacts_ring_only_where_the_skin_is_at_the_object(env_id, make, play, shape):
+    env = make(env_id, shape=shape)
+    inner = env.unwrapped
+    skin = inner.hand.patches.surface(spacing=0.001)
+    seen, feel = [0], inner._feel
+
+    def check():
+        touched = feel()
+        bodies = inner._bodies[skin.link]
+        world = inner._data.xpos[bodies] + np.einsum(
+            "mij,mj->mi", inner._data.xmat[bodies].reshape(-1, 3, 3), skin.points
+        )
+        distance = inner.solid.signed_distance(world)
+        nearest = np.full(len(inner.hand.patches), np.inf)
+        np.minimum.at(nearest, skin.patch, distance)
+        assert (nearest[touched] < 0.001).all()
+        seen[0] += int(touched.sum())
+        return touched
+
+    inner._feel = check
+    play(env, seed=2, steps=250)
+    assert seen[0] > 20
+
+
+@pytest.mark.parametrize("shape", shapes.SHAPES)
+def test_random_torques_move_the_joints_at_human_speeds(env_id, make, play, shape):
+    env = make(env_id, shape=shape, reveal_truth=True)
+    speeds = [
+        np.abs(step[4]["truth"]["joint_velocities"]) for seed in range(4) for step in play(env, seed=seed, steps=500)
+    ]
+    assert 30.0 < np.rad2deg(np.median(speeds)) < 80.0
+
+
+def test_joints_yield_only_a_little_at_their_limits(env_id, make, play):
+    """Limits are as soft as ligaments: an object that a finger is pressed on may bend it somewhat further."""
+    env = make(env_id, reveal_truth=True)
+    low, high = env.unwrapped.hand.joint_limits.T
+    angles = np.array([step[4]["truth"]["joint_angles"] for seed in range(3) for step in play(env, seed, 500)])
+    beyond = np.rad2deg(np.maximum(low - angles, angles - high))
+    assert beyond.max() < 15.0
+    assert (beyond > 5.0).mean() < 0.02
+
+
+def test_fingers_pass_through_each_other(make):
+    env = make("HapticSLAM/TwoFinger-v0", shape="sphere", motor_noise=0.0).unwrapped
+    env.reset(seed=0, options={"size": [0.005] * 3, "position": [0.0, 0.06, -0.06]})
+    model, data = env._model, env._data
+    fingers = [[link.name for link in env.hand.links if link.name.startswith(name)] for name in ("thumb", "index")]
+    gap = np.inf
+    for _ in range(100):
+        env.step(np.array([0.0, 1.0, 0.3, 0.3] * 2, np.float32))
+        assert data.ncon == 0
+        for thumb, index in itertools.product(*fingers):
+            gap = min(gap, mujoco.mj_geomDistance(model, data, model.geom(thumb).id, model.geom(index).id, 1.0, None))
+    assert gap < -0.002
+
+
+def test_links_of_a_finger_do_not_feel_each_other(make):
+    env = make("HapticSLAM/TwoFinger-v0", shape="sphere").unwrapped
+    env.reset(seed=0, options={"size": [0.005] * 3, "position": [0.0, 0.06, -0.06]})
+    for _ in range(100):
+        env.step(np.ones(8, np.float32))
+        assert env._data.ncon == 0
+
+
+def test_object_is_fixed_in_space(env_id, make, play):
+    env = make(env_id, shape="cube", reveal_truth=True)
+    record = play(env, seed=0, steps=200)
+    for step in record:
+        truth = step[4]["truth"]
+        np.testing.assert_array_equal(truth["object_position"], record[0][4]["truth"]["object_position"])
+    np.testing.assert_allclose(env.unwrapped._data.body("object").xpos, truth["object_position"])
+
+
+def test_motor_noise_is_drawn_once_per_control_step(make):
+    """The same commands at zero noise follow the same path; with noise the paths part."""
+    quiet = make("HapticSLAM/TwoFinger-v0", shape="cube", motor_noise=0.0, reveal_truth=True)
+    noisy = make("HapticSLAM/TwoFinger-v0", shape="cube", motor_noise=0.3, reveal_truth=True)
+    action = np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0], np.float32)
+    ends = {}
+    for name, env in (("quiet", quiet), ("noisy", noisy)):
+        ends[name] = []
+        for seed in range(3):
+            env.reset(seed=seed)
+            for _ in range(10):
+                info = env.step(action)[4]
+            ends[name].append(info["truth"]["joint_angles"])
+    np.testing.assert_array_equal(ends["quiet"][0], ends["quiet"][1])
+    assert np.ptp(ends["noisy"], axis=0).max() > 1e-3
+
+
+def test_one_step_is_one_control_period(env_id, make):
+    for control_hz in (20.0, 50.0, 100.0):
+        env = make(env_id, control_hz=control_hz).unwrapped
+        env.reset(seed=0)
+        env.step(np.zeros(env.hand.joints, np.float32))
+        assert env._data.time == pytest.approx(1.0 / control_hz)
+        assert env.substeps * PHYSICS_SECONDS == pytest.approx(1.0 / control_hz)
