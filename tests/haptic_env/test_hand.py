@@ -1,0 +1,64 @@
+"""What is told of every registered hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from haptic_env import hands
+
+
+@pytest.fixture(params=list(hands.HANDS))
+def hand(request: pytest.FixtureRequest):
+    """Every registered hand."""
+    return hands.make(request.param)
+
+
+def test_arrays_have_one_entry_per_joint(hand):
+    joints = hand.joints
+    assert len(hand.joint_names) == len(set(hand.joint_names)) == joints
+    assert hand.joint_limits.shape == (joints, 2)
+    assert hand.torque_limits.shape == hand.rest_pose.shape == hand.joint_group.shape == (joints,)
+    assert (hand.torque_limits > 0).all()
+    assert (hand.joint_limits[:, 0] < hand.joint_limits[:, 1]).all()
+
+
+def test_rest_pose_may_pass_no_limit(hand):
+    assert (hand.rest_pose >= hand.joint_limits[:, 0]).all()
+    assert (hand.rest_pose <= hand.joint_limits[:, 1]).all()
+
+
+def test_one_motor_per_joint_in_the_order_of_the_joints(hand):
+    assert hand.model.nu == hand.model.nq == hand.model.nv == hand.joints
+    np.testing.assert_array_equal(hand.model.actuator_trnid[:, 0], np.arange(hand.joints))
+
+
+def test_fingers_are_told_apart(hand):
+    assert set(hand.link_group) <= set(hand.joint_group)
+    for index, body in enumerate(hand.link_bodies):
+        own = hand.joint_group[hand.model.jnt_bodyid == body]
+        assert (own == hand.link_group[index]).all()
+
+
+def test_links_are_capsules_of_the_model(hand):
+    for link, body in zip(hand.links, hand.link_bodies, strict=True):
+        geom = hand.model.geom(hand.model.body_geomadr[body])
+        assert geom.size[0] == pytest.approx(link.radius)
+        assert 2 * geom.size[1] == pytest.approx(link.length)
+        np.testing.assert_allclose(geom.pos, [0, 0, link.length / 2], atol=1e-12)
+
+
+def test_two_finger_hand_is_as_large_as_an_adults(hand):
+    if hand.name != "two_finger":
+        pytest.skip("written for the two-finger hand")
+    assert hand.joints == 8
+    np.testing.assert_array_equal(hand.joint_group, [0] * 4 + [1] * 4)
+    mass = hand.model.body_subtreemass[0]
+    assert 0.03 < mass < 0.10  # kg: a thumb with its metacarpal and an index finger
+
+
+def test_unknown_hand_or_keyword_lists_the_known():
+    with pytest.raises(ValueError, match=r"unknown hand 'two_fingers' \(did you mean 'two_finger'\?\); choose from"):
+        hands.make("two_fingers")
+    with pytest.raises(ValueError, match=r"unknown two_finger hand keyword 'patches'.*patches_along, patches_around"):
+        hands.make("two_finger", patches=3)
