@@ -21,7 +21,7 @@ from haptic_env.shapes.base import Solid
 
 Observation = dict[str, NDArray[Any]]
 ANGLE_BOUND = 4 * np.pi  # of the observation space; joints stay within ±pi and noise is added
-RESET_OPTIONS = ("shape", "position", "quaternion", "size")
+RESET_OPTIONS = ("position", "quaternion", "shape", "size")
 
 
 class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
@@ -113,7 +113,9 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         # One stream for each source of chance: the same seed is the same exploration whatever the noise.
         streams = self.np_random.spawn(4)
         world_rng, self._motor_rng, self._proprioception_rng, self._contact_rng = streams
-        self.solid = self._draw_solid(world_rng, dict(options or {}))
+        if options is not None and not isinstance(options, Mapping):
+            raise ValueError(f"reset options must be a dictionary of {', '.join(RESET_OPTIONS)}, got {options!r}")
+        self.solid = self._draw_solid(world_rng, options or {})
         model = scene.compose(self.hand, self.solid, show_patches=self.render_mode is not None)
         self._bind(model)
         scene.place(model, self._data, self.solid)
@@ -178,7 +180,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             self._renderer.close()
             self._renderer = None
 
-    def _draw_solid(self, rng: np.random.Generator, options: dict[str, Any]) -> Solid:
+    def _draw_solid(self, rng: np.random.Generator, options: Mapping[str, Any]) -> Solid:
         """The object of an episode; always takes the same draws from `rng`, whatever the options."""
         for option in options:
             validate.choice("reset option", option, RESET_OPTIONS)
