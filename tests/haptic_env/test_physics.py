@@ -162,3 +162,18 @@ def test_one_step_is_one_control_period(env_id, make):
         env.step(np.zeros(env.hand.joints, np.float32))
         assert env._data.time == pytest.approx(1.0 / control_hz)
         assert env.substeps * PHYSICS_SECONDS == pytest.approx(1.0 / control_hz)
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("shape", shapes.SHAPES)
+def test_many_explorations_are_human_and_stay_outside(env_id, make, play, shape):
+    """Sizes, places and turns drawn anew: speeds and depth as above, over a hundred episodes."""
+    env = make(env_id, shape=shape, size_jitter=0.1, position_jitter=0.003, yaw_jitter=180.0, reveal_truth=True)
+    inner = env.unwrapped
+    deepest, feel = [], inner._feel
+    inner._feel = lambda: deepest.append(_depth(inner, inner.solid)) or feel()
+    speeds = [
+        np.abs(step[4]["truth"]["joint_velocities"]) for seed in range(100) for step in play(env, seed=seed, steps=500)
+    ]
+    assert 30.0 < np.rad2deg(np.median(speeds)) < 80.0
+    assert max(deepest) < DEEPEST

@@ -132,13 +132,6 @@ def test_window_opens_where_there_is_a_display(env_id, make, display):
     env.step(env.action_space.sample())
 
 
-def test_window_without_a_display_says_what_to_do(env_id, make, display):
-    if display:
-        pytest.skip("there is a display")
-    with pytest.raises(RuntimeError, match=r'found no display; use "rgb_array"'):
-        make(env_id, render_mode="human").reset(seed=0)
-
-
 def test_rendering_without_a_mode_warns_and_draws_nothing(env_id, make):
     env = make(env_id).unwrapped
     env.reset(seed=0)
