@@ -57,6 +57,8 @@ def _compiled(hand_xml: str, sites: tuple | None, shape: Shape, size: tuple[floa
     root.option.timestep = PHYSICS_SECONDS
     root.option.integrator = "implicitfast"
     root.option.cone = "elliptic"
+    # Several contact points per pair may leave out the deepest one: a pyramid's apex went 2 mm into a fingertip.
+    root.option.flag.multiccd = "disable"
     for geom in root.find_all("geom"):
         geom.set_attributes(contype=1, conaffinity=2, rgba=SKIN_RGBA, solref=SOLREF, solimp=SOLIMP, friction=FRICTION)
     body = root.worldbody.add("body", name=OBJECT, mocap=True)
