@@ -1,0 +1,74 @@
+"""What the observer believes at one step.
+
+Shapes: J joints, N particles, P patches, (X, Y, Z) voxels. Angles in radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.grid import Grid
+from observer import kernels
+
+Array = NDArray[np.float64]
+
+
+class OccupancySnapshot:
+    """The occupancy of one step, computed when it is first asked for, or just before the maps change."""
+
+    def __init__(self, maps: NDArray[np.int8], known: NDArray[np.bool_], weights: Array, shape: tuple[int, ...]):
+        self._source: tuple[NDArray[np.int8], NDArray[np.bool_], Array] | None = (maps, known, weights)
+        self._value = np.full(shape, 0.5)
+
+    def value(self) -> Array:
+        """(X, Y, Z) posterior probability that each voxel is occupied."""
+        if self._source is not None:
+            maps, known, weights = self._source
+            cells = np.flatnonzero(known)
+            self._value.flat[cells] = kernels.mean_probability(maps, weights, cells, kernels.PROBABILITY)
+            self._value.flags.writeable = False
+            self._source = None
+        return self._value
+
+
+@dataclass(frozen=True)
+class Belief:
+    """Posterior over pose and shape. Its arrays never change once it is handed out.
+
+    `joint_angles` (J,) rad: posterior mean now, and `joint_std` (J,). `lagged_joint_angles` (J,) rad and
+    `lagged_joint_std` (J,): the smoothed pose `lag_steps` steps ago, whose contacts entered the maps at this step.
+    `lagged_covariance` (J, J) rad²: of that pose before the maps had a say. `lagged_contacts` (P,), or None while
+    the lag fills up. `weights` (N,) and `particles` (N, J) rad: the hypotheses of the lagged pose. `n_eff`:
+    effective sample size; `resampled`: whether this step resampled; `moved_share`: of the particles, those that scan
+    matching moved. `log_evidence`: log probability of all that was felt so far.
+    """
+
+    joint_angles: Array
+    joint_std: Array
+    lagged_joint_angles: Array
+    lagged_joint_std: Array
+    lagged_covariance: Array
+    lagged_contacts: NDArray[np.bool_] | None
+    lag_steps: int
+    grid: Grid
+    weights: Array
+    particles: Array
+    n_eff: float
+    log_evidence: float
+    resampled: bool
+    moved_share: float
+    snapshot: OccupancySnapshot
+
+    @property
+    def occupancy(self) -> Array:
+        """(X, Y, Z) posterior probability that each voxel is occupied; 0.5 where nothing is known. Read-only."""
+        return self.snapshot.value()
+
+    def copy(self) -> Belief:
+        """The same belief with arrays of its own, its occupancy computed."""
+        self.occupancy  # noqa: B018 - computes it
+        own = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return replace(self, **{name: value.copy() for name, value in own.items() if isinstance(value, np.ndarray)})

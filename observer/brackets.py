@@ -1,0 +1,94 @@
+"""What every figure is shown between: the same map update at other poses.
+
+Shapes: J joints, P patches. `DeadReckoning` fed with the true angles and sigma_deg=0 is the ceiling, "true pose".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.hand import Hand
+from observer.fastslam import HapticSLAM
+from observer.pose_filter import ContactDynamics
+
+Array = NDArray[np.float64]
+KALMAN_DYNAMICS = ContactDynamics(constrained=False)
+
+
+class RawAngles:
+    """The felt angles taken at their word: the pose filter's interface without a filter."""
+
+    log_evidence = 0.0
+
+    def __init__(self, hand: Hand, sigma: float) -> None:
+        self.hand = hand
+        self.sigma = sigma
+        self.reset()
+
+    def reset(self) -> None:
+        """Start at the rest pose."""
+        self.mean = np.tile(self.hand.rest_pose, 2)
+        self.covariance = np.zeros((self.mean.size, self.mean.size))
+
+    def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
+        """Take over the felt `joint_angles` (J,) rad."""
+        joints = self.hand.joints
+        self.mean = np.concatenate([joint_angles, self.mean[:joints]])
+        self.covariance = np.diag(np.full(self.mean.size, self.sigma**2))
+
+    def lagged(self, steps: int) -> slice:
+        """Where `mean` keeps the angles of `steps` (0 or 1) steps ago."""
+        return slice(steps * self.hand.joints, (steps + 1) * self.hand.joints)
+
+
+class OneMap(HapticSLAM):
+    """One map at the mean pose: no particles, no say of the map in the pose."""
+
+    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+        super().__init__(hand, sigma_deg, particles=1, candidates=1, **keywords)
+
+    def _propose(self, ago: int) -> tuple[Array, Array]:
+        joints = self.hand.joints
+        return self.pose.mean[self.pose.lagged(ago)][None].copy(), np.zeros((joints, joints))
+
+
+class DeadReckoning(OneMap):
+    """Floor: the map at the raw angles."""
+
+    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+        super().__init__(hand, sigma_deg, lag=0, **keywords)
+        self.pose = RawAngles(hand, np.deg2rad(sigma_deg))  # type: ignore[assignment]
+
+
+class TruePose(DeadReckoning):
+    """Ceiling: the map at the true pose. Whoever runs it hands it the true angles as the felt ones."""
+
+    def __init__(self, hand: Hand, sigma_deg: float = 0.0, **keywords: Any) -> None:
+        super().__init__(hand, 0.0, **keywords)
+
+
+class Kalman(OneMap):
+    """The map at the online mean of an extended Kalman filter that takes contact for noise of the finger's joints."""
+
+    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+        super().__init__(hand, sigma_deg, **{"lag": 0, "dynamics": KALMAN_DYNAMICS, **keywords})
+
+
+class Smoother(OneMap):
+    """The same filter with the fixed lag."""
+
+    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+        super().__init__(hand, sigma_deg, **{"dynamics": KALMAN_DYNAMICS, **keywords})
+
+
+OBSERVERS: dict[str, Callable[..., HapticSLAM]] = {
+    "floor": DeadReckoning,
+    "kalman": Kalman,
+    "smoother": Smoother,
+    "haptic_slam": HapticSLAM,
+    "ceiling": TruePose,
+}

@@ -1,0 +1,232 @@
+"""Haptic SLAM: FastSLAM 2.0 for touch (paper, section 3).
+
+Shapes: N particles, J joints, P patches, K candidates, L links, (X, Y, Z) voxels. Angles in radians.
+
+What is linear and Gaussian is the same for all particles and is done once, exactly, by `PoseFilter`. A particle is
+one hypothesis of the path of the pose about that Gaussian, drawn at the lag, and the map that follows from it.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections import deque
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from haptic_env import validate
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+from observer import kernels, resampling
+from observer.belief import Belief, OccupancySnapshot
+from observer.contact_model import ContactModel
+from observer.kinematics import link_spread, tree_of
+from observer.pose_filter import ContactDynamics, PoseFilter
+
+Array = NDArray[np.float64]
+RESOLUTION = 0.004  # metres
+LAG_SECONDS = 0.2
+
+
+class HapticSLAM:
+    """The observer: from efference copies, noisy joint angles and contacts to pose and shape."""
+
+    def __init__(
+        self,
+        hand: Hand,
+        sigma_deg: float = 3.0,
+        particles: int = 200,
+        *,
+        candidates: int = 8,
+        lag: int | None = None,
+        motor_noise: float = 0.1,
+        control_hz: float = 50.0,
+        grid: Grid | None = None,
+        contact_model: ContactModel | None = None,
+        dynamics: ContactDynamics | None = None,
+    ) -> None:
+        """`sigma_deg` and `motor_noise` as the observer believes them; `candidates` K of scan matching; `lag` in
+        steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
+
+        Raises `ValueError` for a value out of range.
+        """
+        sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
+        motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
+        rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
+        self.hand = hand
+        self.n_particles = validate.integer("particles", particles, 1)
+        self.n_candidates = validate.integer("candidates", candidates, 1)
+        self.lag = round(LAG_SECONDS * rate) if lag is None else validate.integer("lag", lag, 0)
+        self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION) if grid is None else grid
+        self.contact_model = ContactModel() if contact_model is None else contact_model
+        self.pose = PoseFilter(
+            hand,
+            sigma=sigma,
+            motor_noise=motor,
+            control_hz=rate,
+            lag=self.lag + 1,  # the proposal needs the step before the lagged one as well
+            dynamics=ContactDynamics() if dynamics is None else dynamics,
+        )
+        self._tree = tree_of(hand)
+        self._body = kernels.body_of(hand, self.grid.resolution)
+        self._lattice = kernels.lattice_of(self.grid)
+        self._evidence = self.contact_model.evidence(self.grid.resolution)
+        self._pending: deque[NDArray[np.bool_]] | None = None
+        self._snapshot: weakref.ref[OccupancySnapshot] | None = None
+
+    def reset(self, seed: int | None = None) -> Belief:
+        """All particles at the rest pose with an empty map (step 1); the belief before anything is felt."""
+        self._keep_snapshot()
+        count, joints = self.n_particles, self.hand.joints
+        self._rng = np.random.default_rng(seed)
+        self.pose.reset()
+        self._maps = np.zeros((count, *self.grid.shape), dtype=np.int8)
+        self._known = np.zeros(np.prod(self.grid.shape), dtype=bool)
+        self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
+        self._log_weights = np.full(count, -np.log(count))
+        self._log_evidence = 0.0
+        self._pending = deque([np.zeros(len(self.hand.patches), dtype=bool)])
+        return self._belief(ago=0, contacts=None)
+
+    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Belief:
+        """One turn: `torque` (J,) commanded, fractions; `joint_angles` (J,) rad felt; `contacts` (P,) felt.
+
+        Raises `ValueError` before the first `reset`, after `flush`, and for what is not finite or not binary.
+        """
+        pending = self._running()
+        u = validate.array("torque", torque, (self.hand.joints,))
+        q = validate.array("joint_angles", joint_angles, (self.hand.joints,), "radians")
+        z = validate.binary("contacts", contacts, (len(self.hand.patches),))
+        self.pose.step(u, q, z)
+        pending.append(z)
+        if len(pending) <= self.lag:
+            return self._belief(ago=len(pending) - 1, contacts=None)
+        return self._assimilate(ago=self.lag)
+
+    def flush(self) -> list[Belief]:
+        """End the trial: let the steps that still wait for the lag enter the maps; a belief for each, the last one
+        about now. After it only `reset` is possible."""
+        pending = self._running()
+        beliefs = [self._assimilate(ago=len(pending) - 1) for _ in range(len(pending))]
+        self._pending = None
+        return beliefs
+
+    def _assimilate(self, ago: int) -> Belief:
+        """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""
+        contacts = self._running().popleft()
+        centres, spread = self._propose(ago)
+        log_likelihood, moved = self._match_and_map(centres, spread, contacts, ago)
+        self._weigh(log_likelihood)
+        resampled = self._resample()
+        return self._belief(ago, contacts, resampled, float(moved.mean()))
+
+    def _propose(self, ago: int) -> tuple[Array, Array]:
+        """p(q_k | q_{k-1}, u, q̃): mean (N, J) for each particle, and the Cholesky factor (J, J) they share."""
+        now, before = self.pose.lagged(ago), self.pose.lagged(ago + 1)
+        mean, covariance = self.pose.mean, self.pose.covariance
+        past = covariance[before, before]
+        follow = np.linalg.solve(past + 1e-12 * np.eye(len(past)), covariance[before, now]).T
+        rest = covariance[now, now] - follow @ covariance[before, now]
+        centres = mean[now] + (self._poses - mean[before]) @ follow.T
+        return centres, _cholesky(rest)
+
+    def _match_and_map(
+        self, centres: Array, spread: Array, contacts: NDArray[np.bool_], ago: int
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Scan matching against each particle's own map, and that map's update at the matched pose (4 and 5)."""
+        self._keep_snapshot()
+        groups = np.unique(self.hand.link_group[self.hand.patches.link[contacts]])
+        watched = np.isin(self.hand.link_group, groups)
+        count = self.n_candidates if watched.any() else 1  # effort goes where contact is
+        normals = self._rng.standard_normal((self.n_particles, count, self.hand.joints))
+        uniform = self._rng.random(self.n_particles)
+        lagged = self.pose.lagged(ago)
+        margin = link_spread(self.hand, self._tree, self.pose.mean[lagged], self.pose.covariance[lagged, lagged])
+        return kernels.advance(
+            self._tree,
+            self._body,
+            self._lattice,
+            self._evidence,
+            kernels.PROBABILITY,
+            contacts,
+            watched,
+            margin,
+            centres,
+            spread,
+            normals,
+            uniform,
+            self._maps,
+            self._known,
+            self._poses,
+        )
+
+    def _weigh(self, log_likelihood: Array) -> None:
+        """w ∝ w · p(z | q, m) (step 5), its exponent tempered; raises `FloatingPointError` for what is not finite."""
+        self._log_weights += self.contact_model.temper * log_likelihood
+        total = np.logaddexp.reduce(self._log_weights)
+        if not np.isfinite(total):
+            raise FloatingPointError(f"the particles' weights are not finite: log Σw = {total}")
+        self._log_evidence += float(total)
+        self._log_weights -= total
+
+    def _resample(self) -> bool:
+        """Systematic resampling where Neff < N/2 (step 6); whether it was."""
+        weights = np.exp(self._log_weights)
+        if resampling.effective_sample_size(weights) >= 0.5 * self.n_particles:
+            return False
+        counts = resampling.systematic_counts(weights, self._rng.random())
+        source, target = resampling.in_place(counts)
+        kernels.copy_maps(self._maps, source, target)
+        self._poses[target] = self._poses[source]
+        self._log_weights[:] = -np.log(self.n_particles)
+        return True
+
+    def _belief(
+        self, ago: int, contacts: NDArray[np.bool_] | None, resampled: bool = False, moved_share: float = 0.0
+    ) -> Belief:
+        lagged = self.pose.lagged(ago)
+        mean, covariance = self.pose.mean, self.pose.covariance
+        weights = np.exp(self._log_weights)
+        # What the maps say of the lagged pose moves the present one as far as the two are correlated.
+        joints = slice(0, self.hand.joints)
+        lagged_covariance = covariance[lagged, lagged].copy()
+        shift = np.zeros(self.hand.joints) if contacts is None else weights @ self._poses - mean[lagged]
+        carry = np.linalg.lstsq(lagged_covariance, shift, rcond=1e-9)[0]
+        snapshot = OccupancySnapshot(self._maps, self._known, weights, self.grid.shape)
+        self._snapshot = weakref.ref(snapshot)
+        return Belief(
+            joint_angles=mean[joints] + covariance[joints, lagged] @ carry,
+            joint_std=np.sqrt(np.diag(covariance)[joints]),
+            lagged_joint_angles=mean[lagged] + shift,
+            lagged_joint_std=np.sqrt(np.diag(lagged_covariance)),
+            lagged_covariance=lagged_covariance,
+            lagged_contacts=contacts,
+            lag_steps=ago,
+            grid=self.grid,
+            weights=weights,
+            particles=self._poses.copy(),
+            n_eff=resampling.effective_sample_size(weights),
+            log_evidence=self._log_evidence + self.pose.log_evidence,
+            resampled=resampled,
+            moved_share=moved_share,
+            snapshot=snapshot,
+        )
+
+    def _running(self) -> deque[Any]:
+        if self._pending is None:
+            raise ValueError("the observer is not in a trial: call reset() before step() or flush()")
+        return self._pending
+
+    def _keep_snapshot(self) -> None:
+        """Let the last belief compute its occupancy before the maps change, if anyone still holds it."""
+        snapshot = self._snapshot() if self._snapshot is not None else None
+        if snapshot is not None:
+            snapshot.value()
+
+
+def _cholesky(covariance: Array) -> Array:
+    """Lower factor (J, J) of a covariance that rounding may have left just short of positive."""
+    values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    half = vectors * np.sqrt(np.maximum(values, 0.0))
+    return np.linalg.qr(half.T, mode="r").T

@@ -1,0 +1,79 @@
+"""The internal forward model: what the commanded torques do to a hand in free air (paper, section 3, step 3).
+
+State x = (q, v) of 2J numbers: joint angles (rad) and velocities (rad/s). One control step maps it to f(x, u).
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import validate
+from haptic_env.hand import Hand
+
+STEP_SECONDS = 0.002  # coarser steps of the damped joints cost accuracy: 0.29 σ against 0.26 σ with 10 ms
+PERTURBATION = 1e-4  # well above the tolerance of the constraint solver
+WITHOUT_LIMITS = int(mujoco.mjtDisableBit.mjDSBL_LIMIT)
+LARGEST_GROWTH = 2.5  # of an angle's error in one control step; damped joints never get near it
+
+
+class Prediction(NamedTuple):
+    """Predicted state (2J,), its transition Jacobian ∂f/∂x (2J, 2J) and ∂f/∂τ (2J, J) by joint torque in N·m."""
+
+    state: NDArray[np.float64]
+    transition: NDArray[np.float64]
+    torque_gain: NDArray[np.float64]
+
+
+class ForwardModel:
+    """MuJoCo's model of the hand alone, driven by the efference copy."""
+
+    def __init__(self, hand: Hand, control_hz: float) -> None:
+        validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
+        self.joints = hand.joints
+        self.torque_limits = hand.torque_limits
+        self._model = copy.copy(hand.model)
+        self._model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+        self._substeps = max(1, round(1 / (control_hz * STEP_SECONDS)))
+        self._model.opt.timestep = 1 / (control_hz * self._substeps)
+        self._data = mujoco.MjData(self._model)
+        self._a = np.zeros((2 * self.joints, 2 * self.joints))
+        self._b = np.zeros((2 * self.joints, self.joints))
+
+    def predict(self, state: NDArray[np.float64], torque: NDArray[np.float64]) -> Prediction:
+        """One control step from `state` (2J,) under `torque` (J,), fractions of the limits.
+
+        The Jacobian of one substep is taken half-way and raised to the number of substeps: near enough to the
+        product of all, at a tenth of its price. Where a joint meets its limit within that very substep the
+        differences straddle an impact and mean nothing; there the Jacobian without limits stands in.
+        """
+        model, data, joints = self._model, self._data, self.joints
+        data.qpos[:] = state[:joints]
+        data.qvel[:] = state[joints:]
+        data.ctrl[:] = torque
+        data.qacc_warmstart[:] = 0
+        half = self._substeps // 2
+        if half:
+            mujoco.mj_step(model, data, half)
+        transition, gain = self._linearise()
+        if np.abs(transition[:joints, :joints]).max() > LARGEST_GROWTH:
+            model.opt.disableflags |= WITHOUT_LIMITS
+            transition, gain = self._linearise()
+            model.opt.disableflags &= ~WITHOUT_LIMITS
+        mujoco.mj_step(model, data, self._substeps - half)
+        return Prediction(np.concatenate([data.qpos, data.qvel]), transition, gain / self.torque_limits)
+
+    def _linearise(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """∂f/∂x (2J, 2J) and ∂f/∂u (2J, J) of a whole control step, from the present substep."""
+        mujoco.mjd_transitionFD(self._model, self._data, PERTURBATION, False, self._a, self._b, None, None)
+        transition = np.eye(len(self._a))
+        gain = np.zeros_like(self._b)
+        for _ in range(self._substeps):
+            gain = self._a @ gain + self._b
+            transition = self._a @ transition
+        return transition, gain

@@ -1,0 +1,333 @@
+"""The compiled inner loop: score candidate poses against maps, and write what was felt into maps.
+
+N particles, J joints, P patches, K candidates, L links, V = X·Y·Z voxels, M points of the skin. Maps are int8
+log-odds in units of `QUANTUM`, (N, X, Y, Z). Kernels are pure: random numbers come in, nothing is kept. Loops run in
+parallel over particles, each of which is computed in one order: the same bits for any number of threads.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+from observer.kinematics import Tree, body_frames
+
+QUANTUM = 0.05  # log-odds per unit of the int8 maps, which thus reach ±6.35
+LIMIT = 127
+PROBABILITY = 1.0 / (1.0 + np.exp(-QUANTUM * np.arange(-128, 128)))  # of a map entry v at [v + 128]
+
+
+class Body(NamedTuple):
+    """The hand as capsules with patches, in arrays: `radius`, `length`, `tip`, `first` (L,); the layout of patches;
+    and M points just outside the skin, `points` (M, 3) m in their link's frame, sorted by patch: those of patch p are
+    `begin[p]` up to `begin[p + 1]`; `patch_link` (P,); `core` (M, 3) m are the same points moved beneath the skin.
+    """
+
+    radius: NDArray[np.float64]
+    length: NDArray[np.float64]
+    tip: NDArray[np.bool_]
+    first: NDArray[np.int64]
+    along: int
+    around: int
+    rings: int
+    points: NDArray[np.float64]
+    core: NDArray[np.float64]
+    begin: NDArray[np.int64]
+    patch_link: NDArray[np.int64]
+
+
+class Lattice(NamedTuple):
+    """A grid in arrays: `origin` (3,) m, `resolution` m, `shape` (3,)."""
+
+    origin: NDArray[np.float64]
+    resolution: float
+    shape: NDArray[np.int64]
+
+
+class Evidence(NamedTuple):
+    """The numbers of `observer.contact_model.ContactModel`, for the kernels; `free` and `touch` in log-odds."""
+
+    hit: float
+    false_alarm: float
+    free: float
+    touch: float
+    shell: float
+
+
+def body_of(hand: Hand, resolution: float) -> Body:
+    """The arrays of `hand`, with points of the skin about one voxel apart."""
+    patches = hand.patches
+    skin = patches.surface(1.5 * resolution)
+    order = np.argsort(skin.patch, kind="stable")
+    lift = 0.5 * resolution * skin.normals
+    return Body(
+        radius=np.array([link.radius for link in hand.links]),
+        length=np.array([link.length for link in hand.links]),
+        tip=np.array([link.tip for link in hand.links]),
+        first=patches.first,
+        along=patches.along,
+        around=patches.around,
+        rings=patches.rings,
+        points=(skin.points + lift)[order],
+        core=(skin.points - lift)[order],
+        begin=np.searchsorted(skin.patch[order], np.arange(len(patches) + 1)).astype(np.int64),
+        patch_link=patches.link.astype(np.int64),
+    )
+
+
+def lattice_of(grid: Grid) -> Lattice:
+    """The arrays of `grid`."""
+    return Lattice(np.array(grid.origin), grid.resolution, np.array(grid.shape))
+
+
+@numba.njit(cache=True, inline="always")
+def _patch_at(body, link, x, y, z):
+    """The patch of `link` at a point of its frame: `Patches.locate` for one point."""
+    length = body.length[link]
+    sector = int(np.floor(((np.arctan2(y, x) / (2 * np.pi) - 0.5 + 0.5 / body.around) % 1.0) * body.around))
+    sector = min(sector, body.around - 1)
+    if body.tip[link] and z > length:
+        elevation = np.arctan2(np.sqrt(x * x + y * y), z - length) / (np.pi / 2)
+        ring = min(int(elevation * body.rings), body.rings - 1)
+        cap = 0 if ring == 0 else 1 + (ring - 1) * body.around + sector
+        return body.first[link] + body.along * body.around + cap
+    row = min(max(int(np.floor(z / length * body.along)), 0), body.along - 1)
+    return body.first[link] + row * body.around + sector
+
+
+@numba.njit(cache=True, inline="always")
+def _cell(lattice, x, y, z):
+    """Index of the voxel that holds a point in a flat map, or -1 outside the grid."""
+    i = int(np.floor((x - lattice.origin[0]) / lattice.resolution))
+    j = int(np.floor((y - lattice.origin[1]) / lattice.resolution))
+    k = int(np.floor((z - lattice.origin[2]) / lattice.resolution))
+    if i < 0 or j < 0 or k < 0 or i >= lattice.shape[0] or j >= lattice.shape[1] or k >= lattice.shape[2]:
+        return -1
+    return (i * lattice.shape[1] + j) * lattice.shape[2] + k
+
+
+@numba.njit(cache=True)
+def _log_likelihood(body, lattice, evidence, link_body, position, rotation, contacts, watched, flat, probability):
+    """log p(z | q, m) up to a constant, over the patches of the `watched` (L,) links.
+
+    A touch is a noisy-OR over the cells just outside the patch; silence, over the cells just beneath it, where only
+    what is known to be occupied counts: an unknown cell is no reason to stay away.
+    """
+    total = 0.0
+    for patch in range(len(body.patch_link)):
+        link = body.patch_link[patch]
+        if not watched[link]:
+            continue
+        at = position[link_body[link]]
+        turn = rotation[link_body[link]]
+        felt = contacts[patch]
+        points = body.points if felt else body.core
+        clear = 1.0 - evidence.false_alarm if felt else 1.0
+        for m in range(body.begin[patch], body.begin[patch + 1]):
+            px, py, pz = points[m, 0], points[m, 1], points[m, 2]
+            cell = _cell(
+                lattice,
+                at[0] + turn[0, 0] * px + turn[0, 1] * py + turn[0, 2] * pz,
+                at[1] + turn[1, 0] * px + turn[1, 1] * py + turn[1, 2] * pz,
+                at[2] + turn[2, 0] * px + turn[2, 1] * py + turn[2, 2] * pz,
+            )
+            if cell < 0:
+                occupied = 0.5 if felt else 0.0
+            else:
+                occupied = probability[flat[cell] + 128]
+                if not felt:
+                    occupied = max(0.0, 2.0 * occupied - 1.0)
+            clear *= 1.0 - evidence.hit * occupied
+        total += np.log(max(1.0 - clear, 1e-6)) if felt else np.log(max(clear, 1e-6))
+    return total
+
+
+@numba.njit(cache=True)
+def _write(
+    body, lattice, evidence, link_body, position, rotation, margin, contacts, flat, known, probability, cells, owner
+):
+    """Update one map with what was felt at one pose: `cells` and `owner` are scratch.
+
+    The cells whose centres lie deeper in a link than its `margin` (L,) m, the SD of its place, are free. Of the
+    cells from there to a shell over a patch that feels contact, at least one is occupied: each gets the log of its
+    noisy-OR likelihood ratio given what is known of the others, so that a single suspect gets all of the evidence,
+    and one of many next to none.
+    """
+    res = lattice.resolution
+    origin = lattice.origin
+    ny, nz = lattice.shape[1], lattice.shape[2]
+    free = int(np.round(evidence.free / QUANTUM))
+    for link in range(len(body.radius)):
+        at = position[link_body[link]]
+        turn = rotation[link_body[link]]
+        radius, length = body.radius[link], body.length[link]
+        last = body.first[link + 1] if link + 1 < len(body.first) else len(contacts)
+        touching = False
+        for patch in range(body.first[link], last):
+            touching |= contacts[patch]
+        pad = radius + evidence.shell if touching else radius
+        low0, high0 = _range(at[0], turn[0, 2] * length, pad, origin[0], res, lattice.shape[0])
+        low1, high1 = _range(at[1], turn[1, 2] * length, pad, origin[1], res, ny)
+        low2, high2 = _range(at[2], turn[2, 2] * length, pad, origin[2], res, nz)
+        inner = max(radius - margin[link], 0.0) ** 2
+        outer = pad * pad if touching else 0.0
+        found = 0
+        for i in range(low0, high0):
+            dx = origin[0] + (i + 0.5) * res - at[0]
+            for j in range(low1, high1):
+                dy = origin[1] + (j + 0.5) * res - at[1]
+                row = (i * ny + j) * nz
+                for k in range(low2, high2):
+                    dz = origin[2] + (k + 0.5) * res - at[2]
+                    z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
+                    along = min(max(z, 0.0), length)
+                    square = dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along
+                    if square < inner:
+                        flat[row + k] = max(flat[row + k] - free, -LIMIT)
+                        known[row + k] = True
+                    elif square < outer and found < len(cells):
+                        x = turn[0, 0] * dx + turn[1, 0] * dy + turn[2, 0] * dz
+                        y = turn[0, 1] * dx + turn[1, 1] * dy + turn[2, 1] * dz
+                        patch = _patch_at(body, link, x, y, z)
+                        if contacts[patch]:
+                            cells[found] = row + k
+                            owner[found] = patch
+                            found += 1
+        if found == 0:
+            continue
+        for patch in range(body.first[link], last):
+            if contacts[patch]:
+                _share(evidence, patch, flat, known, probability, cells, owner, found)
+
+
+@numba.njit(cache=True, inline="always")
+def _range(start, along, pad, origin, res, count):
+    """Voxels along one axis that a capsule from `start` to `start + along` may fill, padded."""
+    low = int(np.floor((min(start, start + along) - pad - origin) / res))
+    high = int(np.floor((max(start, start + along) + pad - origin) / res)) + 1
+    return max(low, 0), min(high, count)
+
+
+@numba.njit(cache=True)
+def _share(evidence, patch, flat, known, probability, cells, owner, found):
+    """Give the evidence of one touch to the cells that may have caused it."""
+    clear = 0.0  # log of the probability that no cell under the patch rings
+    for c in range(found):
+        if owner[c] == patch:
+            clear += np.log(1.0 - evidence.hit * probability[flat[cells[c]] + 128])
+    for c in range(found):
+        if owner[c] == patch:
+            cell = cells[c]
+            others = np.exp(clear - np.log(1.0 - evidence.hit * probability[flat[cell] + 128]))
+            others *= 1.0 - evidence.false_alarm
+            ratio = (1.0 - (1.0 - evidence.hit) * others) / (1.0 - others)
+            gain = int(np.round(evidence.touch * np.log(ratio) / QUANTUM))
+            flat[cell] = min(flat[cell] + gain, LIMIT)
+            known[cell] = True
+
+
+@numba.njit(cache=True, parallel=True)
+def advance(
+    tree,
+    body,
+    lattice,
+    evidence,
+    probability,
+    contacts,
+    watched,
+    margin,
+    centres,
+    spread,
+    normals,
+    uniform,
+    maps,
+    known,
+    poses,
+):
+    """Match every particle's pose to its map, then write the contacts into the map at the pose.
+
+    `contacts` (P,) and `watched` (L,): the links whose patches have a say; `margin` (L,) m, see `_write`.
+    `centres` (N, J): mean of each particle's proposal, `spread` (J, J) its Cholesky factor, `normals` (N, K, J) and
+    `uniform` (N,) the random numbers. One of the K candidates is drawn in proportion to its likelihood and put into
+    `poses` (N, J); `known` (V,) is set where any map was written. Returns log of the mean likelihood (N,), an unbiased estimate of ∫ p(z|q,m) p(q|·) dq, and whether
+    the match moved the pose away from its first candidate (N,).
+    """
+    particles, candidates, joints = normals.shape
+    log_mean = np.zeros(particles)
+    moved = np.zeros(particles, dtype=np.bool_)
+    matching = watched.any()
+    for n in numba.prange(particles):
+        position = np.empty((len(tree.parent), 3))
+        rotation = np.empty((len(tree.parent), 3, 3))
+        candidate = np.empty((candidates, joints))
+        score = np.zeros(candidates)
+        flat = maps[n].reshape(-1)
+        for c in range(candidates):
+            for i in range(joints):
+                candidate[c, i] = centres[n, i]
+                for j in range(i + 1):
+                    candidate[c, i] += spread[i, j] * normals[n, c, j]
+            if matching:
+                body_frames(tree, candidate[c], position, rotation)
+                score[c] = _log_likelihood(
+                    body, lattice, evidence, tree.link_body, position, rotation, contacts, watched, flat, probability
+                )
+        best = score.max()
+        total = 0.0
+        for c in range(candidates):
+            score[c] = np.exp(score[c] - best)
+            total += score[c]
+        log_mean[n] = best + np.log(total / candidates)
+        chosen, reached = 0, score[0]
+        while reached < uniform[n] * total and chosen < candidates - 1:
+            chosen += 1
+            reached += score[chosen]
+        moved[n] = chosen > 0
+        poses[n] = candidate[chosen]
+        cells = np.empty(4096, dtype=np.int64)
+        owner = np.empty(4096, dtype=np.int64)
+        body_frames(tree, candidate[chosen], position, rotation)
+        _write(
+            body,
+            lattice,
+            evidence,
+            tree.link_body,
+            position,
+            rotation,
+            margin,
+            contacts,
+            flat,
+            known,
+            probability,
+            cells,
+            owner,
+        )
+    return log_mean, moved
+
+
+@numba.njit(cache=True, parallel=True)
+def mean_probability(maps, weights, cells, probability):
+    """Posterior probability (C,) of the voxels `cells` (C,): the particles' own, averaged by `weights` (N,)."""
+    particles = maps.shape[0]
+    flat = maps.reshape(particles, -1)
+    result = np.zeros(len(cells))
+    for block in numba.prange((len(cells) + 511) // 512):
+        begin, end = block * 512, min(block * 512 + 512, len(cells))
+        for n in range(particles):
+            for c in range(begin, end):
+                result[c] += weights[n] * probability[flat[n, cells[c]] + 128]
+    return result
+
+
+@numba.njit(cache=True, parallel=True)
+def copy_maps(maps, source, target):
+    """Overwrite the maps `target` (C,) with the maps `source` (C,); no index may be in both."""
+    size = maps[0].size
+    flat = maps.reshape(maps.shape[0], size)
+    for c in numba.prange(len(source)):
+        flat[target[c]] = flat[source[c]]

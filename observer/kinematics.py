@@ -1,0 +1,158 @@
+"""Forward kinematics of any tree of hinges, compiled.
+
+Shapes: J joints, B bodies (the world first), L links. Angles in radians, lengths in metres, world frame.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import mujoco
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.hand import Hand
+
+
+class Tree(NamedTuple):
+    """What forward kinematics needs of a hand, parents before children.
+
+    `parent` (B,), `offset` (B, 3) and `rotation` (B, 3, 3) of each body in its parent; its joints are
+    `first_joint[b]` up to `first_joint[b + 1]`; `axis` (J, 3) and `anchor` (J, 3) in the body, `zero` (J,) the angle
+    at which the tree was drawn; `link_body` (L,).
+    """
+
+    parent: NDArray[np.int64]
+    offset: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+    first_joint: NDArray[np.int64]
+    axis: NDArray[np.float64]
+    anchor: NDArray[np.float64]
+    zero: NDArray[np.float64]
+    link_body: NDArray[np.int64]
+
+
+def tree_of(hand: Hand) -> Tree:
+    """Read the tree of `hand` from its model; raises `ValueError` where a joint is no hinge."""
+    model = hand.model
+    for joint in range(model.njnt):
+        if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
+            raise ValueError(f"joint {model.joint(joint).name!r} of hand {hand.name!r} is not a hinge")
+    rotation = np.empty((model.nbody, 9))
+    for body in range(model.nbody):
+        mujoco.mju_quat2Mat(rotation[body], model.body_quat[body])
+    return Tree(
+        parent=model.body_parentid.astype(np.int64),
+        offset=model.body_pos.copy(),
+        rotation=rotation.reshape(-1, 3, 3),
+        first_joint=np.concatenate([[0], np.cumsum(model.body_jntnum)]).astype(np.int64),
+        axis=model.jnt_axis.copy(),
+        anchor=model.jnt_pos.copy(),
+        zero=model.qpos0.copy(),
+        link_body=hand.link_bodies.astype(np.int64),
+    )
+
+
+@numba.njit(cache=True, inline="always")
+def _turn_about(axis, angle, out):
+    """Rotation matrix about a unit `axis` (3,) (Rodrigues)."""
+    s, c = np.sin(angle), np.cos(angle)
+    x, y, z = axis
+    t = 1.0 - c
+    out[0, 0] = t * x * x + c
+    out[0, 1] = t * x * y - s * z
+    out[0, 2] = t * x * z + s * y
+    out[1, 0] = t * x * y + s * z
+    out[1, 1] = t * y * y + c
+    out[1, 2] = t * y * z - s * x
+    out[2, 0] = t * x * z - s * y
+    out[2, 1] = t * y * z + s * x
+    out[2, 2] = t * z * z + c
+
+
+@numba.njit(cache=True, inline="always")
+def _times(a, b, out):
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def body_frames(tree, joint_angles, position, rotation):
+    """Fill `position` (B, 3) and `rotation` (B, 3, 3) with the world frames of all bodies at `joint_angles` (J,)."""
+    turn = np.empty((3, 3))
+    turned = np.empty((3, 3))
+    position[0] = 0.0
+    rotation[0] = 0.0
+    for i in range(3):
+        rotation[0, i, i] = 1.0
+    for body in range(1, len(tree.parent)):
+        up = tree.parent[body]
+        for i in range(3):
+            position[body, i] = position[up, i] + (
+                rotation[up, i, 0] * tree.offset[body, 0]
+                + rotation[up, i, 1] * tree.offset[body, 1]
+                + rotation[up, i, 2] * tree.offset[body, 2]
+            )
+        _times(rotation[up], tree.rotation[body], rotation[body])
+        for joint in range(tree.first_joint[body], tree.first_joint[body + 1]):
+            _turn_about(tree.axis[joint], joint_angles[joint] - tree.zero[joint], turn)
+            _times(rotation[body], turn, turned)
+            anchor = tree.anchor[joint]
+            for i in range(3):
+                # The anchor stays where it is while the body turns about it.
+                position[body, i] += (
+                    (rotation[body, i, 0] - turned[i, 0]) * anchor[0]
+                    + (rotation[body, i, 1] - turned[i, 1]) * anchor[1]
+                    + (rotation[body, i, 2] - turned[i, 2]) * anchor[2]
+                )
+            for i in range(3):
+                for j in range(3):
+                    rotation[body, i, j] = turned[i, j]
+
+
+def link_frames(tree: Tree, joint_angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """World positions (L, 3) and rotations (L, 3, 3) of all links at `joint_angles` (J,)."""
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, np.asarray(joint_angles, dtype=np.float64), position, rotation)
+    return position[tree.link_body], rotation[tree.link_body]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def point_jacobian(tree, position, rotation, body, point, out):
+    """Fill `out` (3, J) with ∂point/∂q of a `point` (3,) m fixed to `body`, at the frames of the present pose."""
+    out[:] = 0.0
+    while body > 0:
+        for joint in range(tree.first_joint[body], tree.first_joint[body + 1]):
+            axis = np.dot(rotation[body], tree.axis[joint])
+            arm = point - position[body] - np.dot(rotation[body], tree.anchor[joint])
+            out[0, joint] = axis[1] * arm[2] - axis[2] * arm[1]
+            out[1, joint] = axis[2] * arm[0] - axis[0] * arm[2]
+            out[2, joint] = axis[0] * arm[1] - axis[1] * arm[0]
+        body = tree.parent[body]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _link_spread(tree, lengths, joint_angles, covariance, out):
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    jacobian = np.empty((3, len(joint_angles)))
+    body_frames(tree, joint_angles, position, rotation)
+    for link in range(len(lengths)):
+        body = tree.link_body[link]
+        middle = position[body] + 0.5 * lengths[link] * rotation[body][:, 2]
+        point_jacobian(tree, position, rotation, body, middle, jacobian)
+        out[link] = np.sqrt(max(np.trace(jacobian @ covariance @ jacobian.T), 0.0) / 3.0)
+
+
+def link_spread(
+    hand: Hand, tree: Tree, joint_angles: NDArray[np.float64], covariance: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """SD (L,) m of the place of each link's middle along any one axis, for angles of `covariance` (J, J) rad²."""
+    result = np.empty(len(hand.links))
+    lengths = np.array([link.length for link in hand.links])
+    angles, spread = np.ascontiguousarray(joint_angles), np.ascontiguousarray(covariance)
+    _link_spread(tree, lengths, angles, spread, result)
+    return result

@@ -1,0 +1,26 @@
+"""Systematic resampling (Carpenter, Clifford & Fearnhead 1999, IEE Proc. Radar 146, 2-7)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def effective_sample_size(weights: NDArray[np.float64]) -> float:
+    """Neff = 1 / Σ w² of normalised `weights` (N,) (paper, section 3, step 6)."""
+    return float(1.0 / np.square(weights).sum())
+
+
+def systematic_counts(weights: NDArray[np.float64], uniform: float) -> NDArray[np.int64]:
+    """Copies (N,) of each particle: N·w expected, never a whole copy away from it. `uniform` lies in [0, 1)."""
+    edges = np.cumsum(weights) * len(weights)
+    edges[-1] = len(weights)  # whatever the rounding, all N are dealt out
+    upto = np.clip(np.ceil(edges - uniform), 0, len(weights)).astype(np.int64)
+    return np.diff(upto, prepend=0)
+
+
+def in_place(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which particle to copy (C,) into which dead slot (C,), so that every survivor stays where it is."""
+    dead = np.flatnonzero(counts == 0)
+    spare = np.repeat(np.arange(len(counts)), np.maximum(counts - 1, 0))
+    return spare, dead
