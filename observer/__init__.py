@@ -5,6 +5,7 @@ from observer.brackets import OBSERVERS, DeadReckoning, Kalman, Smoother, TruePo
 from observer.contact_model import ContactModel
 from observer.fastslam import HapticSLAM
 from observer.pose_filter import ContactDynamics
+from observer.shape_posterior import ShapePosterior
 from observer.wrapper import ObserverWrapper
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "HapticSLAM",
     "Kalman",
     "ObserverWrapper",
+    "ShapePosterior",
     "Smoother",
     "TruePose",
 ]

@@ -65,6 +65,8 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
                     stiffness=stiffness,
                     springref=relaxed,
                     armature=1e-6,
+                    solreflimit=(0.006, 1),
+                    solimplimit=(0.98, 0.99, 0.01),
                 )
                 root.actuator.add("motor", name=hinge.name, joint=hinge, gear=[torque], ctrllimited=False)
             parent.add(

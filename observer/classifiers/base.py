@@ -1,0 +1,61 @@
+"""What a classifier of maps is: scikit-learn's own names, one map at a time.
+
+Shapes: M maps, C classes, (X, Y, Z) voxels. A map is an occupancy: the probability of each voxel, 0.5 where unknown.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+class MapClassifier(ABC):
+    """`fit(maps, labels)`, then `predict_proba(map)` or `predict(map)`; `classes_` (C,) are the sorted labels."""
+
+    classes_: NDArray[np.str_]
+
+    def fit(self, maps: Sequence[ArrayLike], labels: Sequence[str]) -> Self:
+        """Learn from `maps` (M, X, Y, Z) and their `labels` (M,). Raises `ValueError` where they do not match."""
+        stack = np.stack([_checked(each) for each in maps]) if len(maps) else np.empty((0, 0, 0, 0))
+        if len(stack) == 0 or len(stack) != len(labels):
+            raise ValueError(f"fit needs as many labels as maps, at least one: got {len(maps)} and {len(labels)}")
+        self.classes_, index = np.unique(np.asarray(labels, dtype=str), return_inverse=True)
+        self._shape = stack.shape[1:]
+        self._fit(stack, index)
+        return self
+
+    def predict_proba(self, map: ArrayLike) -> Array:
+        """Probability (C,) of each of `classes_` for one `map` (X, Y, Z). Raises `ValueError` before `fit`."""
+        if not hasattr(self, "classes_"):
+            raise ValueError(f"this {type(self).__name__} is not fitted yet: call fit(maps, labels) first")
+        probabilities = _checked(map)
+        if probabilities.shape != self._shape:
+            raise ValueError(f"map must be of shape {self._shape} as those it was fitted on, got {probabilities.shape}")
+        return self._predict_proba(probabilities)
+
+    def predict(self, map: ArrayLike) -> str:
+        """The most probable label for one `map` (X, Y, Z)."""
+        return str(self.classes_[int(np.argmax(self.predict_proba(map)))])
+
+    @abstractmethod
+    def _fit(self, maps: Array, index: NDArray[np.int64]) -> None:
+        """Learn from checked `maps` (M, X, Y, Z) of the classes `index` (M,)."""
+
+    @abstractmethod
+    def _predict_proba(self, map: Array) -> Array:
+        """(C,) for one checked `map`."""
+
+
+def _checked(map: ArrayLike) -> Array:
+    result = np.asarray(map, dtype=np.float64)
+    if result.ndim != 3:
+        raise ValueError(f"a map is an occupancy of shape (X, Y, Z), got shape {result.shape}")
+    if not ((result >= 0) & (result <= 1)).all():
+        raise ValueError("a map holds probabilities in [0, 1]; got values outside it or NaN")
+    return result
