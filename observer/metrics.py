@@ -1,0 +1,208 @@
+"""How good a belief is. Metrics may read the truth; observers never do.
+
+Shapes: T steps, J joints, P patches, C labels, B bins, M places, (X, Y, Z) voxels. Angles in radians, lengths in
+metres. What cannot be said (a share of nothing) is NaN.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import binary_dilation
+from scipy.spatial import cKDTree
+from scipy.stats import binomtest, norm
+
+from haptic_env import validate
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+from haptic_env.shapes.base import Solid
+from observer.kinematics import Tree, link_frames, tree_of
+
+Array = NDArray[np.float64]
+OCCUPIED = 0.5
+TOUCH_TOLERANCE = 0.002  # metres: skin further from the surface than this rang falsely
+
+
+class SurfaceScore(NamedTuple):
+    """Shares in [0, 1]; `f_score` is the harmonic mean of `precision` and `recall`."""
+
+    precision: float
+    recall: float
+    f_score: float
+
+
+class Reliability(NamedTuple):
+    """For each bin of predicted probability (B,): their mean, how often it was true, and how many cells; then the
+    expected calibration error (mean gap between the two, weighted by cells) and the Brier score over all cells."""
+
+    predicted: Array
+    observed: Array
+    cells: NDArray[np.int64]
+    ece: float
+    brier: float
+
+
+class Share(NamedTuple):
+    """A share of trials with its interval."""
+
+    mean: float
+    low: float
+    high: float
+    trials: int
+
+
+# Pose
+
+
+def pose_error_deg(estimate: ArrayLike, truth: ArrayLike) -> Array:
+    """(T,) degrees: RMS over joints of `estimate` (T, J) rad about `truth` (T, J) rad, at each step."""
+    return np.rad2deg(np.sqrt(np.square(np.asarray(estimate) - np.asarray(truth)).mean(axis=-1)))
+
+
+def pose_rmse_deg(estimate: ArrayLike, truth: ArrayLike) -> float:
+    """Degrees: RMS over steps and joints."""
+    error = pose_error_deg(estimate, truth)
+    return float(np.sqrt(np.square(error).mean())) if error.size else float("nan")
+
+
+def credible_coverage(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, level: float = 0.9) -> float:
+    """How often the central interval of probability `level` of a Gaussian of `mean` and `std` holds `truth`."""
+    reach = norm.ppf(0.5 + 0.5 * validate.number("level", level, 0.0, 1.0)) * np.asarray(std)
+    inside = np.abs(np.asarray(truth) - np.asarray(mean)) <= reach
+    return float(inside.mean()) if inside.size else float("nan")
+
+
+# Map
+
+
+def touched_places(
+    hand: Hand, joint_angles: ArrayLike, contacts: ArrayLike, solid: Solid, spacing: float = 0.002
+) -> Array:
+    """(M, 3) m: where the skin really touched `solid`, one place per cube of edge `spacing` (m).
+
+    At each step, with the true `joint_angles` (T, J), it is the point of every patch that rang (`contacts` (T, P))
+    nearest to the surface; a patch whose skin is further than `TOUCH_TOLERANCE` away rang falsely and is left out.
+    """
+    skin = hand.patches.surface(spacing)
+    tree = tree_of(hand)
+    found = []
+    for angles, rang in zip(np.asarray(joint_angles), np.asarray(contacts, dtype=bool), strict=True):
+        if not rang.any():
+            continue
+        mine = np.flatnonzero(rang[skin.patch])
+        points = _placed(tree, angles, skin.points[mine], skin.link[mine])
+        gap = np.abs(solid.signed_distance(points))
+        order = np.lexsort((gap, skin.patch[mine]))  # patch by patch, the nearest point first
+        nearest = order[np.unique(skin.patch[mine][order], return_index=True)[1]]
+        found.append(points[nearest[gap[nearest] <= TOUCH_TOLERANCE]])
+    places = np.concatenate(found) if found else np.empty((0, 3))
+    cubes = np.floor(places / spacing).astype(np.int64)
+    return places[np.sort(np.unique(cubes, axis=0, return_index=True)[1])]
+
+
+def surface_precision(occupancy: Array, grid: Grid, solid: Solid, voxels: float = 1.0) -> float:
+    """Share of the occupied voxels whose centre lies within `voxels` of the true surface; 0 where none is occupied."""
+    centres = grid.centres()[occupancy > OCCUPIED]
+    near = np.abs(solid.signed_distance(centres)) <= voxels * grid.resolution
+    return float(near.mean()) if near.size else 0.0
+
+
+def surface_recall(occupancy: Array, grid: Grid, places: Array, voxels: float = 1.0) -> float:
+    """Share of `places` (M, 3) m with the centre of an occupied voxel within `voxels`; NaN without a place."""
+    if len(places) == 0:
+        return float("nan")
+    centres = grid.centres()[occupancy > OCCUPIED]
+    if len(centres) == 0:
+        return 0.0
+    distance, _ = cKDTree(centres).query(places)
+    return float((distance <= voxels * grid.resolution).mean())
+
+
+def surface_score(occupancy: Array, grid: Grid, solid: Solid, touched: Array, voxels: float = 1.0) -> SurfaceScore:
+    """Precision of the occupied voxels against the true surface, recall of the `touched` (M, 3) places, F-score."""
+    precision = surface_precision(occupancy, grid, solid, voxels)
+    recall = surface_recall(occupancy, grid, touched, voxels)
+    total = precision + recall
+    return SurfaceScore(precision, recall, 2 * precision * recall / total if total != 0 else 0.0)
+
+
+def surface_coverage(occupancy: Array, grid: Grid, solid: Solid, voxels: float = 1.0) -> float:
+    """Share of the whole true surface (voxels that it passes through) with an occupied voxel within `voxels`."""
+    centres = grid.centres()
+    surface = centres[np.abs(solid.signed_distance(centres)) <= 0.5 * grid.resolution]
+    return surface_recall(occupancy, grid, surface, voxels)
+
+
+def reachable(hand: Hand, joint_angles: ArrayLike, grid: Grid) -> NDArray[np.bool_]:
+    """(X, Y, Z): the voxels that the hand swept along the true `joint_angles` (T, J), and their neighbours.
+
+    A voxel counts when a point inside a finger fell into it at some step, or into one of its 26 neighbours: the skin
+    could have felt what is there.
+    """
+    inside = hand.patches.volume(0.75 * grid.resolution)
+    tree = tree_of(hand)
+    swept = np.zeros(grid.shape, dtype=bool)
+    for angles in np.asarray(joint_angles):
+        cells, within = grid.index(_placed(tree, angles, inside.points, inside.link))
+        swept[tuple(cells[within].T)] = True
+    return binary_dilation(swept, np.ones((3, 3, 3)))
+
+
+def reliability(occupancy: Array, truth: NDArray[np.bool_], cells: NDArray[np.bool_], bins: int = 10) -> Reliability:
+    """Calibration of `occupancy` (X, Y, Z) against `truth` (X, Y, Z), over `cells` (X, Y, Z) alone.
+
+    Bins are of equal width; `predicted` and `observed` are NaN in an empty one.
+    """
+    p, occupied = occupancy[cells], truth[cells].astype(np.float64)
+    which = np.minimum((p * bins).astype(np.int64), bins - 1)
+    count = np.bincount(which, minlength=bins)
+    if p.size == 0:
+        empty = np.full(bins, np.nan)
+        return Reliability(empty, empty.copy(), count, float("nan"), float("nan"))
+    with np.errstate(invalid="ignore"):
+        predicted = np.bincount(which, p, bins) / count
+        observed = np.bincount(which, occupied, bins) / count
+    ece = float(np.nansum(np.abs(predicted - observed) * count) / p.size)
+    return Reliability(predicted, observed, count, ece, float(np.square(p - occupied).mean()))
+
+
+# Name
+
+
+def accuracy(correct: ArrayLike, level: float = 0.95) -> Share:
+    """Share of `correct` (n,) with its Wilson interval. Entries may be shares themselves (of several draws of the
+    exemplars): the interval is then that of as many trials, which is wide rather than narrow."""
+    values = np.asarray(correct, dtype=np.float64)
+    if values.size == 0:
+        return Share(float("nan"), 0.0, 1.0, 0)
+    test = binomtest(round(values.sum()), values.size)
+    interval = test.proportion_ci(level, method="wilson")
+    return Share(float(values.mean()), float(interval.low), float(interval.high), values.size)
+
+
+def time_to_decision(seconds: ArrayLike, posterior: ArrayLike, threshold: float = 0.95) -> float:
+    """The first of `seconds` (T,) from which on the label that ends most probable stays above `threshold`.
+
+    `posterior` (T, C). NaN where the decision is not made by the end.
+    """
+    chain = np.asarray(posterior, dtype=np.float64)
+    if len(chain) == 0:
+        return float("nan")
+    sure = chain[:, int(np.argmax(chain[-1]))] > threshold
+    doubts = np.flatnonzero(~sure)
+    first = doubts[-1] + 1 if doubts.size else 0
+    return float(np.asarray(seconds)[first]) if first < len(chain) else float("nan")
+
+
+def closure(slam: float, floor: float, ceiling: float) -> float:
+    """(slam - floor) / (ceiling - floor): 0 at the floor, 1 at the ceiling; NaN where the two are the same."""
+    gap = ceiling - floor
+    return (slam - floor) / gap if gap != 0 else float("nan")
+
+
+def _placed(tree: Tree, joint_angles: Array, points: Array, link: NDArray[np.int64]) -> Array:
+    """World positions (M, 3) m of `points` (M, 3), each in the frame of its `link` (M,)."""
+    position, rotation = link_frames(tree, joint_angles)
+    return position[link] + np.einsum("mij,mj->mi", rotation[link], points)

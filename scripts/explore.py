@@ -1,0 +1,333 @@
+"""Let a blind hand explore a hidden object, watch what the observer believes, and name the object.
+
+Writes explore.png (the map over the true shape, pose error and posterior through time), explore.json (the figures)
+and explore.npz (belief and trace) to --out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import signal
+import sys
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+os.environ.setdefault("MUJOCO_GL", "egl")
+
+import gymnasium as gym
+import numpy as np
+from drawing import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
+from files import atomic, write_json
+from matplotlib.figure import Figure
+from rich.bar import Bar
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+from style import OBSERVER_COLOURS, SHAPE_COLOURS
+from trial import Account, Exploration, Trial, make_observers
+
+import agents
+import haptic_env
+from haptic_env import shapes, validate
+from haptic_env.hand import Hand
+from observer import ShapePosterior, metrics
+
+EXAMPLE = "example: python scripts/explore.py --shape pyramid --sigma 5 --seed 3 --out out/pyramid"
+OBSERVER, RAW = "haptic_slam", "floor"
+WITHIN = ((1, "1 voxel"), (2, "2 voxels"))
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the command line asks for; `shape` None is a hidden one."""
+
+    env: str
+    shape: str | None
+    sigma: float
+    seconds: float
+    particles: int
+    policy: str
+    seed: int
+    out: str
+
+    def __post_init__(self) -> None:
+        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        if self.shape is not None:
+            validate.choice("--shape", self.shape, shapes.SHAPES)
+        validate.number("--sigma", self.sigma, 0.0, 90.0, unit="degrees")
+        validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
+        validate.integer("--particles", self.particles, 1, 100_000)
+        validate.choice("--policy", self.policy, agents.POLICIES)
+        validate.integer("--seed", self.seed, 0, 2**32 - 1)
+
+
+class Parser(argparse.ArgumentParser):
+    """Tells what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: error: {message}\n")
+
+
+def parse(arguments: list[str] | None) -> Settings:
+    """Read and check the command line; ends the program with code 2 where it makes no sense."""
+    parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add("--env", default="HapticSLAM/TwoFinger-v0", help=f"one of {', '.join(haptic_env.ENVIRONMENTS)}")
+    add("--shape", help=f"{', '.join(shapes.SHAPES)} (default: drawn at random, hidden until the end)")
+    add("--sigma", type=float, default=3.0, help="noise of the felt joint angles, SD in degrees (default 3)")
+    add("--seconds", type=float, default=10.0, help="how long to explore (default 10)")
+    add("--particles", type=int, default=200, help="hypotheses of the observer (default 200)")
+    add("--policy", default="random_torque", help=f"{', '.join(agents.POLICIES)} (default random_torque)")
+    add("--seed", type=int, default=0, help="the same seed is the same exploration (default 0)")
+    add("--out", default="out/explore", help="folder for the results (default out/explore)")
+    try:
+        settings = Settings(**vars(parser.parse_args(arguments)))
+        Path(settings.out).mkdir(parents=True, exist_ok=True)
+    except ValueError as error:
+        parser.error(str(error))
+    except OSError as error:
+        parser.error(f"--out must be a folder that can be written to: {error}")
+    return settings
+
+
+class Screen:
+    """What is seen while the hand explores: a live panel on a terminal, else a line a second."""
+
+    def __init__(self, console: Console, trial: Trial) -> None:
+        self.console, self.trial = console, trial
+        self.watcher = trial.watchers[OBSERVER]
+        self.live = Live(console=console, refresh_per_second=8, transient=True) if console.is_terminal else None
+        self._shown = time.monotonic()
+
+    def __enter__(self) -> Screen:
+        if self.live is not None:
+            self.live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.live is not None:
+            self.live.stop()
+
+    def show(self, step: int) -> None:
+        """Tell where the exploration stands after `step` steps."""
+        seconds, each = step * self.trial.step_seconds, round(1.0 / self.trial.step_seconds)
+        if self.live is not None and time.monotonic() - self._shown > 0.1:
+            self._shown = time.monotonic()
+            self.live.update(self._panel(seconds, step))
+        elif self.live is None and step % each == 0:
+            told = "  ".join(f"{name} {p:4.0%}" for name, p in self.watcher.posterior.items())
+            self.console.print(f"{seconds:5.1f} s  Neff {self.watcher.belief.n_eff:6.1f}  {told}", highlight=False)
+
+    def _panel(self, seconds: float, step: int) -> Group:
+        count = self.watcher.observer.n_particles
+        head = Table.grid(padding=(0, 2))
+        head.add_row(
+            ProgressBar(self.trial.steps, step, width=30),
+            f"{seconds:4.1f} s of {self.trial.steps * self.trial.step_seconds:g} s",
+            f"Neff {self.watcher.belief.n_eff:.0f} of {count}",
+        )
+        bars = Table.grid(padding=(0, 2))
+        for name, p in self.watcher.posterior.items():
+            bars.add_row(name, Bar(1.0, 0.0, p, width=30, color=SHAPE_COLOURS[name]), f"{p:4.0%}")
+        return Group(head, bars)
+
+
+def explore(settings: Settings, console: Console) -> tuple[Exploration, dict[str, Account], float, bool]:
+    """Run it: what happened, what the observers believed, how many seconds it took, and whether it was cut short."""
+    env = gym.make(
+        settings.env,
+        shape=settings.shape,
+        sigma_deg=settings.sigma,
+        episode_seconds=settings.seconds,
+        reveal_truth=True,  # for the observer's judge alone
+    )
+    stop = False
+
+    def interrupt(*_: object) -> None:
+        nonlocal stop
+        stop = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
+
+    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    observers = make_observers((RAW, OBSERVER), hand, settings.sigma, settings.particles)
+    trial = Trial(env, settings.policy, observers, ShapePosterior(hand), settings.seed, naming=(OBSERVER,))
+    usual = signal.signal(signal.SIGINT, interrupt)
+    try:
+        with Screen(console, trial) as screen:
+            start = time.perf_counter()
+            for step in trial:  # between two steps everything is whole
+                screen.show(step)
+                if stop:
+                    break
+        exploration, accounts = trial.finish()
+        return exploration, accounts, time.perf_counter() - start, stop
+    finally:
+        signal.signal(signal.SIGINT, usual)
+        env.close()
+
+
+def summarise(
+    settings: Settings, exploration: Exploration, accounts: dict[str, Account], took: float
+) -> dict[str, Any]:
+    """The figures of one exploration, for people (`table`) and machines (explore.json) alike."""
+    slam, solid = accounts[OBSERVER], exploration.solid
+    belief = slam.belief
+    touched = metrics.touched_places(exploration.hand, exploration.true_angles, exploration.contacts, solid)
+    touching = exploration.contacts.any(axis=1)
+
+    def surface(name: str, voxels: float) -> dict[str, float]:
+        score = metrics.surface_score(accounts[name].belief.occupancy, belief.grid, solid, touched, voxels)
+        return score._asdict()
+
+    def pose(angles: np.ndarray) -> dict[str, float]:
+        error = metrics.pose_rmse_deg(angles, exploration.true_angles)
+        return {"degrees": error, "sigmas": error / settings.sigma if settings.sigma > 0 else math.nan}
+
+    cells = metrics.reachable(exploration.hand, exploration.true_angles, belief.grid)
+    calibration = metrics.reliability(belief.occupancy, solid.occupancy(belief.grid), cells)
+    return {
+        "settings": asdict(settings),
+        "explored_seconds": float(exploration.seconds[-1]),
+        "computing_seconds": took,
+        "named": slam.name,
+        "truth": solid.name,
+        "correct": slam.name == solid.name,
+        "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
+        "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
+        "touching_share": float(touching.mean()),
+        "pose_error": {
+            "raw angles": pose(exploration.felt_angles),
+            "haptic SLAM, online": pose(slam.joint_angles),
+            "haptic SLAM, lagged": pose(slam.lagged_joint_angles),
+        },
+        "coverage_90": metrics.credible_coverage(slam.joint_angles, slam.joint_std, exploration.true_angles),
+        "surface": {label: {"raw angles": surface(RAW, n), "haptic SLAM": surface(OBSERVER, n)} for n, label in WITHIN},
+        "surface_coverage": metrics.surface_coverage(belief.occupancy, belief.grid, solid),
+        "occupancy_ece": calibration.ece,
+        "occupancy_brier": calibration.brier,
+    }
+
+
+def table(summary: dict[str, Any]) -> Table:
+    """The figures as a person reads them."""
+    named, truth, sure = summary["named"], summary["truth"], summary["posterior"][summary["named"]]
+    result = Table(
+        show_header=False, title=f"After {summary['explored_seconds']:g} s of blind touch", title_justify="left"
+    )
+    result.add_column(style="dim")
+    result.add_column()
+    mark = "[green]right[/]" if summary["correct"] else "[red]wrong[/]"
+    result.add_row("the object is a", Text(named, style=f"bold {SHAPE_COLOURS[named]}"))
+    result.add_row("how sure", f"{sure:.1%}")
+    result.add_row("in truth it is a", f"{truth} ({mark})")
+    when = summary["time_to_decision"]
+    result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
+    result.add_section()
+    for name, error in summary["pose_error"].items():
+        sigmas = "" if math.isnan(error["sigmas"]) else f" = {error['sigmas']:.2f} σ"
+        result.add_row(f"pose error, {name}", f"{error['degrees']:.2f}°{sigmas}")
+    result.add_row("90 % interval holds the truth", f"{summary['coverage_90']:.0%} of the time")
+    result.add_section()
+    for name in ("raw angles", "haptic SLAM"):
+        scores = [f"{each[name]['f_score']:.2f} ({n})" for n, each in summary["surface"].items()]
+        result.add_row(f"surface F-score, {name}", ", ".join(scores))
+    result.add_row("of the whole surface mapped", f"{summary['surface_coverage']:.0%}")
+    result.add_row("fingers touched it", f"{summary['touching_share']:.0%} of the time")
+    result.add_row("computing took", f"{summary['computing_seconds']:.1f} s")
+    return result
+
+
+def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], summary: dict[str, Any]) -> None:
+    """explore.png: the map from three sides, pose error and posterior through time."""
+    slam, settings = accounts[OBSERVER], summary["settings"]
+    belief = slam.belief
+    figure = Figure(figsize=(11, 7.2), layout="constrained")
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
+    above, below = parts
+    sides = above.subplots(1, 3)
+    figure.draw_without_rendering()  # the hand's lines need the size of the panels
+    for axes, side in zip(sides, SIDES, strict=True):
+        image = draw_map(
+            axes, belief.occupancy, belief.grid, exploration.solid, side, exploration.hand, slam.joint_angles[-1]
+        )
+    above.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
+    above.legend(handles=map_legend(), loc="outside lower center", ncols=4, fontsize=9)
+    left, right = below.subplots(1, 2)
+    errors = {
+        "raw angles": (metrics.pose_error_deg(exploration.felt_angles, exploration.true_angles), OBSERVER_COLOURS[RAW]),
+        "haptic SLAM": (
+            metrics.pose_error_deg(slam.lagged_joint_angles, exploration.true_angles),
+            OBSERVER_COLOURS[OBSERVER],
+        ),
+    }
+    draw_pose_error(left, exploration.seconds, errors, exploration.contacts.any(axis=1), settings["sigma"])
+    draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, summary["truth"])
+    sure, verdict = summary["posterior"][slam.name], "right" if summary["correct"] else f"wrong: a {summary['truth']}"
+    figure.suptitle(
+        f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°: "
+        f"“a {slam.name}”, {sure:.0%} sure ({verdict})",
+        fontsize=13,
+        fontweight="bold",
+    )
+    with atomic(path) as place:
+        figure.savefig(place)
+
+
+def save_trace(path: Path, exploration: Exploration, accounts: dict[str, Account]) -> None:
+    """explore.npz: map, belief through time, and everything that was commanded and felt."""
+    slam = accounts[OBSERVER]
+    belief = slam.belief
+    with atomic(path) as place:
+        np.savez_compressed(
+            place,
+            occupancy=belief.occupancy,
+            grid_origin=belief.grid.origin,
+            grid_resolution=belief.grid.resolution,
+            weights=belief.weights,
+            particles=belief.particles,
+            seconds=exploration.seconds,
+            torques=exploration.torques,
+            felt_angles=exploration.felt_angles,
+            true_angles=exploration.true_angles,
+            contacts=exploration.contacts,
+            joint_angles=slam.joint_angles,
+            joint_std=slam.joint_std,
+            lagged_joint_angles=slam.lagged_joint_angles,
+            lagged_joint_std=slam.lagged_joint_std,
+            n_eff=slam.n_eff,
+            posterior=slam.posterior,
+            labels=np.array(slam.labels),
+        )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    settings = parse(arguments)
+    console = Console()
+    what = f"a {settings.shape}" if settings.shape else "a hidden object"
+    console.print(f"Exploring {what} by blind touch for {settings.seconds:g} s …", highlight=False)
+    exploration, accounts, took, stopped = explore(settings, console)
+    summary = summarise(settings, exploration, accounts, took)
+    out = Path(settings.out)
+    picture(out / "explore.png", exploration, accounts, summary)
+    save_trace(out / "explore.npz", exploration, accounts)
+    write_json(out / "explore.json", summary)
+    console.print(table(summary))
+    console.print(f"Picture, figures and trace: {out / 'explore.png'}, explore.json, explore.npz", highlight=False)
+    if stopped:
+        console.print("Stopped early: this is what was explored until then.", highlight=False)
+    return 130 if stopped else 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.stderr.write("explore.py: stopped; nothing was written\n")
+        sys.exit(130)

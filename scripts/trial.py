@@ -1,0 +1,184 @@
+"""One exploration, seen by several observers at once: same torques, same felt angles, same contacts for all.
+
+Shapes: T steps, J joints, P patches, C labels. Step 0 is the reset; arrays over time hold steps 1 to T.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import agents
+import haptic_env  # noqa: F401 - registers the environments
+from haptic_env import shapes
+from haptic_env.hand import Hand
+from haptic_env.shapes import Solid
+from observer import OBSERVERS, Belief, HapticSLAM, ShapePosterior
+
+Array = NDArray[np.float64]
+TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
+
+
+@dataclass(frozen=True)
+class Exploration:
+    """What happened: `seconds` (T,), `torques` (T, J) fractions, `felt_angles` and `true_angles` (T, J) rad,
+    `contacts` (T, P), and the `solid` that was explored."""
+
+    hand: Hand
+    solid: Solid
+    seconds: Array
+    torques: Array
+    felt_angles: Array
+    true_angles: Array
+    contacts: NDArray[np.bool_]
+
+
+@dataclass
+class Account:
+    """What one observer believed.
+
+    `joint_angles` and `joint_std` (T, J) rad online; `lagged_joint_angles` and `lagged_joint_std` (T, J) rad of the
+    same steps, once the lag has passed; `n_eff` (T,); `posterior` (T, C) of `labels`, none where the observer was not
+    asked to name the object; the last `belief`.
+    """
+
+    labels: tuple[str, ...]
+    joint_angles: Array
+    joint_std: Array
+    lagged_joint_angles: Array
+    lagged_joint_std: Array
+    n_eff: Array
+    posterior: Array
+    belief: Belief
+
+    @property
+    def name(self) -> str:
+        """The label that the observer finds most probable in the end."""
+        return self.labels[int(np.argmax(self.posterior[-1]))]
+
+
+@dataclass
+class Watcher:
+    """An observer at work, what it tells about the shape, and a record of both."""
+
+    observer: HapticSLAM
+    shape: ShapePosterior | None
+    beliefs: list[tuple[Array, Array, float, Array]] = field(default_factory=list)
+    lagged: dict[int, tuple[Array, Array]] = field(default_factory=dict)
+
+    @property
+    def posterior(self) -> dict[str, float]:
+        """Probability of each label now; empty where the observer is not asked to name the object."""
+        if self.shape is None:
+            return {}
+        return dict(zip(self.shape.labels, map(float, self.shape.posterior), strict=True))
+
+    def reset(self, seed: int) -> None:
+        """Start a trial."""
+        self.belief = self.observer.reset(seed)
+        if self.shape is not None:
+            self.shape.reset(seed)
+
+    def step(self, step: int, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> None:
+        """One turn, step number `step`."""
+        self.belief = self.observer.step(torque, joint_angles, contacts)
+        posterior = self._take_in(step, self.belief)
+        self.beliefs.append((self.belief.joint_angles, self.belief.joint_std, self.belief.n_eff, posterior))
+
+    def account(self, step: int) -> Account:
+        """End the trial after `step` steps."""
+        for belief in self.observer.flush():
+            self.belief = belief
+            self._take_in(step, belief)
+        angles, std, n_eff, posterior = (np.array(each) for each in zip(*self.beliefs, strict=True))
+        if self.shape is not None:
+            posterior[-1] = self.shape.posterior  # the flush belongs to the last step
+        lagged, lagged_std = (
+            np.array(each) for each in zip(*(self.lagged[k] for k in range(1, step + 1)), strict=True)
+        )
+        labels = () if self.shape is None else self.shape.labels
+        return Account(labels, angles, std, lagged, lagged_std, n_eff, posterior, self.belief)
+
+    def _take_in(self, step: int, belief: Belief) -> Array:
+        self.lagged[step - belief.lag_steps] = belief.lagged_joint_angles, belief.lagged_joint_std
+        return np.empty(0) if self.shape is None else self.shape.update(belief)
+
+
+class Trial:
+    """Iterate over it to explore, one control step a turn (it may be left at any turn), then `finish`."""
+
+    def __init__(
+        self,
+        env: gym.Env[Any, Any],
+        policy: str,
+        observers: Mapping[str, HapticSLAM],
+        shape: ShapePosterior,
+        seed: int,
+        naming: Collection[str] | None = None,
+    ) -> None:
+        """`env` with `reveal_truth=True`: the truth goes to the record and to the observer `TRUE_POSE`, to no other.
+
+        `seed` fixes the world as `env.reset(seed=seed)` does, and from it the policy's and the observers' chance.
+        Every observer in `naming` (None: all) has a copy of `shape` that names the object from its beliefs.
+        """
+        self.env, self.seed = env, seed
+        base = env.unwrapped
+        self.hand: Hand = base.hand  # type: ignore[attr-defined]
+        self.step_seconds = 1.0 / base.control_hz  # type: ignore[attr-defined]
+        self.steps: int = base.episode_steps  # type: ignore[attr-defined]
+        self._policy_seed, self._observer_seed = map(int, np.random.SeedSequence(seed).generate_state(2))
+        self.policy = agents.make(policy, env, seed=self._policy_seed)
+        # Copies share the tables of the candidates, which are never changed.
+        self.watchers = {
+            name: Watcher(each, copy.copy(shape) if naming is None or name in naming else None)
+            for name, each in observers.items()
+        }
+        self._record: list[tuple[NDArray[Any], ...]] = []
+
+    def __iter__(self) -> Iterator[int]:
+        """Explore; yields the number of the step just taken, from 1."""
+        observation, info = self.env.reset(seed=self.seed)
+        self.solid = solid_of(info["truth"])
+        for watcher in self.watchers.values():
+            watcher.reset(self._observer_seed)
+        state = None
+        for step in range(1, self.steps + 1):
+            torque, state = self.policy.predict(observation, state)
+            observation, _, _, _, info = self.env.step(torque)
+            felt, contacts, truth = observation["joint_angles"], observation["contacts"], info["truth"]
+            for name, watcher in self.watchers.items():
+                watcher.step(step, torque, truth["joint_angles"] if name == TRUE_POSE else felt, contacts)
+            self._record.append((torque, felt, truth["joint_angles"], contacts.astype(bool)))
+            yield step
+
+    def finish(self) -> tuple[Exploration, dict[str, Account]]:
+        """Flush the observers' lag; what happened so far, and what each observer made of it."""
+        torques, felt, true, contacts = (np.array(each) for each in zip(*self._record, strict=True))
+        steps = len(self._record)
+        seconds = self.step_seconds * np.arange(1, steps + 1)
+        exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts)
+        return exploration, {name: watcher.account(steps) for name, watcher in self.watchers.items()}
+
+
+def solid_of(truth: Mapping[str, Any]) -> Solid:
+    """The object that `info["truth"]` describes."""
+    place = truth["object_position"], truth["object_quaternion"]
+    return shapes.make(truth["shape"], truth["object_size"], *place)
+
+
+def make_observers(
+    names: Sequence[str], hand: Hand, sigma_deg: float, particles: int, **keywords: Any
+) -> dict[str, HapticSLAM]:
+    """The observers `names` for `hand`; `particles` are those of the one that has any."""
+    return {
+        name: OBSERVERS[name](
+            hand, sigma_deg, **({"particles": particles} if name == "haptic_slam" else {}), **keywords
+        )
+        for name in names
+    }
