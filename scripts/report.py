@@ -1,0 +1,170 @@
+"""What the table of a sweep says: means with 95 % intervals, the brackets side by side, and a picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from files import atomic
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from scipy import stats
+from style import OBSERVER_COLOURS, OBSERVER_NAMES
+
+from observer import metrics
+
+ALL = "all"
+FLOOR, SLAM, CEILING = "floor", "haptic_slam", "ceiling"
+TITLES = {
+    "pose_error_lagged_deg": "Pose error, lagged (degrees)",
+    "pose_error_online_deg": "Pose error, online (degrees)",
+    "coverage_90": "How often the 90 % interval holds the true angle",
+    "surface_f_score_1": "Surface F-score at 1 voxel",
+    "surface_f_score_2": "Surface F-score at 2 voxels",
+    "shape_posterior_correct": "Named right by the shape posterior over the stream of beliefs",
+    "shape_likelihood_correct": "Named right by the shape likelihood of the last map",
+    "nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Hamming)",
+}
+
+
+def summarise(rows: pd.DataFrame, namers: Sequence[str]) -> pd.DataFrame:
+    """One line for each noise, shape (and `ALL`), observer and measure: mean, 95 % interval, number of trials.
+
+    Names: Wilson's interval. Everything else: Student's t over trials.
+    """
+    correct = [f"{namer}_correct" for namer in namers]
+    measures = [name for name in rows.columns if pd.api.types.is_float_dtype(rows[name]) and name != "sigma_deg"]
+    lines = []
+    for (sigma, shape, observer), group in pd.concat([rows, rows.assign(shape=ALL)]).groupby(
+        ["sigma_deg", "shape", "observer"], sort=False
+    ):
+        for measure in measures:
+            values = group[measure].dropna().to_numpy()
+            mean, low, high, count = metrics.accuracy(values) if measure in correct else _interval(values)
+            lines.append((sigma, shape, observer, measure, mean, low, high, count))
+    return pd.DataFrame(lines, columns=["sigma_deg", "shape", "observer", "measure", "mean", "low", "high", "trials"])
+
+
+def save_report(table: Path, namers: Sequence[str]) -> None:
+    """Write summary.csv and evaluate.png beside the `table` of trials."""
+    rows = pd.read_csv(table, float_precision="round_trip")
+    summary = summarise(rows, namers)
+    with atomic(table.parent / "summary.csv") as place:
+        summary.to_csv(place, index=False)
+    figure = draw(summary, namers, chance=1.0 / len(rows["candidates"].iloc[0].split()))
+    with atomic(table.parent / "evaluate.png") as place:
+        figure.savefig(place)
+
+
+def print_report(summary: Path, console: Console) -> None:
+    """Print the measures of `TITLES`, a table each, the observers side by side."""
+    lines = pd.read_csv(summary)
+    for measure, title in TITLES.items():
+        mine = lines[lines["measure"] == measure]
+        if len(mine):
+            console.print(_table(mine, measure, title))
+
+
+def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:
+    """Pose error against noise, and how often the object is named right, by each namer and observer."""
+    figure = Figure(figsize=(10, 7), layout="constrained")
+    panels = figure.subplots(2, 2).ravel()
+    overall = summary[summary["shape"] == ALL]
+    _draw_pose(panels[0], overall[overall["measure"] == "pose_error_lagged_deg"])
+    for axes, namer in zip(panels[1:], namers, strict=False):
+        measure = f"{namer}_correct"
+        _draw_bars(axes, overall[overall["measure"] == measure], TITLES.get(measure, measure), chance)
+    handles, labels = panels[1].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    trials = int(overall["trials"].max())
+    figure.suptitle(f"Up to {trials} explorations for each noise; bars: 95 % intervals", fontsize=12, fontweight="bold")
+    return figure
+
+
+def _table(lines: pd.DataFrame, measure: str, title: str) -> Table:
+    observers = list(dict.fromkeys(lines["observer"]))
+    bracketed = {FLOOR, SLAM, CEILING} <= set(observers) and not measure.startswith("coverage")
+    result = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    for name in ("σ", "shape", "trials", *observers, *(["closure"] if bracketed else [])):
+        result.add_column(name, justify="left" if name == "shape" else "right")
+    for sigma, of_sigma in lines.groupby("sigma_deg"):
+        for shape in dict.fromkeys(of_sigma["shape"]):
+            cells = of_sigma[of_sigma["shape"] == shape].set_index("observer")
+            told = [_cell(cells.loc[name], measure) for name in observers]
+            if bracketed:
+                ends = (float(cells.loc[name, "mean"]) for name in (SLAM, FLOOR, CEILING))
+                closure = metrics.closure(*ends)
+                told.append("–" if math.isnan(closure) else f"{closure:.0%}")
+            style = "bold" if shape == ALL else None
+            result.add_row(f"{sigma:g}°", shape, str(int(cells["trials"].max())), *told, style=style)
+        result.add_section()
+    return result
+
+
+def _cell(line: pd.Series, measure: str) -> str:
+    if math.isnan(line["mean"]):
+        return "–"
+    if measure.endswith("_correct"):
+        return f"{line['mean']:.0%} [{100 * line['low']:.0f}–{100 * line['high']:.0f}]"
+    half = 0.5 * (line["high"] - line["low"])
+    return f"{line['mean']:.2f}" if math.isnan(half) else f"{line['mean']:.2f} ±{half:.2f}"
+
+
+def _interval(values: np.ndarray) -> tuple[float, float, float, int]:
+    """Mean of `values` (n,), and its 95 % interval (Student's t); NaN where there are too few."""
+    count = len(values)
+    mean = float(values.mean()) if count else math.nan
+    if count < 2:
+        return mean, math.nan, math.nan, count
+    half = float(stats.t.ppf(0.975, count - 1) * values.std(ddof=1) / math.sqrt(count))
+    return mean, mean - half, mean + half, count
+
+
+def _draw_pose(axes: Axes, lines: pd.DataFrame) -> None:
+    for observer, line in lines.groupby("observer", sort=False):
+        errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
+        axes.errorbar(
+            line["sigma_deg"],
+            line["mean"],
+            errors,
+            marker="o",
+            capsize=3,
+            color=OBSERVER_COLOURS.get(str(observer), "#882255"),
+            linewidth=2.5 if observer == SLAM else 1.2,
+        )
+    axes.set(title="Pose error, lagged", xlabel="σ of the joint noise (degrees)", ylabel="RMS error (degrees)")
+    axes.set_xlim(left=0)
+    axes.set_ylim(bottom=0)
+
+
+def _draw_bars(axes: Axes, lines: pd.DataFrame, title: str, chance: float) -> None:
+    observers = list(dict.fromkeys(lines["observer"]))
+    noises = sorted(set(lines["sigma_deg"]))
+    width = 0.8 / len(observers)
+    for index, observer in enumerate(observers):
+        line = lines[lines["observer"] == observer].sort_values("sigma_deg")
+        place = np.arange(len(line)) - 0.4 + (index + 0.5) * width
+        axes.bar(
+            place,
+            line["mean"],
+            0.9 * width,
+            yerr=[line["mean"] - line["low"], line["high"] - line["mean"]],
+            color=OBSERVER_COLOURS.get(observer, "#882255"),
+            error_kw={"capsize": 2, "ecolor": "#D55E00", "linewidth": 1},
+            label=OBSERVER_NAMES.get(observer, observer),
+        )
+    axes.axhline(chance, color="#777777", linestyle=":", linewidth=1)
+    axes.set(
+        title=title,
+        xlabel="σ of the joint noise (degrees)",
+        ylabel="share named right",
+        ylim=(0, 1.02),
+        xticks=range(len(noises)),
+        xticklabels=[f"{each:g}" for each in noises],
+    )
