@@ -5,6 +5,8 @@ Shapes: J joints. Angles in radians, lengths in metres.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from haptic_env.composer import mjcf
@@ -53,39 +55,31 @@ ARM = 0.2  # metres from the pointer's hinge to the middle of its link
 VOXEL = 0.001
 
 
-def pointer(damping: float = 6e-3) -> Hand:
-    """A hair on a long arm, turning in the plane of y and z; its joint forgets its velocity in 10 ms.
+@lru_cache
+def pointer(joints: int = 1) -> Hand:
+    """A hair on a long arm, turning in the plane of y and z; its joints forget their velocity in some 10 ms.
 
     The hair runs along z for one voxel, its palmar side (-x) is one patch and its end another. What the patch says of
-    a cell and what the map is told are then the same: the cell of one row along y beside which the hair stands.
+    a cell and what the map is told are then the same: the cell of one row along y beside which the hair stands. With
+    two joints both turn about one axis, and only their sum moves the hair.
     """
     root = mjcf.RootElement(model="pointer")
     root.option.gravity = (0, 0, 0)
     root.compiler.angle = "radian"
     body = root.worldbody.add("body", name="hair", pos=(0, 0, ARM - VOXEL / 2))
-    body.add("inertial", pos=(0, 0, 0), mass=1e-3, diaginertia=(2e-5, 1e-6, 1e-6))
-    hinge = body.add(
-        "joint", name="hinge", axis=(-1, 0, 0), pos=(0, 0, VOXEL / 2 - ARM), range=(-1, 1), damping=damping
-    )
-    root.actuator.add("motor", name="hinge", joint=hinge, gear=[0.01])
-    return _hand("pointer", root, (Link("hair", "hair", 1e-6, VOXEL, tip=True),), 1, 1)
-
-
-def two_pointers() -> Hand:
-    """The pointer and, far from it, a second one that no map reaches: two joints, each a finger."""
-    root = mjcf.RootElement(model="pointers")
-    root.option.gravity = (0, 0, 0)
-    root.compiler.angle = "radian"
-    links = []
-    for finger, x in (("near", 0.0), ("far", 2 * VOXEL)):
-        body = root.worldbody.add("body", name=finger, pos=(x, 0, ARM - VOXEL / 2))
-        body.add("inertial", pos=(0, 0, 0), mass=1e-3, diaginertia=(2e-5, 1e-6, 1e-6))
+    body.add("inertial", pos=(0, 0, 0), mass=1e-3, diaginertia=(2e-5, 2e-5, 2e-5))
+    for j in range(joints):
         hinge = body.add(
-            "joint", name=finger, axis=(-1, 0, 0), pos=(0, 0, VOXEL / 2 - ARM), range=(-1, 1), damping=6e-3
+            "joint",
+            name=f"hinge{j}",
+            axis=(-1, 0, 0),
+            pos=(0, 0, VOXEL / 2 - ARM),
+            range=(-1, 1),
+            damping=6e-3,
+            armature=2e-5 * (joints - 1),
         )
-        root.actuator.add("motor", name=finger, joint=hinge, gear=[0.01])
-        links.append(Link(finger, finger, 1e-6, VOXEL, tip=True))
-    return _hand("pointers", root, tuple(links), 1, 1)
+        root.actuator.add("motor", name=f"hinge{j}", joint=hinge, gear=[0.01])
+    return _hand("pointer", root, (Link("hair", "hair", 1e-6, VOXEL, tip=True),), 1, 1)
 
 
 def _hand(name: str, root: mjcf.RootElement, links: tuple[Link, ...], along: int = 2, around: int = 4) -> Hand:

@@ -5,10 +5,20 @@ N particles, J joints, K candidates, L links, P patches, (X, Y, Z) voxels. Metre
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
+from observer.contact_model import ContactModel
 from observer.kernels import LIMIT, QUANTUM
 from observer.kinematics import link_frames, tree_of
+
+
+def full_weight(**keywords):
+    """A contact model whose touches count in full at every step, under nothing but the shell."""
+    has = {field.name for field in dataclasses.fields(ContactModel)}
+    plain = {"touch": 1.0, "sustained": 1.0, "fall": 1e-6}
+    return ContactModel(**{name: value for name, value in plain.items() if name in has}, **keywords)
 
 
 def probability(log_odds):

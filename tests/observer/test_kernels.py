@@ -24,20 +24,6 @@ def hand(request: pytest.FixtureRequest):
     return HANDS[request.param]()
 
 
-@pytest.fixture
-def two_finger():
-    """The two-finger hand."""
-    return hands.make("two_finger")
-
-
-@pytest.fixture
-def threads():
-    """Sets the number of numba's threads; afterwards it is what it was."""
-    before = numba.get_num_threads()
-    yield numba.set_num_threads
-    numba.set_num_threads(before)
-
-
 def _grid(hand) -> Grid:
     """Small enough that much of the hand lies outside it."""
     return Grid.around(hand.grasp_centre + 0.01, (0.08, 0.07, 0.09), 0.004)
@@ -255,11 +241,11 @@ def test_the_table_of_probabilities():
     assert kernels.PROBABILITY[128] == 0.5
 
 
-def test_any_number_of_threads_gives_the_same_bits(two_finger, threads):
+def test_any_number_of_threads_gives_the_same_bits(two_finger):
     inputs = Inputs(two_finger, _grid(two_finger), particles=33)
     results = []
     for number in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
-        threads(number)
+        numba.set_num_threads(number)
         weights = np.full(33, 1 / 33)
         cells = np.arange(np.prod(inputs.grid.shape))
         outputs = (*inputs.advance(), kernels.mean_probability(inputs.maps, weights, cells, kernels.PROBABILITY))

@@ -1,0 +1,162 @@
+"""Measures against cases worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from haptic_env import hands, shapes
+from haptic_env.grid import Grid
+from observer import metrics
+from observer.kinematics import link_frames, tree_of
+
+GRID = Grid((-0.04, -0.04, -0.04), 0.004, (20, 20, 20))  # voxel centres at ±2, ±6, … ±38 mm
+CUBE = shapes.make("cube", (0.04, 0.04, 0.04))  # its faces at ±20 mm, between the centres at 18 and 22 mm
+
+
+def test_pose_error_is_the_rms_over_joints_then_over_steps() -> None:
+    truth = np.zeros((2, 2))
+    estimate = np.deg2rad([[3.0, 4.0], [0.0, 0.0]])
+    np.testing.assert_allclose(metrics.pose_error_deg(estimate, truth), [np.sqrt(12.5), 0.0])
+    assert metrics.pose_rmse_deg(estimate, truth) == pytest.approx(2.5)
+    assert np.isnan(metrics.pose_rmse_deg(np.empty((0, 2)), np.empty((0, 2))))
+
+
+def test_credible_coverage_counts_what_lies_within_the_interval() -> None:
+    truth = np.array([0.0, 1.6, 1.7, -1.6, 3.0])  # the 90 % interval of a standard normal ends at 1.645
+    assert metrics.credible_coverage(np.zeros(5), np.ones(5), truth) == pytest.approx(0.6)
+    assert metrics.credible_coverage(np.zeros(5), np.ones(5), truth, level=0.5) == pytest.approx(0.2)
+    truth = np.random.default_rng(0).normal(2.0, 0.3, 20_000)
+    assert metrics.credible_coverage(2.0, np.full(20_000, 0.3), truth) == pytest.approx(0.9, abs=0.01)
+
+
+def occupied(*cells: tuple[int, int, int]) -> np.ndarray:
+    """A map that knows nothing but that `cells` are occupied."""
+    occupancy = np.full(GRID.shape, 0.5)
+    for cell in cells:
+        occupancy[cell] = 0.9
+    return occupancy
+
+
+def test_precision_is_the_share_of_occupied_voxels_near_the_surface() -> None:
+    # Along x: centres at 22 (2 mm outside), 26 (6 mm outside), 2 mm (18 mm inside) and 30 mm (10 mm outside).
+    occupancy = occupied((15, 10, 10), (16, 10, 10), (10, 10, 10), (17, 10, 10))
+    assert metrics.surface_precision(occupancy, GRID, CUBE, voxels=1) == pytest.approx(1 / 4)
+    assert metrics.surface_precision(occupancy, GRID, CUBE, voxels=2) == pytest.approx(2 / 4)
+    assert metrics.surface_precision(np.full(GRID.shape, 0.5), GRID, CUBE) == 0.0
+
+
+def test_recall_is_the_share_of_touched_places_near_an_occupied_voxel() -> None:
+    occupancy = occupied((15, 10, 10))  # centre (22, 2, 2) mm
+    places = np.array([[0.020, 0.002, 0.002], [0.020, 0.009, 0.002], [-0.020, 0.0, 0.0]])  # 2, 7.3 and 42 mm away
+    assert metrics.surface_recall(occupancy, GRID, places, voxels=1) == pytest.approx(1 / 3)
+    assert metrics.surface_recall(occupancy, GRID, places, voxels=2) == pytest.approx(2 / 3)
+    assert metrics.surface_recall(np.full(GRID.shape, 0.5), GRID, places) == 0.0
+    assert np.isnan(metrics.surface_recall(occupancy, GRID, np.empty((0, 3))))
+
+
+def test_the_f_score_is_the_harmonic_mean() -> None:
+    occupancy = occupied((15, 10, 10), (10, 10, 10))
+    places = np.array([[0.020, 0.002, 0.002], [-0.020, 0.0, 0.0], [0.0, -0.020, 0.0]])
+    score = metrics.surface_score(occupancy, GRID, CUBE, places)
+    assert score == pytest.approx((1 / 2, 1 / 3, 2 * (1 / 2) * (1 / 3) / (1 / 2 + 1 / 3)))
+    assert metrics.surface_score(np.full(GRID.shape, 0.5), GRID, CUBE, places) == (0.0, 0.0, 0.0)
+
+
+def test_the_true_map_scores_in_full() -> None:
+    shell = np.abs(CUBE.signed_distance(GRID.centres())) <= 0.5001 * GRID.resolution
+    occupancy = np.where(shell, 0.9, 0.1)
+    places = GRID.centres()[shell]
+    assert metrics.surface_score(occupancy, GRID, CUBE, places) == (1.0, 1.0, 1.0)
+    assert metrics.surface_coverage(occupancy, GRID, CUBE) == 1.0
+    half = occupancy.copy()
+    half[10:] = 0.5
+    # The other half is found only where it borders on this one: the ring of voxels next to the middle.
+    rim = shell[10].sum() / shell.sum()
+    assert metrics.surface_coverage(half, GRID, CUBE) == pytest.approx(0.5 + rim)
+
+
+def test_touched_places_lie_on_the_surface_under_the_patch_that_rang() -> None:
+    hand = hands.make("two_finger")
+    tip = hand.patches.names.index("index_distal_tip")
+    contacts = np.zeros((2, len(hand.patches)), dtype=bool)
+    contacts[1, tip] = True
+    angles = np.tile(hand.rest_pose, (2, 1))
+    skin = hand.patches.surface(0.002)
+    position, rotation = link_frames(tree_of(hand), hand.rest_pose)
+    mine = skin.patch == tip
+    points = np.einsum("mij,mj->mi", rotation[skin.link], skin.points)[mine] + position[skin.link][mine]
+    top = points[points[:, 2].argmax()]
+    ball = shapes.make("sphere", (0.02, 0.02, 0.02), top + [0, 0, 0.010])  # it rests on the fingertip
+    places = metrics.touched_places(hand, angles, contacts, ball)
+    np.testing.assert_allclose(places, [top], atol=1e-9)
+    far = shapes.make("sphere", (0.02, 0.02, 0.02), top + [0, 0, 0.020])
+    assert metrics.touched_places(hand, angles, contacts, far).shape == (0, 3)  # it rang falsely
+    assert len(metrics.touched_places(hand, np.tile(angles, (5, 1)), np.tile(contacts, (5, 1)), ball)) == 1
+
+
+def test_reachable_voxels_are_those_of_the_fingers_and_their_neighbours() -> None:
+    hand = hands.make("two_finger")
+    grid = Grid.around(hand.grasp_centre, hand.workspace, 0.004)
+    cells = metrics.reachable(hand, hand.rest_pose[None], grid)
+    distance = np.full(grid.shape, np.inf)
+    position, rotation = link_frames(tree_of(hand), hand.rest_pose)
+    for index, link in enumerate(hand.links):  # distance of every voxel's centre to the capsule
+        local = (grid.centres() - position[index]) @ rotation[index]
+        bone = np.clip(local[..., 2], 0.0, link.length)[..., None] * [0, 0, 1]
+        distance = np.minimum(distance, np.linalg.norm(local - bone, axis=-1) - link.radius)
+    assert cells[distance < 0].all()
+    assert not cells[distance > 2 * np.sqrt(3) * grid.resolution].any()
+
+
+def test_reliability_by_hand() -> None:
+    occupancy = np.array([0.05, 0.05, 0.95, 0.95, 0.5]).reshape(5, 1, 1)
+    truth = np.array([False, True, True, True, True]).reshape(5, 1, 1)
+    cells = np.array([True, True, True, True, False]).reshape(5, 1, 1)
+    result = metrics.reliability(occupancy, truth, cells, bins=2)
+    np.testing.assert_allclose(result.predicted, [0.05, 0.95])
+    np.testing.assert_allclose(result.observed, [0.5, 1.0])
+    assert result.cells.tolist() == [2, 2]
+    assert result.ece == pytest.approx((2 * 0.45 + 2 * 0.05) / 4)
+    assert result.brier == pytest.approx((0.05**2 + 0.95**2 + 2 * 0.05**2) / 4)
+
+
+def test_reliability_of_what_is_calibrated_and_of_nothing() -> None:
+    rng = np.random.default_rng(1)
+    p = rng.random((40, 40, 40))
+    every = np.ones(p.shape, dtype=bool)
+    result = metrics.reliability(p, rng.random(p.shape) < p, every)
+    assert result.ece < 0.01
+    assert result.brier == pytest.approx(1 / 6, abs=0.005)  # E[p (1 - p)] for p uniform
+    assert np.isnan(metrics.reliability(p, p > 0.5, ~every).ece)
+    edges = metrics.reliability(np.array([[[0.0, 1.0]]]), np.array([[[False, True]]]), np.ones((1, 1, 2), bool))
+    assert edges.cells.tolist() == [1] + [0] * 8 + [1]
+    assert edges.ece == 0.0
+
+
+def test_accuracy_has_wilsons_interval() -> None:
+    share = metrics.accuracy([True] * 8 + [False] * 2)
+    # Newcombe 1998 (Stat. Med. 17, 857): (2np + z² ± z √(z² + 4np(1 - p))) / (2(n + z²)), z = 1.96.
+    z, n, p = 1.959964, 10, 0.8
+    spread = z * np.sqrt(z**2 + 4 * n * p * (1 - p))
+    expected = [(2 * n * p + z**2 + sign * spread) / (2 * (n + z**2)) for sign in (-1, 1)]
+    assert share.mean == pytest.approx(0.8)
+    assert (share.low, share.high) == pytest.approx(expected, abs=1e-6)
+    assert share.trials == 10
+    assert metrics.accuracy([0.5, 0.5]).mean == 0.5
+    assert np.isnan(metrics.accuracy([]).mean)
+
+
+def test_time_to_decision_is_when_the_doubts_end() -> None:
+    seconds = np.array([0.1, 0.2, 0.3, 0.4])
+    chain = np.array([[0.96, 0.04], [0.5, 0.5], [0.97, 0.03], [0.99, 0.01]])
+    assert metrics.time_to_decision(seconds, chain) == pytest.approx(0.3)
+    assert metrics.time_to_decision(seconds, chain[[0, 0, 2, 3]]) == pytest.approx(0.1)
+    assert np.isnan(metrics.time_to_decision(seconds, chain[[2, 3, 0, 1]]))  # in doubt at the end
+    assert np.isnan(metrics.time_to_decision([], np.empty((0, 2))))
+
+
+def test_closure_is_zero_at_the_floor_and_one_at_the_ceiling() -> None:
+    assert metrics.closure(0.8, 0.4, 0.9) == pytest.approx(0.8)
+    assert metrics.closure(1.2, 3.0, 0.0) == pytest.approx(0.6)  # errors: less is better, the same formula
+    assert np.isnan(metrics.closure(0.5, 0.5, 0.5))
