@@ -105,7 +105,7 @@ def touched_places(
 def surface_precision(occupancy: Array, grid: Grid, solid: Solid, voxels: float = 1.0) -> float:
     """Share of the occupied voxels whose centre lies within `voxels` of the true surface; 0 where none is occupied."""
     centres = grid.centres()[occupancy > OCCUPIED]
-    near = np.abs(solid.signed_distance(centres)) <= voxels * grid.resolution
+    near = np.abs(solid.signed_distance(centres)) <= _length(voxels, grid)
     return float(near.mean()) if near.size else 0.0
 
 
@@ -117,7 +117,7 @@ def surface_recall(occupancy: Array, grid: Grid, places: Array, voxels: float = 
     if len(centres) == 0:
         return 0.0
     distance, _ = cKDTree(centres).query(places)
-    return float((distance <= voxels * grid.resolution).mean())
+    return float((distance <= _length(voxels, grid)).mean())
 
 
 def surface_score(occupancy: Array, grid: Grid, solid: Solid, touched: Array, voxels: float = 1.0) -> SurfaceScore:
@@ -131,7 +131,7 @@ def surface_score(occupancy: Array, grid: Grid, solid: Solid, touched: Array, vo
 def surface_coverage(occupancy: Array, grid: Grid, solid: Solid, voxels: float = 1.0) -> float:
     """Share of the whole true surface (voxels that it passes through) with an occupied voxel within `voxels`."""
     centres = grid.centres()
-    surface = centres[np.abs(solid.signed_distance(centres)) <= 0.5 * grid.resolution]
+    surface = centres[np.abs(solid.signed_distance(centres)) <= _length(0.5, grid)]
     return surface_recall(occupancy, grid, surface, voxels)
 
 
@@ -200,6 +200,11 @@ def closure(slam: float, floor: float, ceiling: float) -> float:
     """(slam - floor) / (ceiling - floor): 0 at the floor, 1 at the ceiling; NaN where the two are the same."""
     gap = ceiling - floor
     return (slam - floor) / gap if gap != 0 else float("nan")
+
+
+def _length(voxels: float, grid: Grid) -> float:
+    """Metres; a hair more, so that rounding does not decide about what is exactly so far away (neighbours are)."""
+    return voxels * grid.resolution * (1 + 1e-6)
 
 
 def _placed(tree: Tree, joint_angles: Array, points: Array, link: NDArray[np.int64]) -> Array:

@@ -21,6 +21,7 @@ from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import gymnasium as gym
 import numba
@@ -43,13 +44,13 @@ from observer.classifiers import CLASSIFIERS, MapClassifier
 
 EXAMPLE = "example: python scripts/evaluate.py --shapes cube sphere --sigmas 3 5 --trials 20 --out out/two_shapes"
 FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
-WIDTH = 110  # of what is printed to a file
+WIDTH = 120  # of what is printed to a file
 EXEMPLAR_SEED = 2_000_000_000
 KNOWS_SHAPES = ("shape_likelihood",)  # classifiers that are given the true candidates; others see exemplars
 STREAM = "shape_posterior"  # the name of what names the object from the whole stream of beliefs
 NAMERS = (STREAM, *CLASSIFIERS)
 PACKAGES = ("haptic-slam", "gymnasium", "mujoco", "numba", "numpy", "scipy", "scikit-learn")
-QUICK = {"sigmas": [3.0], "trials": 3, "seconds": 5.0, "exemplars": 1}
+QUICK = {"sigmas": [3.0], "trials": 2, "seconds": 5.0, "exemplars": 1}
 MEASURES = (
     "pose_error_online_deg",
     "pose_error_lagged_deg",
@@ -218,7 +219,7 @@ def classifiers(namer: str, observer: str, settings: Settings, sigma_deg: float,
             try:
                 with np.load(task.exemplar_path) as kept:
                     maps.append(kept[observer])
-            except (OSError, ValueError, KeyError, EOFError) as error:
+            except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
                 raise ValueError(f"{task.exemplar_path} is corrupt ({error}); delete it and run again") from error
         fitted.append(CLASSIFIERS[namer]().fit(maps, names))
     return fitted
@@ -353,6 +354,10 @@ def sweep(given: argparse.Namespace, console: Console) -> None:
 
             def done(rows: list[dict[str, Any]] | None, bar: Any = bar) -> None:
                 if rows is not None:
+                    if any(row["code"] != versions()["code"] for row in rows):
+                        raise ValueError(
+                            "the code was changed while the sweep ran; its trials would not belong together"
+                        )
                     results.append(rows)
                 progress.advance(bar)
 
@@ -374,10 +379,13 @@ def main(arguments: list[str] | None = None) -> int:
             "A worker died (out of memory?); every finished trial is kept, the same command goes on from here."
         )
         code = 1
+    except ValueError as error:
+        console.print(f"{error}. Every trial that finished before is kept.", style="red")
+        code = 1
     given.results.rewrite()
     if not given.results.trials:
         return code
-    save_report(given.results.path, NAMERS)
+    save_report(given.results.path, MEASURES, NAMERS)
     print_report(given.folder / "summary.csv", console)
     console.print(f"Rows, summary and picture: {given.results.path}, summary.csv, evaluate.png", highlight=False)
     return code

@@ -33,28 +33,27 @@ TITLES = {
 }
 
 
-def summarise(rows: pd.DataFrame, namers: Sequence[str]) -> pd.DataFrame:
+def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]) -> pd.DataFrame:
     """One line for each noise, shape (and `ALL`), observer and measure: mean, 95 % interval, number of trials.
 
     Names: Wilson's interval. Everything else: Student's t over trials.
     """
     correct = [f"{namer}_correct" for namer in namers]
-    measures = [name for name in rows.columns if pd.api.types.is_float_dtype(rows[name]) and name != "sigma_deg"]
     lines = []
     for (sigma, shape, observer), group in pd.concat([rows, rows.assign(shape=ALL)]).groupby(
         ["sigma_deg", "shape", "observer"], sort=False
     ):
-        for measure in measures:
+        for measure in (*measures, *correct):
             values = group[measure].dropna().to_numpy()
             mean, low, high, count = metrics.accuracy(values) if measure in correct else _interval(values)
             lines.append((sigma, shape, observer, measure, mean, low, high, count))
     return pd.DataFrame(lines, columns=["sigma_deg", "shape", "observer", "measure", "mean", "low", "high", "trials"])
 
 
-def save_report(table: Path, namers: Sequence[str]) -> None:
+def save_report(table: Path, measures: Sequence[str], namers: Sequence[str]) -> None:
     """Write summary.csv and evaluate.png beside the `table` of trials."""
-    rows = pd.read_csv(table, float_precision="round_trip")
-    summary = summarise(rows, namers)
+    rows = pd.read_csv(table)
+    summary = summarise(rows, measures, namers)
     with atomic(table.parent / "summary.csv") as place:
         summary.to_csv(place, index=False)
     figure = draw(summary, namers, chance=1.0 / len(rows["candidates"].iloc[0].split()))
@@ -79,11 +78,13 @@ def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:
     _draw_pose(panels[0], overall[overall["measure"] == "pose_error_lagged_deg"])
     for axes, namer in zip(panels[1:], namers, strict=False):
         measure = f"{namer}_correct"
-        _draw_bars(axes, overall[overall["measure"] == measure], TITLES.get(measure, measure), chance)
+        _draw_bars(axes, overall[overall["measure"] == measure], f"Named right: {namer.replace('_', ' ')}", chance)
     handles, labels = panels[1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     trials = int(overall["trials"].max())
-    figure.suptitle(f"Up to {trials} explorations for each noise; bars: 95 % intervals", fontsize=12, fontweight="bold")
+    figure.suptitle(
+        f"{trials} explorations for each noise, 95 % intervals; dotted: chance", fontsize=12, fontweight="bold"
+    )
     return figure
 
 

@@ -1,0 +1,158 @@
+"""The sweep: seeded, resumable, never of two configurations."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import evaluate
+import numpy as np
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TINY = [
+    *("--shapes", "cube", "sphere", "--sigmas", "3", "--trials", "2", "--seconds", "0.6", "--particles", "5"),
+    *("--exemplars", "1", "--jobs", "1", "--observers", "floor", "haptic_slam", "--first-seed", "10"),
+]
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("swept")
+    assert evaluate.main([*TINY, "--out", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture
+def copied(swept: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(swept, tmp_path / "copied"))
+
+
+def refused(folder: Path, capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    """What is told about a command line that makes no sense."""
+    with pytest.raises(SystemExit) as ended:
+        evaluate.parse([*TINY, "--out", str(folder), *arguments])
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert error.count("\n") == 1
+    return error
+
+
+def test_one_row_for_each_trial_and_observer(swept: Path) -> None:
+    rows = pd.read_csv(swept / "trials.csv")
+    assert len(rows) == 2 * 2 * 2
+    assert not rows.duplicated(["sigma_deg", "shape", "seed", "observer"]).any()
+    assert set(rows["seed"]) == {10, 11}
+    assert np.isfinite(rows["pose_error_lagged_deg"]).all()
+    for version in ("version_numpy", "version_mujoco", "code", "policy", "seconds", "particles"):
+        assert rows[version].notna().all()
+    error = rows.groupby("observer")["pose_error_lagged_deg"].mean()
+    assert error["haptic_slam"] < error["floor"]
+
+
+def test_the_summary_gives_intervals(swept: Path) -> None:
+    summary = pd.read_csv(swept / "summary.csv")
+    named = summary[(summary["measure"] == "shape_posterior_correct") & (summary["shape"] == "all")]
+    assert set(named["observer"]) == {"floor", "haptic_slam"}
+    assert (named["trials"] == 4).all()
+    assert ((named["low"] <= named["mean"]) & (named["mean"] <= named["high"])).all()
+    assert (swept / "evaluate.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("where", ["within a row", "between two rows"])
+def test_killed_half_way_it_goes_on_to_the_same_rows(copied: Path, swept: Path, where: str) -> None:
+    whole = (swept / "trials.csv").read_bytes()
+    last = whole.splitlines(keepends=True)[-1]
+    (copied / "trials.csv").write_bytes(whole[:-1] if where == "within a row" else whole[: -len(last)])
+    assert evaluate.main([*TINY, "--out", str(copied)]) == 0
+    assert (copied / "trials.csv").read_bytes() == whole
+
+
+def test_a_finished_sweep_runs_nothing_again(copied: Path, swept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(tasks: list[object], *_: object) -> None:
+        assert list(tasks) == []
+
+    monkeypatch.setattr(evaluate, "run", run)
+    assert evaluate.main([*TINY, "--out", str(copied)]) == 0
+    assert (copied / "trials.csv").read_bytes() == (swept / "trials.csv").read_bytes()
+
+
+def test_two_configurations_do_not_mix(copied: Path, capsys: pytest.CaptureFixture) -> None:
+    told = refused(copied, capsys, "--seconds", "2", "--particles", "7")
+    assert "seconds is 0.6 there and 2.0 here" in told
+    assert "particles is 5 there and 7 here" in told
+    assert evaluate.parse([*TINY, "--out", str(copied), "--trials", "9", "--sigmas", "1", "3"])  # more of the same
+
+
+def test_a_corrupt_table_is_told(copied: Path, capsys: pytest.CaptureFixture) -> None:
+    table = copied / "trials.csv"
+    whole = table.read_text()
+    table.write_text(whole.replace("3.0,cube,10,", "3.0,cube,ten,"))
+    assert "seed must be a number, got 'ten'; the table is corrupt" in refused(copied, capsys)
+    table.write_text(whole.replace("3.0,cube,10,floor,", "3.0,cube,10,", 1))
+    assert "line 2: " in refused(copied, capsys)
+    table.write_text(whole.replace("3.0,cube,10,floor", "3.0,cube,10,kalman"))
+    assert "has rows of kalman, haptic_slam" in refused(copied, capsys)
+    table.write_bytes(b"\xff\xfe" + whole.encode())
+    assert "trials.csv is corrupt" in refused(copied, capsys)
+    table.write_text("a,b\n1,2\n")
+    assert "the columns are not those of this table" in refused(copied, capsys)
+    table.write_text(whole)
+    (copied / "config.json").write_text("{")
+    assert "config.json is corrupt" in refused(copied, capsys)
+    (copied / "config.json").unlink()
+    assert "has no config.json" in refused(copied, capsys)
+
+
+def test_a_corrupt_exemplar_is_told(copied: Path, capsys: pytest.CaptureFixture) -> None:
+    (copied / "trials.csv").unlink()
+    exemplar = next((copied / "exemplars").iterdir())
+    exemplar.write_bytes(exemplar.read_bytes()[:100])
+    assert evaluate.main([*TINY, "--out", str(copied)]) == 1
+    told = "".join(capsys.readouterr().out.split())
+    assert f"{exemplar.name}iscorrupt" in told
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--shapes", "cube", "egg"], "unknown --shapes 'egg'; choose from cube"),
+        (["--shapes", "cube", "cube"], "must name each shape once"),
+        (["--observers", "oracle"], "choose from ceiling, floor"),
+        (["--sigmas", "nan"], "must be a finite number"),
+        (["--trials", "0"], "must be an integer in [1, 100000]"),
+        (["--jobs", "0"], "must be an integer in [1, 1024]"),
+        (["--exemplars", "0"], "must be an integer in [1, 1000]"),
+        (["--out", "/dev/null/here"], "--out must be a folder"),
+    ],
+)
+def test_bad_input_is_one_clear_line(
+    arguments: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    assert told in refused(tmp_path, capsys, *arguments)
+
+
+def test_ctrl_c_keeps_every_finished_trial(tmp_path: Path) -> None:
+    many = [each if each != "2" else "500" for each in TINY]
+    command = [sys.executable, str(ROOT / "scripts" / "evaluate.py"), *many, "--out", str(tmp_path)]
+    table = tmp_path / "trials.csv"
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}
+    ) as run:
+        for _ in range(600):
+            if table.exists() and table.read_text().count("\n") > 4:
+                break
+            time.sleep(0.1)
+        run.send_signal(signal.SIGINT)
+        told, _ = run.communicate(timeout=60)
+    assert run.returncode == 130
+    assert "Stopped; every finished trial is kept" in told
+    rows = pd.read_csv(table)
+    assert len(rows) >= 4
+    assert (rows.groupby(["sigma_deg", "shape", "seed"]).size() == 2).all()

@@ -1,0 +1,122 @@
+"""The main job from end to end."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import explore
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SHORT = ["--seconds", "1", "--particles", "20", "--seed", "3"]
+
+
+def run(folder: Path, *arguments: str) -> dict[str, Any]:
+    assert explore.main([*SHORT, "--out", str(folder), *arguments]) == 0
+    return json.loads((folder / "explore.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def explored(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("explored")
+    run(folder, "--shape", "cube")
+    return folder
+
+
+def test_it_names_the_object_and_tells_how_sure_it_is(explored: Path) -> None:
+    summary = json.loads((explored / "explore.json").read_text())
+    assert summary["truth"] == "cube"
+    assert summary["named"] in summary["posterior"]
+    assert sum(summary["posterior"].values()) == pytest.approx(1.0)
+    assert summary["pose_error"]["haptic SLAM, lagged"]["degrees"] < summary["pose_error"]["raw angles"]["degrees"]
+    assert summary["explored_seconds"] == pytest.approx(1.0)
+
+
+def test_the_trace_is_complete(explored: Path) -> None:
+    with np.load(explored / "explore.npz") as trace:
+        steps, joints = trace["true_angles"].shape
+        assert steps == 50
+        for name in ("torques", "felt_angles", "joint_angles", "joint_std", "lagged_joint_angles"):
+            assert trace[name].shape == (steps, joints)
+            assert np.isfinite(trace[name]).all()
+        assert trace["posterior"].shape == (steps, len(trace["labels"]))
+        assert trace["occupancy"].ndim == 3
+
+
+def test_files_are_whole_and_nothing_else_is_left(explored: Path) -> None:
+    assert sorted(path.name for path in explored.iterdir()) == ["explore.json", "explore.npz", "explore.png"]
+    assert (explored / "explore.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_the_same_seed_is_the_same_exploration(explored: Path, tmp_path: Path) -> None:
+    run(tmp_path, "--shape", "cube")
+    with np.load(explored / "explore.npz") as first, np.load(tmp_path / "explore.npz") as second:
+        for name in first:
+            assert first[name].tobytes() == second[name].tobytes(), name
+
+
+def test_without_a_shape_the_object_is_hidden_until_the_end(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    summary = run(tmp_path)
+    before, after = capsys.readouterr().out.split("After 1 s")
+    assert "hidden object" in before
+    assert f"in truth it is a                │ {summary['truth']}" in after
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--shape", "cubee"], "choose from cube, cylinder, pyramid, sphere"),
+        (["--policy", "scratch"], "choose from"),
+        (["--sigma", "nan"], r"finite number in [0, 90] degrees"),
+        (["--sigma", "-1"], r"finite number in [0, 90] degrees"),
+        (["--sigma", "loud"], "invalid float value: 'loud'"),
+        (["--particles", "0"], "an integer in [1, 100000]"),
+        (["--particles", "1.5"], "invalid int value: '1.5'"),
+        (["--seconds", "0"], "a finite number in (0, 3600] s"),
+        (["--seconds", "inf"], "a finite number in (0, 3600] s"),
+        (["--seed", "-1"], "an integer in [0, 4294967295]"),
+        (["--env", "HapticSLAM/Foot-v0"], "choose from HapticSLAM/"),
+        (["--out", "/dev/null/here"], "--out must be a folder"),
+        (["--colour", "red"], "unrecognized arguments"),
+    ],
+)
+def test_bad_input_is_one_clear_line(
+    arguments: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        explore.main(["--out", str(tmp_path), *arguments])
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert told in error
+    assert error.count("\n") == 1
+
+
+def test_help_has_an_example(capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        explore.main(["--help"])
+    assert ended.value.code == 0
+    assert explore.EXAMPLE in capsys.readouterr().out
+
+
+def test_ctrl_c_ends_with_what_is_there(tmp_path: Path) -> None:
+    command = [sys.executable, "-u", str(ROOT / "scripts" / "explore.py"), "--particles", "5", "--seconds", "900"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(
+        [*command, "--out", str(tmp_path)], stdout=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        assert process.stdout is not None
+        lines = iter(process.stdout.readline, "")
+        assert any("Neff" in line for line in lines)
+        process.send_signal(signal.SIGINT)
+        rest = process.stdout.read()
+    assert process.returncode == 130
+    assert "Stopped early" in rest
+    summary = json.loads((tmp_path / "explore.json").read_text())
+    assert 1.0 <= summary["explored_seconds"] < 900
