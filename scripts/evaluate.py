@@ -14,9 +14,10 @@ import os
 import platform
 import signal
 import sys
-from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -269,12 +270,12 @@ def columns(settings: Settings) -> tuple[list[str], list[str]]:
     return [*KEY, *numbers, *NAMERS, *constants(settings)], [*numbers, "sigma_deg", "seed"]
 
 
-def run(tasks: Iterable[Task], work: Callable[[Task], Any], jobs: int, done: Callable[[Any], None]) -> None:
-    """Do `work` on all `tasks` in `jobs` processes, handing each result to `done` as it comes."""
+@contextmanager
+def workers(jobs: int) -> Iterator[Executor]:
+    """`jobs` processes; where anything goes wrong, Ctrl-C included, they end at once."""
     executor = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), prepare_worker)
     try:
-        for future in as_completed([executor.submit(work, task) for task in tasks]):
-            done(future.result())
+        yield executor
         executor.shutdown()
     except BaseException:
         executor.shutdown(wait=False, cancel_futures=True)
@@ -348,20 +349,23 @@ def sweep(given: argparse.Namespace, console: Console) -> None:
     if len(missing) < len(trials):
         console.print(f"{len(trials) - len(missing)} of {len(trials)} trials are in {results.path} already")
     shown = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*shown, TextColumn("left"), TimeRemainingColumn(), console=console) as progress:
-        for name, tasks, work in (("exemplars", exemplars, run_exemplar), ("trials", missing, run_trial)):
-            bar = progress.add_task(name, total=len(tasks))
+    progress = Progress(*shown, TextColumn("left"), TimeRemainingColumn(), console=console)
+    with progress, workers(given.jobs) as executor:
+        bar = progress.add_task("exemplars", total=len(exemplars))
+        for _ in as_results(executor, run_exemplar, exemplars):
+            progress.advance(bar)
+        bar = progress.add_task("trials", total=len(missing))
+        for rows in as_results(executor, run_trial, missing):
+            if any(row["code"] != versions()["code"] for row in rows):
+                raise ValueError("the code was changed while the sweep ran; its trials would not belong together")
+            results.append(rows)
+            progress.advance(bar)
 
-            def done(rows: list[dict[str, Any]] | None, bar: Any = bar) -> None:
-                if rows is not None:
-                    if any(row["code"] != versions()["code"] for row in rows):
-                        raise ValueError(
-                            "the code was changed while the sweep ran; its trials would not belong together"
-                        )
-                    results.append(rows)
-                progress.advance(bar)
 
-            run(tasks, work, given.jobs, done)
+def as_results(executor: Executor, work: Callable[[Task], Any], tasks: Sequence[Task]) -> Iterator[Any]:
+    """What `work` returns for each of `tasks`, in the order in which they finish."""
+    for future in as_completed([executor.submit(work, task) for task in tasks]):
+        yield future.result()
 
 
 def main(arguments: list[str] | None = None) -> int:

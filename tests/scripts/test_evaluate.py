@@ -75,10 +75,11 @@ def test_killed_half_way_it_goes_on_to_the_same_rows(copied: Path, swept: Path, 
 
 
 def test_a_finished_sweep_runs_nothing_again(copied: Path, swept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def run(tasks: list[object], *_: object) -> None:
-        assert list(tasks) == []
+    def as_results(executor: object, work: object, tasks: list[object]) -> list[object]:
+        assert tasks == []
+        return []
 
-    monkeypatch.setattr(evaluate, "run", run)
+    monkeypatch.setattr(evaluate, "as_results", as_results)
     assert evaluate.main([*TINY, "--out", str(copied)]) == 0
     assert (copied / "trials.csv").read_bytes() == (swept / "trials.csv").read_bytes()
 
