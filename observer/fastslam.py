@@ -39,6 +39,7 @@ class HapticSLAM:
         particles: int = 200,
         *,
         candidates: int = 8,
+        matching: str = "mean",
         lag: int | None = None,
         motor_noise: float = 0.1,
         control_hz: float = 50.0,
@@ -57,6 +58,7 @@ class HapticSLAM:
         self.hand = hand
         self.n_particles = validate.integer("particles", particles, 1)
         self.n_candidates = validate.integer("candidates", candidates, 1)
+        self.matching = validate.choice("matching", matching, ("mean", "sample"))
         self.lag = round(LAG_SECONDS * rate) if lag is None else validate.integer("lag", lag, 0)
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION) if grid is None else grid
         self.contact_model = ContactModel() if contact_model is None else contact_model
@@ -86,6 +88,7 @@ class HapticSLAM:
         self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
         self._log_weights = np.full(count, -np.log(count))
         self._log_evidence = 0.0
+        self._felt = np.zeros(len(self.hand.patches), dtype=bool)
         self._pending = deque([np.zeros(len(self.hand.patches), dtype=bool)])
         return self._belief(ago=0, contacts=None)
 
@@ -127,7 +130,9 @@ class HapticSLAM:
         mean, covariance = self.pose.mean, self.pose.covariance
         past = covariance[before, before]
         follow = np.linalg.solve(past + 1e-12 * np.eye(len(past)), covariance[before, now]).T
-        rest = covariance[now, now] - follow @ covariance[before, now]
+        rest = covariance[now, now]
+        if self.matching == "sample":
+            rest = rest - follow @ covariance[before, now]
         centres = mean[now] + (self._poses - mean[before]) @ follow.T
         return centres, _cholesky(rest)
 
@@ -139,10 +144,16 @@ class HapticSLAM:
         groups = np.unique(self.hand.link_group[self.hand.patches.link[contacts]])
         watched = np.isin(self.hand.link_group, groups)
         count = self.n_candidates if watched.any() else 1  # effort goes where contact is
+        touch = np.where(self._felt, self.contact_model.sustained, self.contact_model.touch)
+        self._felt = contacts
         normals = self._rng.standard_normal((self.n_particles, count, self.hand.joints))
+        if self.matching == "mean":
+            half = count // 2
+            normals[:, half : 2 * half] = -normals[:, :half]
+            normals[:, 2 * half :] = 0.0
         uniform = self._rng.random(self.n_particles)
         lagged = self.pose.lagged(ago)
-        margin = link_spread(self.hand, self._tree, self.pose.mean[lagged], self.pose.covariance[lagged, lagged])
+        margin = self.contact_model.caution * link_spread(self.hand, self._tree, self.pose.mean[lagged], self.pose.covariance[lagged, lagged])
         return kernels.advance(
             self._tree,
             self._body,
@@ -150,20 +161,22 @@ class HapticSLAM:
             self._evidence,
             kernels.PROBABILITY,
             contacts,
+            touch,
             watched,
             margin,
             centres,
             spread,
             normals,
             uniform,
+            self.matching == "mean",
             self._maps,
             self._known,
             self._poses,
         )
 
     def _weigh(self, log_likelihood: Array) -> None:
-        """w ∝ w · p(z | q, m) (step 5), its exponent tempered; raises `FloatingPointError` for what is not finite."""
-        self._log_weights += self.contact_model.temper * log_likelihood
+        """w ∝ w · p(z | q, m) (step 5); raises `FloatingPointError` for what is not finite."""
+        self._log_weights += log_likelihood
         total = np.logaddexp.reduce(self._log_weights)
         if not np.isfinite(total):
             raise FloatingPointError(f"the particles' weights are not finite: log Σw = {total}")

@@ -50,13 +50,14 @@ class Lattice(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """The numbers of `observer.contact_model.ContactModel`, for the kernels; `free` and `touch` in log-odds."""
+    """The numbers of `observer.contact_model.ContactModel`, for the kernels; `free` in log-odds."""
 
     hit: float
     false_alarm: float
     free: float
-    touch: float
     shell: float
+    fall: float
+    temper: float
 
 
 def body_of(hand: Hand, resolution: float) -> Body:
@@ -149,9 +150,9 @@ def _log_likelihood(body, lattice, evidence, link_body, position, rotation, cont
 
 @numba.njit(cache=True)
 def _write(
-    body, lattice, evidence, link_body, position, rotation, margin, contacts, flat, known, probability, cells, owner
+    body, lattice, evidence, link_body, position, rotation, margin, contacts, touch, flat, known, probability, cells, owner, hits
 ):
-    """Update one map with what was felt at one pose: `cells` and `owner` are scratch.
+    """Update one map with what was felt at one pose: `cells`, `owner` and `hits` are scratch.
 
     The cells whose centres lie deeper in a link than its `margin` (L,) m, the SD of its place, are free. Of the
     cells from there to a shell over a patch that feels contact, at least one is occupied: each gets the log of its
@@ -170,7 +171,7 @@ def _write(
         touching = False
         for patch in range(body.first[link], last):
             touching |= contacts[patch]
-        pad = radius + evidence.shell if touching else radius
+        pad = radius + evidence.shell + 2.0 * evidence.fall if touching else radius
         low0, high0 = _range(at[0], turn[0, 2] * length, pad, origin[0], res, lattice.shape[0])
         low1, high1 = _range(at[1], turn[1, 2] * length, pad, origin[1], res, ny)
         low2, high2 = _range(at[2], turn[2, 2] * length, pad, origin[2], res, nz)
@@ -197,12 +198,14 @@ def _write(
                         if contacts[patch]:
                             cells[found] = row + k
                             owner[found] = patch
+                            beyond = max(np.sqrt(square) - radius - evidence.shell, 0.0) / evidence.fall
+                            hits[found] = evidence.hit * np.exp(-0.5 * beyond * beyond)
                             found += 1
         if found == 0:
             continue
         for patch in range(body.first[link], last):
             if contacts[patch]:
-                _share(evidence, patch, flat, known, probability, cells, owner, found)
+                _share(evidence, touch[patch], patch, flat, known, probability, cells, owner, hits, found)
 
 
 @numba.njit(cache=True, inline="always")
@@ -214,19 +217,19 @@ def _range(start, along, pad, origin, res, count):
 
 
 @numba.njit(cache=True)
-def _share(evidence, patch, flat, known, probability, cells, owner, found):
+def _share(evidence, touch, patch, flat, known, probability, cells, owner, hits, found):
     """Give the evidence of one touch to the cells that may have caused it."""
     clear = 0.0  # log of the probability that no cell under the patch rings
     for c in range(found):
         if owner[c] == patch:
-            clear += np.log(1.0 - evidence.hit * probability[flat[cells[c]] + 128])
+            clear += np.log(1.0 - hits[c] * probability[flat[cells[c]] + 128])
     for c in range(found):
         if owner[c] == patch:
             cell = cells[c]
-            others = np.exp(clear - np.log(1.0 - evidence.hit * probability[flat[cell] + 128]))
+            others = np.exp(clear - np.log(1.0 - hits[c] * probability[flat[cell] + 128]))
             others *= 1.0 - evidence.false_alarm
-            ratio = (1.0 - (1.0 - evidence.hit) * others) / (1.0 - others)
-            gain = int(np.round(evidence.touch * np.log(ratio) / QUANTUM))
+            ratio = (1.0 - (1.0 - hits[c]) * others) / (1.0 - others)
+            gain = int(np.round(touch * np.log(ratio) / QUANTUM))
             flat[cell] = min(flat[cell] + gain, LIMIT)
             known[cell] = True
 
@@ -239,19 +242,22 @@ def advance(
     evidence,
     probability,
     contacts,
+    touch,
     watched,
     margin,
     centres,
     spread,
     normals,
     uniform,
+    average,
     maps,
     known,
     poses,
 ):
     """Match every particle's pose to its map, then write the contacts into the map at the pose.
 
-    `contacts` (P,) and `watched` (L,): the links whose patches have a say; `margin` (L,) m, see `_write`.
+    `contacts` (P,), and `touch` (P,) the weight of each patch's touch; `watched` (L,): the links whose patches
+    have a say; `margin` (L,) m, see `_write`.
     `centres` (N, J): mean of each particle's proposal, `spread` (J, J) its Cholesky factor, `normals` (N, K, J) and
     `uniform` (N,) the random numbers. One of the K candidates is drawn in proportion to its likelihood and put into
     `poses` (N, J); `known` (V,) is set where any map was written. Returns log of the mean likelihood (N,), an unbiased estimate of ∫ p(z|q,m) p(q|·) dq, and whether
@@ -274,7 +280,7 @@ def advance(
                     candidate[c, i] += spread[i, j] * normals[n, c, j]
             if matching:
                 body_frames(tree, candidate[c], position, rotation)
-                score[c] = _log_likelihood(
+                score[c] = evidence.temper * _log_likelihood(
                     body, lattice, evidence, tree.link_body, position, rotation, contacts, watched, flat, probability
                 )
         best = score.max()
@@ -287,11 +293,15 @@ def advance(
         while reached < uniform[n] * total and chosen < candidates - 1:
             chosen += 1
             reached += score[chosen]
-        moved[n] = chosen > 0
-        poses[n] = candidate[chosen]
+        moved[n] = score.min() < 0.5 * score.max()
+        if average:
+            poses[n] = score @ candidate / total
+        else:
+            poses[n] = candidate[chosen]
         cells = np.empty(4096, dtype=np.int64)
         owner = np.empty(4096, dtype=np.int64)
-        body_frames(tree, candidate[chosen], position, rotation)
+        hits = np.empty(4096)
+        body_frames(tree, poses[n], position, rotation)
         _write(
             body,
             lattice,
@@ -301,11 +311,13 @@ def advance(
             rotation,
             margin,
             contacts,
+            touch,
             flat,
             known,
             probability,
             cells,
             owner,
+            hits,
         )
     return log_mean, moved
 

@@ -63,7 +63,7 @@ class PoseFilter:
         control_hz: float,
         lag: int,
         dynamics: ContactDynamics,
-        velocity_noise: float = 0.4,
+        velocity_noise: float = 0.6,
     ) -> None:
         """`sigma` rad; `motor_noise` a fraction; `velocity_noise` rad/s a step for what the model leaves out."""
         self.hand = hand
