@@ -1,10 +1,13 @@
-"""Bayesian shape likelihood of a map: how probable is what was felt if the object were this one?"""
+"""Bayesian shape likelihood of a map, learnt from explored maps: a Parzen window (Parzen 1962, Ann. Math. Stat. 33).
+
+For the likelihood of a known shape given the whole stream of beliefs, without exemplars, see
+`observer.shape_posterior`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
 from scipy.special import logsumexp, softmax
 
 from haptic_env import validate
@@ -12,29 +15,23 @@ from observer.classifiers.base import Array, MapClassifier
 
 
 class ShapeLikelihood(MapClassifier):
-    """Fitted on the true occupancies of the candidates (`Solid.occupancy`), or on explored maps.
+    """p(map | label) is the mean over the label's maps of a normal density about each, voxels independent.
 
-    A map's entry is the evidence that its voxel is occupied, p / (1 - p) to one. Under a hypothesis that fills the
-    voxel with probability o the evidence has likelihood o·p + (1 - o)·(1 - p) up to a factor that all hypotheses
-    share; voxels multiply. Several maps of one label are its variants (sizes, poses): it has their mean likelihood.
-    `blur`, in voxels, is the uncertainty of the pose; `temper` discounts that neighbouring voxels are not
-    independent.
+    What was felt to be empty counts as much as what was touched; with one map a label it learns in one shot, and
+    several maps of a label are its variants (sizes, poses, other explorations). `bandwidth`: SD of the squared
+    distance's window, in voxels that differ altogether; it sets how sure the posterior is.
     """
 
-    def __init__(self, blur: float = 0.6, temper: float = 0.1) -> None:
-        self.blur = validate.number("blur", blur, 0.0, 10.0, unit="voxels")
-        self.temper = validate.number("temper", temper, 0.0, 1.0)
+    def __init__(self, bandwidth: float = 2.4) -> None:
+        self.bandwidth = validate.number("bandwidth", bandwidth, above=0.0, unit="voxels")
 
     def _fit(self, maps: Array, index: NDArray[np.int64]) -> None:
-        soft = np.stack([gaussian_filter(each, self.blur) if self.blur else each for each in maps])
-        self._templates = np.clip(soft, 0.005, 0.995).reshape(len(maps), -1)
+        self._exemplars = maps.reshape(len(maps), -1)
         self._index = index
 
     def _predict_proba(self, map: Array) -> Array:
-        p = np.clip(map.ravel(), 1e-6, 1 - 1e-6)
-        informed = p != 0.5
-        o = self._templates[:, informed]
-        log_likelihood = self.temper * np.log(o * p[informed] + (1 - o) * (1 - p[informed])).sum(axis=1)
+        square = np.square(self._exemplars - map.ravel()).sum(axis=1)
+        log_likelihood = -0.5 * square / self.bandwidth**2
         per_class = [
             logsumexp(log_likelihood[self._index == c]) - np.log((self._index == c).sum())
             for c in range(len(self.classes_))
