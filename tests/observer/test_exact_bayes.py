@@ -59,7 +59,8 @@ class Trial:
         beliefs = [self.slam.reset(seed=seed)]
         self.slam._maps[:] = start.reshape(GRID.shape)
         self.slam._known[:] = True
-        beliefs += [self.slam.step(np.zeros(joints), *each) for each in zip(self.felt, np.c_[TOUCHED, 0 * TOUCHED])]
+        for q, touched in zip(self.felt, TOUCHED, strict=True):
+            beliefs.append(self.slam.step(np.zeros(joints), q, [touched, 0]))
         beliefs = [each for each in beliefs if each.lagged_contacts is not None] + self.slam.flush()
         self.beliefs = beliefs[-steps:]
         self.seen = None if lag > steps else lag
