@@ -10,7 +10,6 @@ import argparse
 import hashlib
 import importlib.metadata
 import multiprocessing
-import os
 import platform
 import signal
 import sys
@@ -29,6 +28,7 @@ import numba
 import numpy as np
 from explore import Parser
 from files import atomic
+from joblib import cpu_count  # type: ignore[import-untyped]
 from report import print_report, save_report
 from results import KEY, Results
 from rich.console import Console
@@ -298,7 +298,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add("--seconds", type=float, default=10.0, help="of each exploration (default 10)")
     add("--particles", type=int, default=200, help="of haptic_slam (default 200)")
     add("--exemplars", type=int, default=3, help="draws over which one-shot learning is averaged (default 3)")
-    add("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="processes (default: one a core)")
+    add("--jobs", type=int, default=cpu_count(), help="processes (default: one a core)")
     add("--out", default="out/evaluate", help="folder for the results (default out/evaluate)")
     quick = ", ".join(
         f"--{name} {' '.join(map(str, value)) if isinstance(value, list) else value}" for name, value in QUICK.items()

@@ -16,7 +16,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-os.environ.setdefault("MUJOCO_GL", "egl")
+# Before numba starts its threads: else they spin while they wait, and where another program wants the same cores,
+# that makes ten seconds of exploration take forty.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 import gymnasium as gym
 import numpy as np
