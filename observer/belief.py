@@ -70,5 +70,5 @@ class Belief:
     def copy(self) -> Belief:
         """The same belief with arrays of its own, its occupancy computed."""
         self.occupancy  # noqa: B018 - computes it
-        own = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        return replace(self, **{name: value.copy() for name, value in own.items() if isinstance(value, np.ndarray)})
+        arrays = {name: value.copy() for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        return replace(self, **arrays)  # type: ignore[arg-type]

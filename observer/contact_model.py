@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
+import numpy as np
+
 from haptic_env import validate
-from observer.kernels import Evidence
+from observer.kernels import PROBABILITY, Evidence
 
 
 @dataclass(frozen=True)
 class ContactModel:
     """Sensor model of the patches against an occupancy grid: a noisy-OR over the cells at a patch (Pearl 1988).
 
-    `hit`: probability that an occupied cell at the patch makes it ring. `false_alarm`: that it rings for none of
-    them. `free`: weight of a silence, log-odds a step. `touch` and `sustained`: weight of a touch when it begins and at
-    every step that it lasts, fractions of its log likelihood ratio: a lasting touch mostly repeats itself. `shell`: how far above the
-    skin the centre of a touched cell may lie, in voxels, and `fall`: the SD of what lies beyond. `caution`: how deep in a link a cell must lie to be free, in
-    SDs of the link's place. `temper`: the same discount for p(z | q, m) in matching and weighing.
+    `hit`: probability that an occupied cell at the patch makes it ring; `false_alarm`: that it rings for none.
+    `free`: weight of a silence, log-odds a step. `touch` and `sustained`: weights of a touch when it begins and at
+    every step that it lasts, fractions of its log likelihood ratio: a lasting touch mostly repeats itself. `shell`:
+    how far above the skin the centre of a touched cell may lie, in voxels, and `fall`: the SD of what lies beyond.
+    `caution`: how deep in a link a cell must lie to be free, in SDs of the link's place. `temper`: exponent of
+    p(z | q, m) in matching and weighing, below 1 because successive steps are not independent.
     """
 
     hit: float = 0.15
@@ -33,11 +36,22 @@ class ContactModel:
         for field in fields(self):
             high = 1.0 if field.name in ("hit", "false_alarm", "temper") else 10.0
             validate.number(field.name, getattr(self, field.name), 0.0, high)
-        if self.hit >= 1.0 or self.false_alarm <= 0.0 or self.fall <= 0.0:
+        if self.hit >= 1.0 or not 0.0 < self.false_alarm < 1.0 or self.fall <= 0.0:
             raise ValueError(
-                f"hit must be below 1, false_alarm and fall above 0; got {self.hit}, {self.false_alarm}, {self.fall}"
+                f"hit must be below 1, false_alarm strictly between 0 and 1, fall above 0; got {self.hit}, {self.false_alarm}, {self.fall}"
             )
 
     def evidence(self, resolution: float) -> Evidence:
         """The same for the kernels, lengths in metres."""
-        return Evidence(self.hit, self.false_alarm, self.free, self.shell * resolution, self.fall * resolution, self.temper)
+        known = np.maximum(0.0, 2.0 * PROBABILITY - 1.0)
+        return Evidence(
+            hit=self.hit,
+            false_alarm=self.false_alarm,
+            free=self.free,
+            shell=self.shell * resolution,
+            fall=self.fall * resolution,
+            temper=self.temper,
+            log_no_alarm=float(np.log1p(-self.false_alarm)),
+            log_clear=np.log1p(-self.hit * PROBABILITY),
+            log_silent=np.log1p(-self.hit * known),
+        )

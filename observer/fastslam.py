@@ -153,7 +153,9 @@ class HapticSLAM:
             normals[:, 2 * half :] = 0.0
         uniform = self._rng.random(self.n_particles)
         lagged = self.pose.lagged(ago)
-        margin = self.contact_model.caution * link_spread(self.hand, self._tree, self.pose.mean[lagged], self.pose.covariance[lagged, lagged])
+        margin = self.contact_model.caution * link_spread(
+            self.hand, self._tree, self.pose.mean[lagged], self.pose.covariance[lagged, lagged]
+        )
         return kernels.advance(
             self._tree,
             self._body,
@@ -242,4 +244,5 @@ def _cholesky(covariance: Array) -> Array:
     """Lower factor (J, J) of a covariance that rounding may have left just short of positive."""
     values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
     half = vectors * np.sqrt(np.maximum(values, 0.0))
-    return np.linalg.qr(half.T, mode="r").T
+    factor: Array = np.linalg.qr(half.T, mode="r")
+    return factor.T

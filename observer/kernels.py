@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from observer.kinematics import Tree, body_frames
+from observer.kinematics import body_frames
 
 QUANTUM = 0.05  # log-odds per unit of the int8 maps, which thus reach ±6.35
 LIMIT = 127
+LEAST = np.log(1e-6)  # of the probability of one patch: nothing is impossible
 PROBABILITY = 1.0 / (1.0 + np.exp(-QUANTUM * np.arange(-128, 128)))  # of a map entry v at [v + 128]
 
 
@@ -50,7 +51,11 @@ class Lattice(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """The numbers of `observer.contact_model.ContactModel`, for the kernels; `free` in log-odds."""
+    """The numbers of `observer.contact_model.ContactModel`, for the kernels; `free` in log-odds.
+
+    `log_clear` and `log_silent` (256,) of a map entry v at [v + 128]: log of the probability that the cell rings no
+    patch, and the same where only what is known to be occupied counts. `log_no_alarm`: that there is no false alarm.
+    """
 
     hit: float
     false_alarm: float
@@ -58,6 +63,9 @@ class Evidence(NamedTuple):
     shell: float
     fall: float
     temper: float
+    log_no_alarm: float
+    log_clear: NDArray[np.float64]
+    log_silent: NDArray[np.float64]
 
 
 def body_of(hand: Hand, resolution: float) -> Body:
@@ -101,56 +109,64 @@ def _patch_at(body, link, x, y, z):
     return body.first[link] + row * body.around + sector
 
 
-@numba.njit(cache=True, inline="always")
-def _cell(lattice, x, y, z):
-    """Index of the voxel that holds a point in a flat map, or -1 outside the grid."""
-    i = int(np.floor((x - lattice.origin[0]) / lattice.resolution))
-    j = int(np.floor((y - lattice.origin[1]) / lattice.resolution))
-    k = int(np.floor((z - lattice.origin[2]) / lattice.resolution))
-    if i < 0 or j < 0 or k < 0 or i >= lattice.shape[0] or j >= lattice.shape[1] or k >= lattice.shape[2]:
-        return -1
-    return (i * lattice.shape[1] + j) * lattice.shape[2] + k
-
-
-@numba.njit(cache=True)
-def _log_likelihood(body, lattice, evidence, link_body, position, rotation, contacts, watched, flat, probability):
+@numba.njit(cache=True, error_model="numpy")
+def _log_likelihood(body, lattice, evidence, link_body, position, rotation, contacts, watched, flat):
     """log p(z | q, m) up to a constant, over the patches of the `watched` (L,) links.
 
     A touch is a noisy-OR over the cells just outside the patch; silence, over the cells just beneath it, where only
     what is known to be occupied counts: an unknown cell is no reason to stay away.
     """
     total = 0.0
-    for patch in range(len(body.patch_link)):
-        link = body.patch_link[patch]
+    scale = 1.0 / lattice.resolution
+    nx, ny, nz = lattice.shape
+    for link in range(len(body.radius)):
         if not watched[link]:
             continue
-        at = position[link_body[link]]
+        # The link's frame in voxels, once for all of its points.
         turn = rotation[link_body[link]]
-        felt = contacts[patch]
-        points = body.points if felt else body.core
-        clear = 1.0 - evidence.false_alarm if felt else 1.0
-        for m in range(body.begin[patch], body.begin[patch + 1]):
-            px, py, pz = points[m, 0], points[m, 1], points[m, 2]
-            cell = _cell(
-                lattice,
-                at[0] + turn[0, 0] * px + turn[0, 1] * py + turn[0, 2] * pz,
-                at[1] + turn[1, 0] * px + turn[1, 1] * py + turn[1, 2] * pz,
-                at[2] + turn[2, 0] * px + turn[2, 1] * py + turn[2, 2] * pz,
-            )
-            if cell < 0:
-                occupied = 0.5 if felt else 0.0
-            else:
-                occupied = probability[flat[cell] + 128]
-                if not felt:
-                    occupied = max(0.0, 2.0 * occupied - 1.0)
-            clear *= 1.0 - evidence.hit * occupied
-        total += np.log(max(1.0 - clear, 1e-6)) if felt else np.log(max(clear, 1e-6))
+        at = position[link_body[link]]
+        a, b, c = turn[0, 0] * scale, turn[0, 1] * scale, turn[0, 2] * scale
+        d, e, f = turn[1, 0] * scale, turn[1, 1] * scale, turn[1, 2] * scale
+        g, h, i = turn[2, 0] * scale, turn[2, 1] * scale, turn[2, 2] * scale
+        x0 = (at[0] - lattice.origin[0]) * scale
+        y0 = (at[1] - lattice.origin[1]) * scale
+        z0 = (at[2] - lattice.origin[2]) * scale
+        last = body.first[link + 1] if link + 1 < len(body.first) else len(contacts)
+        for patch in range(body.first[link], last):
+            felt = contacts[patch]
+            points = body.points if felt else body.core
+            log_clear = evidence.log_clear if felt else evidence.log_silent
+            clear = evidence.log_no_alarm if felt else 0.0
+            for m in range(body.begin[patch], body.begin[patch + 1]):
+                px, py, pz = points[m, 0], points[m, 1], points[m, 2]
+                x = x0 + a * px + b * py + c * pz
+                y = y0 + d * px + e * py + f * pz
+                z = z0 + g * px + h * py + i * pz
+                if x < 0.0 or y < 0.0 or z < 0.0 or x >= nx or y >= ny or z >= nz:
+                    clear += log_clear[128]  # beyond the grid nothing is known
+                else:
+                    clear += log_clear[flat[(int(x) * ny + int(y)) * nz + int(z)] + 128]
+            total += np.log(max(1.0 - np.exp(clear), 1e-6)) if felt else max(clear, LEAST)
     return total
 
 
 @numba.njit(cache=True)
 def _write(
-    body, lattice, evidence, link_body, position, rotation, margin, contacts, touch, flat, known, probability, cells, owner, hits
+    body,
+    lattice,
+    evidence,
+    link_body,
+    position,
+    rotation,
+    margin,
+    contacts,
+    touch,
+    flat,
+    known,
+    probability,
+    cells,
+    owner,
+    hits,
 ):
     """Update one map with what was felt at one pose: `cells`, `owner` and `hits` are scratch.
 
@@ -281,7 +297,7 @@ def advance(
             if matching:
                 body_frames(tree, candidate[c], position, rotation)
                 score[c] = evidence.temper * _log_likelihood(
-                    body, lattice, evidence, tree.link_body, position, rotation, contacts, watched, flat, probability
+                    body, lattice, evidence, tree.link_body, position, rotation, contacts, watched, flat
                 )
         best = score.max()
         total = 0.0

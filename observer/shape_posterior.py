@@ -9,6 +9,7 @@ contacts is averaged over samples of the pose, finger by finger (fingers err ind
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -47,7 +48,7 @@ class Hypotheses(NamedTuple):
     which field, its `scale`, and its pose, `rotation` (H, 3, 3) and `position` (H, 3) m."""
 
     field: NDArray[np.float32]
-    index: NDArray[np.int64]
+    drawn_in: NDArray[np.int64]
     scale: Array
     rotation: Array
     position: Array
@@ -128,7 +129,7 @@ def _skin(hand: Hand) -> Skin:
     order = np.argsort(points.patch, kind="stable")
     begin = np.searchsorted(points.patch[order], np.arange(len(hand.patches) + 1)).astype(np.int64)
     placed = points.points[order]
-    middle = np.stack([placed[a:b].mean(axis=0) for a, b in zip(begin[:-1], begin[1:], strict=True)])
+    middle = np.stack([placed[a:b].mean(axis=0) for a, b in itertools.pairwise(begin)])
     owner = np.repeat(np.arange(len(middle)), np.diff(begin))
     radius = np.zeros(len(middle))
     np.maximum.at(radius, owner, np.linalg.norm(placed - middle[owner], axis=1))
@@ -173,13 +174,13 @@ def _distance(hypotheses, h, x, y, z):
     if min(u, v, w) < 0.0 or max(u, v, w) >= FIELD_EXTENT:
         return 2.0 * FAR
     i, j, k = int(u / FIELD_RESOLUTION), int(v / FIELD_RESOLUTION), int(w / FIELD_RESOLUTION)
-    return scale * hypotheses.field[hypotheses.index[h], i, j, k]
+    return scale * hypotheses.field[hypotheses.drawn_in[h], i, j, k]
 
 
 @numba.njit(cache=True, parallel=True, error_model="numpy")
 def _contact_log_likelihood(tree, skin, hypotheses, poses, contacts, tolerance, surprise, groups):
     """log p(z_g | q, h) (S, groups, H) of the contacts of each finger g at each of the `poses` (S, J)."""
-    count = len(hypotheses.index)
+    count = len(hypotheses.scale)
     result = np.zeros((len(poses), groups, count))
     for s in numba.prange(len(poses)):
         position = np.empty((len(tree.parent), 3))
@@ -201,9 +202,7 @@ def _contact_log_likelihood(tree, skin, hypotheses, poses, contacts, tolerance, 
                         z = at[2] + turn[2, 0] * p[0] + turn[2, 1] * p[1] + turn[2, 2] * p[2]
                         gap = min(gap, _distance(hypotheses, h, x, y, z))
                 ratio = gap / tolerance
-                if contacts[patch]:
-                    fit = np.exp(-0.5 * ratio * ratio)
-                else:
-                    fit = 1.0 / (1.0 + np.exp(-1.7 * ratio))  # a normal's distribution function, nearly
+                # Silent patches: a normal's distribution function, nearly.
+                fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1.0 / (1.0 + np.exp(-1.7 * ratio))
                 result[s, skin.group[patch], h] += np.log(surprise + (1.0 - surprise) * fit)
     return result
