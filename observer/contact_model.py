@@ -36,10 +36,12 @@ class ContactModel:
         for field in fields(self):
             high = 1.0 if field.name in ("hit", "false_alarm", "temper") else 10.0
             validate.number(field.name, getattr(self, field.name), 0.0, high)
-        if self.hit >= 1.0 or not 0.0 < self.false_alarm < 1.0 or self.fall <= 0.0:
-            raise ValueError(
-                f"hit must be below 1, false_alarm strictly between 0 and 1, fall above 0; got {self.hit}, {self.false_alarm}, {self.fall}"
-            )
+        if self.hit >= 1.0:
+            raise ValueError(f"hit must be below 1, got {self.hit}")
+        if not 0.0 < self.false_alarm < 1.0:
+            raise ValueError(f"false_alarm must lie strictly between 0 and 1, got {self.false_alarm}")
+        if self.fall <= 0.0:
+            raise ValueError(f"fall must be above 0 voxels, got {self.fall}")
 
     def evidence(self, resolution: float) -> Evidence:
         """The same for the kernels, lengths in metres."""

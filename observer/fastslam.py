@@ -244,5 +244,4 @@ def _cholesky(covariance: Array) -> Array:
     """Lower factor (J, J) of a covariance that rounding may have left just short of positive."""
     values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
     half = vectors * np.sqrt(np.maximum(values, 0.0))
-    factor: Array = np.linalg.qr(half.T, mode="r")
-    return factor.T
+    return np.asarray(np.linalg.qr(half.T, mode="r")).T

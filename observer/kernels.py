@@ -272,12 +272,14 @@ def advance(
 ):
     """Match every particle's pose to its map, then write the contacts into the map at the pose.
 
-    `contacts` (P,), and `touch` (P,) the weight of each patch's touch; `watched` (L,): the links whose patches
-    have a say; `margin` (L,) m, see `_write`.
-    `centres` (N, J): mean of each particle's proposal, `spread` (J, J) its Cholesky factor, `normals` (N, K, J) and
-    `uniform` (N,) the random numbers. One of the K candidates is drawn in proportion to its likelihood and put into
-    `poses` (N, J); `known` (V,) is set where any map was written. Returns log of the mean likelihood (N,), an unbiased estimate of ∫ p(z|q,m) p(q|·) dq, and whether
-    the match moved the pose away from its first candidate (N,).
+    `contacts` (P,), and `touch` (P,) the weight of each patch's touch; `watched` (L,): the links whose patches have a
+    say; `margin` (L,) m, see `_write`. `centres` (N, J): mean of each particle's proposal, `spread` (J, J) its
+    Cholesky factor, `normals` (N, K, J) and `uniform` (N,) the random numbers. `poses` (N, J) is set to the mean of
+    the K candidates by likelihood if `average`, else to one drawn in proportion to it; `known` (V,) is set where any
+    map was written.
+
+    Returns the log of the mean likelihood (N,), an unbiased estimate of log ∫ p(z|q,m) p(q|·) dq before the log, and
+    whether the likelihood told the candidates apart, so that the match moved the pose (N,).
     """
     particles, candidates, joints = normals.shape
     log_mean = np.zeros(particles)
