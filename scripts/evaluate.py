@@ -109,7 +109,7 @@ class Task:
     @property
     def exemplar_path(self) -> Path:
         """Where the maps of an exemplar are kept."""
-        return self.folder / "exemplars" / f"sigma{self.sigma_deg:g}_{self.shape}_{self.seed}.npz"
+        return self.folder / "exemplars" / f"sigma{self.sigma_deg!r}_{self.shape}_{self.seed}.npz"
 
 
 # In a worker

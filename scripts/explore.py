@@ -41,6 +41,7 @@ from haptic_env.hand import Hand
 from observer import ShapePosterior, metrics
 
 EXAMPLE = "example: python scripts/explore.py --shape pyramid --sigma 5 --seed 3 --out out/pyramid"
+READY = "Getting ready (the first time ever, this compiles for about a minute) …"
 OBSERVER, RAW = "haptic_slam", "floor"
 WITHIN = ((1, "1 voxel"), (2, "2 voxels"))
 
@@ -109,7 +110,10 @@ class Screen:
 
     def __enter__(self) -> Screen:
         if self.live is not None:
+            self.live.update(READY)
             self.live.start()
+        else:
+            self.console.print(READY)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -237,8 +241,9 @@ def table(summary: dict[str, Any]) -> Table:
     result.add_row("90 % interval holds the truth", f"{summary['coverage_90']:.0%} of the time")
     result.add_section()
     for name in ("raw angles", "haptic SLAM"):
-        scores = [f"{each[name]['f_score']:.2f} ({n})" for n, each in summary["surface"].items()]
-        result.add_row(f"surface F-score, {name}", ", ".join(scores))
+        scores = {n: each[name]["f_score"] for n, each in summary["surface"].items()}
+        told = ", ".join(f"{score:.2f} ({n})" for n, score in scores.items() if not math.isnan(score))
+        result.add_row(f"surface F-score, {name}", told or "it touched nothing")
     result.add_row("of the whole surface mapped", f"{summary['surface_coverage']:.0%}")
     result.add_row("fingers touched it", f"{summary['touching_share']:.0%} of the time")
     result.add_row("computing took", f"{summary['computing_seconds']:.1f} s")
