@@ -61,8 +61,13 @@ class Exploration:
 
     def lagged_rmse(self, beliefs: list[Belief]) -> float:
         """RMS error (rad) over steps and joints of the lagged angles of all steps but the rest pose."""
-        lagged = [belief.lagged_joint_angles for belief in beliefs if belief.lagged_contacts is not None]
-        return float(np.sqrt(np.mean(np.square(np.array(lagged)[-len(self.true) :] - self.true))))
+        steps = len(self.true)
+        errors = [
+            belief.lagged_joint_angles - self.true[step - 1]
+            for now, belief in enumerate(beliefs)
+            if belief.lagged_contacts is not None and (step := min(now, steps) - belief.lag_steps) > 0
+        ]
+        return float(np.sqrt(np.mean(np.square(errors))))
 
 
 @pytest.fixture(scope="session")

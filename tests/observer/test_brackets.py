@@ -1,0 +1,86 @@
+"""The brackets are what they are called, and the observer lies between them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from haptic_env import shapes
+from observer import DeadReckoning, HapticSLAM, Kalman, Smoother, TruePose
+
+PARTICLES = 100
+
+
+@pytest.fixture
+def trial(explore):
+    """Two fingers about a cube."""
+    return explore("cube", 100, seed=1, sigma_deg=3.0)
+
+
+def test_the_floors_pose_is_what_was_felt(trial):
+    slam = DeadReckoning(trial.hand, 3.0)
+    slam.reset(seed=0)
+    for each in zip(trial.torque, trial.felt, trial.contacts, strict=True):
+        belief = slam.step(*each)
+        np.testing.assert_array_equal(belief.joint_angles, each[1])
+        np.testing.assert_array_equal(belief.lagged_joint_angles, each[1])
+        np.testing.assert_allclose(belief.joint_std, np.deg2rad(3.0))
+
+
+def test_the_ceilings_pose_is_the_true_one(trial):
+    slam = TruePose(trial.hand)
+    slam.reset(seed=0)
+    for each in zip(trial.torque, trial.true, trial.contacts, strict=True):
+        belief = slam.step(*each)
+        np.testing.assert_array_equal(belief.joint_angles, each[1])
+        np.testing.assert_array_equal(belief.joint_std, 0.0)
+
+
+def test_what_lies_between_knows_more_the_longer_it_waits(trial):
+    errors = [trial.lagged_rmse(trial.beliefs(build(trial.hand, 3.0))) for build in (DeadReckoning, Kalman, Smoother)]
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[0] == pytest.approx(np.deg2rad(3.0), rel=0.1)
+
+
+@pytest.mark.parametrize("build", [DeadReckoning, TruePose, Kalman, Smoother])
+def test_brackets_hold_one_map_at_their_mean(trial, build):
+    slam = build(trial.hand)
+    assert slam.n_particles == 1
+    for belief in trial.beliefs(slam):
+        assert belief.n_eff == 1.0
+        if belief.lagged_contacts is not None:
+            np.testing.assert_allclose(belief.particles[0], belief.lagged_joint_angles, atol=1e-12)
+
+
+def _errors(explore, shape: str, sigma: float, seeds: range, steps: int) -> np.ndarray:
+    """Mean square lagged error (trials, 3) of the observer, the floor and the Kalman filter."""
+    rows = []
+    for seed in seeds:
+        trial = explore(shape, steps, seed=seed, sigma_deg=sigma)
+        observers = (
+            HapticSLAM(trial.hand, sigma, PARTICLES),
+            DeadReckoning(trial.hand, sigma),
+            Kalman(trial.hand, sigma),
+        )
+        rows.append([trial.lagged_rmse(trial.beliefs(slam)) ** 2 for slam in observers])
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("sigma", [3.0, 5.0])
+@pytest.mark.parametrize("shape", shapes.SHAPES)
+def test_the_observer_beats_floor_and_kalman(explore, shape, sigma):
+    slam, floor, kalman = np.sqrt(_errors(explore, shape, sigma, range(900, 902), 150).mean(axis=0))
+    assert slam < 0.9 * kalman
+    assert slam < 0.7 * floor
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("sigma", [3.0, 5.0])
+@pytest.mark.parametrize("shape", shapes.SHAPES)
+def test_the_observer_beats_floor_and_kalman_over_twenty_trials(explore, shape, sigma):
+    errors = _errors(explore, shape, sigma, range(1000, 1020), 500)
+    slam, floor, kalman = np.sqrt(errors.mean(axis=0))
+    print(f"{shape}, {sigma}°: {np.round(np.rad2deg([slam, floor, kalman]) / sigma, 3)} σ")
+    assert slam < 0.9 * kalman
+    assert slam < 0.7 * floor
+    assert (errors[:, 0] < errors[:, 2]).mean() >= 0.9, "not on average alone"

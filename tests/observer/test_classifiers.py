@@ -1,0 +1,205 @@
+"""Every classifier of maps keeps scikit-learn's contract; each against a plain computation of what it claims."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from haptic_env import hands, shapes
+from haptic_env.grid import Grid
+from observer import classifiers
+from observer.classifiers import CLASSIFIERS, NearestNeighbour, ShapeLikelihood
+
+GRID = Grid.around((0, 0, 0), (0.08, 0.08, 0.08), 0.004)
+SHAPE = (4, 5, 6)
+
+
+@pytest.fixture(params=CLASSIFIERS)
+def classifier(request: pytest.FixtureRequest):
+    """Every registered classifier."""
+    return classifiers.make(request.param)
+
+
+def _maps(count: int, seed: int = 0) -> np.ndarray:
+    """Random occupancies with half of the voxels unknown."""
+    rng = np.random.default_rng(seed)
+    return np.where(rng.random((count, *SHAPE)) < 0.5, 0.5, rng.random((count, *SHAPE)))
+
+
+def test_probabilities_are_in_the_order_of_the_classes(classifier):
+    maps, labels = _maps(6), ["pear", "apple", "fig", "apple", "pear", "fig"]
+    assert classifier.fit(maps, labels) is classifier
+    np.testing.assert_array_equal(classifier.classes_, ["apple", "fig", "pear"])
+    for each in _maps(5, seed=1):
+        p = classifier.predict_proba(each)
+        assert p.shape == (3,)
+        assert p.dtype == np.float64
+        assert (p >= 0).all()
+        assert p.sum() == pytest.approx(1)
+        assert classifier.predict(each) == classifier.classes_[p.argmax()]
+        assert type(classifier.predict(each)) is str
+
+
+def test_the_order_of_the_maps_does_not_matter(classifier):
+    maps, labels = _maps(6), np.array(["pear", "apple", "fig", "apple", "pear", "fig"])
+    order = np.array([3, 1, 5, 0, 2, 4])
+    first = classifiers.make(_name(classifier)).fit(maps, labels)
+    second = classifiers.make(_name(classifier)).fit(maps[order], labels[order])
+    for each in _maps(5, seed=1):
+        np.testing.assert_allclose(first.predict_proba(each), second.predict_proba(each), rtol=1e-9)
+
+
+def _name(classifier) -> str:
+    return next(name for name, each in CLASSIFIERS.items() if type(classifier) is each)
+
+
+def test_one_class_is_certain(classifier):
+    classifier.fit(_maps(2), ["only", "only"])
+    np.testing.assert_array_equal(classifier.predict_proba(_maps(1, seed=3)[0]), [1.0])
+    assert classifier.predict(_maps(1, seed=3)[0]) == "only"
+
+
+def test_fitting_again_forgets(classifier):
+    classifier.fit(_maps(3), ["a", "b", "c"])
+    classifier.fit(_maps(2, seed=1)[:, :, :, :3], ["x", "y"])
+    assert classifier.predict_proba(_maps(1)[0][:, :, :3]).shape == (2,)
+
+
+def test_nothing_that_is_handed_in_is_changed(classifier):
+    maps, probe = _maps(3), _maps(1, seed=2)[0]
+    before = maps.copy(), probe.copy()
+    classifier.fit(maps, ["a", "b", "c"])
+    p = classifier.predict_proba(probe)
+    np.testing.assert_array_equal(maps, before[0])
+    np.testing.assert_array_equal(probe, before[1])
+    maps[:] = 0.1
+    np.testing.assert_array_equal(classifier.predict_proba(probe), p)
+
+
+def test_true_maps_are_named(classifier):
+    """Fitted on the true occupancies, each is the nearest to itself."""
+    truth = {name: shapes.make(name).occupancy(GRID).astype(float) for name in shapes.SHAPES}
+    classifier.fit(list(truth.values()), list(truth))
+    for name, occupancy in truth.items():
+        assert classifier.predict(occupancy) == name
+
+
+def test_an_unfitted_classifier_says_so(classifier):
+    for ask in (classifier.predict, classifier.predict_proba):
+        with pytest.raises(ValueError, match=r"not fitted yet: call fit\(maps, labels\)"):
+            ask(_maps(1)[0])
+
+
+BAD_MAPS = {
+    "another shape": (np.full((4, 5, 7), 0.5), r"of shape \(4, 5, 6\).*got \(4, 5, 7\)"),
+    "flat": (np.full((4, 5), 0.5), r"shape \(X, Y, Z\), got shape \(4, 5\)"),
+    "NaN": (np.full(SHAPE, np.nan), r"probabilities in \[0, 1\]"),
+    "above one": (np.full(SHAPE, 1.1), r"probabilities in \[0, 1\]"),
+    "log-odds": (np.full(SHAPE, -3.0), r"probabilities in \[0, 1\]"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_MAPS)
+def test_impossible_maps_are_refused(classifier, case):
+    bad, message = BAD_MAPS[case]
+    classifier.fit(_maps(2), ["a", "b"])
+    with pytest.raises(ValueError, match=message):
+        classifier.predict(bad)
+    if case != "another shape":
+        with pytest.raises(ValueError, match=message):
+            classifier.fit([bad, bad], ["a", "b"])
+
+
+@pytest.mark.parametrize(("maps", "labels"), [([], []), (_maps(2), ["a"]), (_maps(1), ["a", "b"])])
+def test_maps_and_labels_that_do_not_match_are_refused(classifier, maps, labels):
+    with pytest.raises(ValueError, match=f"as many labels as maps, at least one: got {len(maps)} and {len(labels)}"):
+        classifier.fit(maps, labels)
+
+
+def test_an_unknown_classifier_lists_the_known():
+    with pytest.raises(ValueError, match=r"unknown classifier 'nearest'.*choose from") as error:
+        classifiers.make("nearest")
+    assert all(name in str(error.value) for name in CLASSIFIERS)
+
+
+def test_an_unknown_keyword_lists_the_known():
+    with pytest.raises(ValueError, match=r"unknown nearest_neighbour classifier keyword 'metrics'.*metric"):
+        classifiers.make("nearest_neighbour", metrics="hamming")
+
+
+@pytest.mark.parametrize(
+    ("name", "keywords"),
+    [
+        ("nearest_neighbour", {"metric": "cosine"}),
+        ("nearest_neighbour", {"neighbours": 0}),
+        ("nearest_neighbour", {"neighbours": 1.5}),
+        ("shape_likelihood", {"blur": -1.0}),
+        ("shape_likelihood", {"blur": np.nan}),
+        ("shape_likelihood", {"temper": 1.1}),
+    ],
+)
+def test_impossible_settings_are_refused(name, keywords):
+    with pytest.raises(ValueError, match=f"{next(iter(keywords))}.*{next(iter(keywords.values()))}"):
+        classifiers.make(name, **keywords)
+
+
+@pytest.mark.parametrize("metric", ["hamming", "squared"])
+def test_the_nearest_neighbour_is_that_of_brute_force(metric):
+    maps, labels = _maps(12), [f"class{n % 4}" for n in range(12)]
+    model = NearestNeighbour(metric).fit(maps, labels)
+    for probe in _maps(30, seed=1):
+        if metric == "hamming":
+            distance = ((maps > 0.5) != (probe > 0.5)).sum(axis=(1, 2, 3))
+        else:
+            distance = np.square(maps - probe).sum(axis=(1, 2, 3))
+        nearest = {labels[n] for n in np.flatnonzero(distance == distance.min())}
+        assert model.predict(probe) in nearest
+
+
+def test_several_neighbours_vote():
+    maps, labels = _maps(9), ["a", "b", "a", "b", "b", "a", "a", "b", "b"]
+    model = NearestNeighbour("squared", neighbours=3).fit(maps, labels)
+    for probe in _maps(10, seed=1):
+        three = np.argsort(np.square(maps - probe).sum(axis=(1, 2, 3)))[:3]
+        votes = np.mean([labels[n] == "b" for n in three])
+        np.testing.assert_allclose(model.predict_proba(probe), [1 - votes, votes])
+
+
+@pytest.mark.parametrize("blur", [0.0, 0.6])
+def test_the_shape_likelihood_is_bayes_rule(blur):
+    """Two variants of one label, one of the other: voxels multiply, variants are averaged, labels are as probable."""
+    rng, temper = np.random.default_rng(0), 0.3
+    templates = (rng.random((3, *SHAPE)) < 0.4).astype(float)
+    model = ShapeLikelihood(blur=blur, temper=temper).fit(templates, ["a", "b", "a"])
+    for probe in _maps(10, seed=1):
+        likelihood = []
+        for template in templates:
+            soft = np.clip(gaussian_filter(template, blur) if blur else template, 0.005, 0.995)
+            each = [o * p + (1 - o) * (1 - p) for o, p in zip(soft.ravel(), probe.ravel(), strict=True)]
+            likelihood.append(np.prod(each) ** temper)
+        # A voxel at one half has likelihood one half under every template.
+        a, b = (likelihood[0] + likelihood[2]) / 2, likelihood[1]
+        np.testing.assert_allclose(model.predict_proba(probe), [a / (a + b), b / (a + b)], rtol=1e-6)
+
+
+def test_a_map_that_knows_nothing_leaves_the_prior():
+    model = ShapeLikelihood().fit(_maps(4).round(), ["a", "b", "c", "a"])
+    np.testing.assert_allclose(model.predict_proba(np.full(SHAPE, 0.5)), [1 / 3, 1 / 3, 1 / 3])
+
+
+def test_saturated_maps_are_no_trouble():
+    model = ShapeLikelihood(blur=0.0, temper=1.0)
+    truth = shapes.make("cube").occupancy(GRID).astype(float)
+    model.fit([truth, 1 - truth], ["cube", "hole"])
+    assert model.predict(truth) == "cube"
+    assert np.isfinite(model.predict_proba(1 - truth)).all()
+
+
+def test_the_hands_grid_is_large_enough_for_every_shape():
+    hand = hands.make("two_finger")
+    grid = Grid.around(hand.grasp_centre, hand.workspace, 0.004)
+    for name in shapes.SHAPES:
+        occupancy = shapes.make(name, position=hand.grasp_centre).occupancy(grid)
+        assert occupancy.any()
+        assert not occupancy[[0, -1]].any()

@@ -1,0 +1,43 @@
+"""A map at the true pose and without noise is a map of the object."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from haptic_env import shapes
+from observer import TruePose
+
+STEPS = 1000  # 20 s
+
+
+@pytest.fixture(params=shapes.SHAPES)
+def told(request: pytest.FixtureRequest, explore):
+    """The occupancy (X, Y, Z) of a shape, and the signed distance of every voxel's centre in voxels."""
+    trial = explore(request.param, STEPS, sigma_deg=0.0, motor_noise=0.0)
+    slam = TruePose(trial.hand)
+    occupancy = trial.beliefs(slam, truth=True)[-1].occupancy
+    return occupancy, trial.solid.signed_distance(slam.grid.centres()) / slam.grid.resolution
+
+
+def test_what_is_free_lies_outside_the_object(told):
+    occupancy, distance = told
+    free = occupancy < 0.5
+    assert free.sum() > 1000
+    assert (distance[free] < -0.5).mean() < 0.001
+
+
+def test_what_is_surely_occupied_lies_at_the_surface(told):
+    occupancy, distance = told
+    occupied = np.abs(distance[occupancy > 0.6])
+    assert len(occupied) > 20
+    assert (occupied <= 1).mean() >= 0.85
+    assert (occupied <= 2).mean() >= 0.97
+
+
+@pytest.mark.xfail(strict=False, reason="one touch lifts every suspect above 0.5, and not all are cleared in 20 s")
+def test_what_is_rather_occupied_than_not_lies_at_the_surface(told):
+    occupancy, distance = told
+    occupied = np.abs(distance[occupancy > 0.5])
+    assert (occupied <= 1).mean() >= 0.9
+    assert (occupied <= 2).mean() >= 0.98
