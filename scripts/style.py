@@ -30,7 +30,10 @@ OBSERVER_NAMES = {
 OUTLINE = "#000000"
 FREE = "#DCEBF5"
 HAND = "#CDBDB6"
-OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#FFF0CC", "#E8590C", "#6A0D1E"])
+# From nothing at 0.5, which is not knowing, to dark at 1; on a scale from 0.5 to 1.
+OCCUPANCY = LinearSegmentedColormap.from_list(
+    "occupancy", [(0.0, "#FDD48A00"), (0.2, "#FDC765"), (0.55, "#E8590C"), (1.0, "#6A0D1E")]
+)
 
 matplotlib.rcParams.update(
     {
