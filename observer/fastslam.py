@@ -89,7 +89,7 @@ class HapticSLAM:
         self._log_weights = np.full(count, -np.log(count))
         self._log_evidence = 0.0
         self._felt = np.zeros(len(self.hand.patches), dtype=bool)
-        self._pending = deque([np.zeros(len(self.hand.patches), dtype=bool)])
+        self._pending = deque()  # felt, but waiting for the lag
         return self._belief(ago=0, contacts=None)
 
     def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Belief:
@@ -104,12 +104,12 @@ class HapticSLAM:
         self.pose.step(u, q, z)
         pending.append(z)
         if len(pending) <= self.lag:
-            return self._belief(ago=len(pending) - 1, contacts=None)
+            return self._belief(ago=len(pending), contacts=None)
         return self._assimilate(ago=self.lag)
 
     def flush(self) -> list[Belief]:
         """End the trial: let the steps that still wait for the lag enter the maps; a belief for each, the last one
-        about now. After it only `reset` is possible."""
+        about now (none without a lag). After it only `reset` is possible."""
         pending = self._running()
         beliefs = [self._assimilate(ago=len(pending) - 1) for _ in range(len(pending))]
         self._pending = None

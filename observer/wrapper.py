@@ -35,5 +35,5 @@ class ObserverWrapper(gym.Wrapper):
         observation, reward, terminated, truncated, info = self.env.step(action)
         belief = self.observer.step(action, observation["joint_angles"], observation["contacts"])
         if terminated or truncated:
-            belief = self.observer.flush()[-1]
+            belief = [belief, *self.observer.flush()][-1]
         return observation, reward, terminated, truncated, {**info, "belief": belief}
