@@ -136,6 +136,28 @@ class PoseFilter:
         rows: list[tuple[Array, float]] = []
         if felt.size == 0:
             return rows
+        joints, how = self.joints, self.dynamics
+        if not how.constrained:
+            moved = np.isin(self.hand.joint_group, self._patch_group[felt])
+            index = joints + np.flatnonzero(moved)
+            noise[index, index] += how.joint_speed**2
+            return rows
+        position, rotation = self._frames
+        body_frames(self._tree, q, position, rotation)
+        for patch in felt:
+            body = self._patch_body[patch]
+            frame = rotation[body]
+            point = position[body] + frame @ self.hand.patches.position[patch]
+            axes = self._axes[patch] @ frame.T
+            jacobian = np.zeros((3, joints))
+            point_jacobian(self._tree, position, rotation, body, point, jacobian)
+            along = axes @ jacobian  # (3, J): speed of the skin along each axis
+            forces = gain @ along.T * self._forces[patch]
+            noise += forces @ forces.T
+            if contacts[patch]:
+                zero = np.zeros(joints)
+                rows += [(np.concatenate([zero, row]), s) for row, s in zip(along, self._speeds[patch], strict=True)]
+        return rows
 
 
 def _normals(hand: Hand) -> tuple[Array, Array]:
