@@ -5,8 +5,6 @@ N particles, J joints, K candidates, L links, P patches, (X, Y, Z) voxels. Metre
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
 from observer.contact_model import ContactModel
@@ -15,10 +13,8 @@ from observer.kinematics import link_frames, tree_of
 
 
 def full_weight(**keywords):
-    """A contact model whose touches count in full at every step, under nothing but the shell."""
-    has = {field.name for field in dataclasses.fields(ContactModel)}
-    plain = {"touch": 1.0, "sustained": 1.0, "fall": 1e-6}
-    return ContactModel(**{name: value for name, value in plain.items() if name in has}, **keywords)
+    """A contact model whose touches count in full at every step, in the shell and nowhere beyond."""
+    return ContactModel(**{"touch": 1.0, "sustained": 1.0, "fall": 1e-6, "temper": 1.0, **keywords})
 
 
 def probability(log_odds):
@@ -53,56 +49,60 @@ def log_likelihood(hand, grid, model, q, contacts, watched, log_odds):
     return total
 
 
-def write(hand, grid, model, q, margin, contacts, log_odds):
+def write(hand, grid, model, q, margin, contacts, touch, log_odds):
     """The map after one pose: (X, Y, Z) log-odds, and which entries were written.
 
     Link by link: cells deeper than `margin` (L,) beneath the skin are free. The cells from there to the shell above a
-    patch that feels contact share its noisy-OR: each gets the log ratio of its likelihoods, occupied to free, the
-    others being what the map says.
+    patch that feels contact, and with less and less a part beyond it, share its noisy-OR: each gets the log ratio of
+    its likelihoods, occupied to free, the others being what the map says, times `touch` (P,).
     """
     at, turn = link_frames(tree_of(hand), q)
     result, known = log_odds.astype(int), np.zeros(log_odds.shape, dtype=bool)
     free = round(model.free / QUANTUM)
+    shell, fall = model.shell * grid.resolution, model.fall * grid.resolution
     for index, link in enumerate(hand.links):
         local = (grid.centres() - at[index]) @ turn[index]
         bone = np.clip(local[..., 2:], 0, link.length) * [0, 0, 1]
-        depth = link.radius - np.linalg.norm(local - bone, axis=-1)
-        inner = depth > min(margin[index], link.radius)
+        height = np.linalg.norm(local - bone, axis=-1) - link.radius
+        inner = height < -min(margin[index], link.radius)
         result[inner] = np.maximum(result[inner] - free, -LIMIT)
         known |= inner
-        shell = ~inner & (depth > -model.shell * grid.resolution)
-        cells = np.argwhere(shell)
+        about = ~inner & (height < shell + 2 * fall)
+        cells = np.argwhere(about)
         if len(cells) == 0:
             continue
-        owner = hand.patches.locate(np.full(len(cells), index), local[shell])
+        owner = hand.patches.locate(np.full(len(cells), index), local[about])
+        hit = model.hit * np.exp(-0.5 * (np.maximum(height[about] - shell, 0) / fall) ** 2)
         for patch in np.unique(owner[contacts[owner]]):
-            suspects = cells[owner == patch]
-            ring = model.hit * probability([result[tuple(cell)] for cell in suspects])
+            mine = owner == patch
+            suspects, hits = cells[mine], hit[mine]
+            ring = hits * probability([result[tuple(cell)] for cell in suspects])
             gains = []
             for c in range(len(suspects)):
                 others = (1 - model.false_alarm) * np.prod(np.delete(1 - ring, c))
-                ratio = (1 - (1 - model.hit) * others) / (1 - others)
-                gains.append(round(model.touch * np.log(ratio) / QUANTUM))
+                ratio = (1 - (1 - hits[c]) * others) / (1 - others)
+                gains.append(round(touch[patch] * np.log(ratio) / QUANTUM))
             for cell, gain in zip(suspects, gains, strict=True):
                 result[tuple(cell)] = min(result[tuple(cell)] + gain, LIMIT)
                 known[tuple(cell)] = True
     return result.astype(np.int8), known
 
 
-def advance(hand, grid, model, contacts, watched, margin, centres, spread, normals, uniform, maps):
-    """Candidates, scores, the chosen pose and the new map of every particle: log mean likelihood (N,), moved (N,),
-    poses (N, J), maps (N, X, Y, Z), known (X, Y, Z)."""
+def advance(hand, grid, model, contacts, touch, average, watched, margin, centres, spread, normals, uniform, maps):
+    """Candidates, scores, the matched pose and the new map of every particle: log mean likelihood (N,), moved (N,),
+    poses (N, J), the candidates' mean if `average`, else one of them, maps (N, X, Y, Z), known (X, Y, Z)."""
     log_means, moved, poses, new_maps = [], [], [], []
     known = np.zeros(maps.shape[1:], dtype=bool)
     for n in range(len(maps)):
         candidates = centres[n] + normals[n] @ spread.T
-        score = np.array([log_likelihood(hand, grid, model, q, contacts, watched, maps[n]) for q in candidates])
-        likelihood = np.exp(score)
+        score = [log_likelihood(hand, grid, model, q, contacts, watched, maps[n]) for q in candidates]
+        likelihood = np.exp(model.temper * np.array(score))
         chosen = int(np.searchsorted(np.cumsum(likelihood), uniform[n] * likelihood.sum()))
+        q = likelihood @ candidates / likelihood.sum() if average else candidates[chosen]
         log_means.append(np.log(likelihood.mean()))
-        moved.append(chosen > 0)
-        poses.append(candidates[chosen])
-        new, wrote = write(hand, grid, model, candidates[chosen], margin, contacts, maps[n])
+        moved.append(likelihood.min() < 0.5 * likelihood.max())
+        poses.append(q)
+        new, wrote = write(hand, grid, model, q, margin, contacts, touch, maps[n])
         new_maps.append(new)
         known |= wrote
     return np.array(log_means), np.array(moved), np.array(poses), np.array(new_maps), known

@@ -20,7 +20,7 @@ from tests.observer.reference import full_weight
 
 CELLS = 5
 GRID = Grid((-1e-6 - VOXEL, -CELLS / 2 * VOXEL, ARM - VOXEL / 2), VOXEL, (1, CELLS, 1))
-MODEL = full_weight(hit=0.8, false_alarm=0.05, free=0.0, shell=0.5**0.5, temper=1.0)
+MODEL = full_weight(hit=0.8, false_alarm=0.05, free=0.0, shell=0.5**0.5)
 SIGMA_DEG = 0.3  # one voxel at the end of the arm
 TOUCHED = np.array([0, 1, 1, 0, 1, 1])
 UNKNOWN = np.zeros(CELLS, dtype=np.int8)
@@ -39,6 +39,7 @@ class Trial:
             SIGMA_DEG,
             particles,
             candidates=candidates,
+            matching="sample",
             lag=lag,
             motor_noise=0.0,
             control_hz=10.0,

@@ -135,8 +135,8 @@ def test_the_covariance_stays_one_in_two_thousand_steps_with_contacts(two_finger
         assert np.sqrt(np.diag(pose.covariance)[:8]).max() < 1.5 * SIGMA, "rad; more than the angles themselves tell"
 
 
-def _skin_speed(pose: PoseFilter, patch: int) -> np.ndarray:
-    """SD (m/s) of the velocity of a patch along its normal, and across it in any direction at most."""
+def _skin_speed(pose: PoseFilter, patch: int) -> float:
+    """SD (m/s) of the velocity of a patch in the direction in which it is largest."""
     hand = pose.hand
     data = mujoco.MjData(hand.model)
     data.qpos[:] = pose.angles
@@ -146,15 +146,12 @@ def _skin_speed(pose: PoseFilter, patch: int) -> np.ndarray:
     frame = data.xmat[body].reshape(3, 3)
     jacobian = np.empty((3, hand.joints))
     mujoco.mj_jac(hand.model, data, jacobian, None, data.xpos[body] + frame @ hand.patches.position[patch], body)
-    normal = frame @ hand.patches.normal[patch]
     velocity = pose.covariance[hand.joints : 2 * hand.joints, hand.joints : 2 * hand.joints]
-    skin = jacobian @ velocity @ jacobian.T
-    across = np.eye(3) - np.outer(normal, normal)
-    return np.sqrt([normal @ skin @ normal, np.linalg.eigvalsh(across @ skin @ across).max()])
+    return float(np.sqrt(np.linalg.eigvalsh(jacobian @ velocity @ jacobian.T).max()))
 
 
 def test_a_felt_contact_holds_the_skin_still(two_finger):
-    """Along its normal and across it, but for `normal_speed` and `tangential_speed`; the other finger is free."""
+    """But for `normal_speed` and `tangential_speed`, in every direction; the other finger is free."""
     dynamics = ContactDynamics()
     q = np.deg2rad([15, 60, 40, 30, 0, 20, 30, 20])
     for patch in (0, 1, 7, 11, 19, 21):
@@ -166,7 +163,8 @@ def test_a_felt_contact_holds_the_skin_still(two_finger):
             free.step(np.zeros(8), felt, np.zeros_like(contacts))
             contacts[patch] = step >= 50
             held.step(np.zeros(8), felt, contacts.copy())
-        assert (_skin_speed(held, patch) < 1.2 * np.array([dynamics.normal_speed, dynamics.tangential_speed])).all()
+        assert _skin_speed(held, patch) < 1.1 * max(dynamics.normal_speed, dynamics.tangential_speed)
+        assert _skin_speed(held, patch) < 0.7 * _skin_speed(free, patch)
         finger = two_finger.joint_group == two_finger.link_group[two_finger.patches.link[patch]]
         np.testing.assert_allclose(held.mean[:8][~finger], free.mean[:8][~finger], atol=1e-3)
 

@@ -93,7 +93,7 @@ def test_moved_turned_and_scaled_solids_keep_their_distance(shape):
 def test_shapes_of_other_proportions_have_fields_of_their_own():
     solids = [shapes.make("cube"), shapes.make("cube", (0.05, 0.05, 0.03)), shapes.make("sphere"), shapes.make("cube")]
     hypotheses = shape_posterior._hypotheses(solids)
-    np.testing.assert_array_equal(hypotheses.index, [0, 1, 2, 0])
+    np.testing.assert_array_equal(hypotheses.drawn_in, [0, 1, 2, 0])
 
 
 def test_far_from_the_object_nothing_is_near():
