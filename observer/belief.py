@@ -6,6 +6,7 @@ Shapes: J joints, N particles, P patches, (X, Y, Z) voxels. Angles in radians.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,16 +35,28 @@ class OccupancySnapshot:
         return self._value
 
 
+class Transition(NamedTuple):
+    """How the lagged pose follows from the pose one step before it, given all that was felt, the maps apart:
+    q_k = `mean` + `follow` (q_{k-1} - `before`) + N(0, `rest`), shapes (J,), (J, J), (J,), (J, J), radians."""
+
+    mean: Array
+    follow: Array
+    before: Array
+    rest: Array
+
+
 @dataclass(frozen=True)
 class Belief:
     """Posterior over pose and shape. Its arrays never change once it is handed out.
 
     `joint_angles` (J,) rad: posterior mean now, and `joint_std` (J,). `lagged_joint_angles` (J,) rad and
     `lagged_joint_std` (J,): the smoothed pose `lag_steps` steps ago, whose contacts entered the maps at this step.
-    `lagged_covariance` (J, J) rad²: of that pose before the maps had a say. `lagged_contacts` (P,), or None while
-    the lag fills up. `weights` (N,) and `particles` (N, J) rad: the hypotheses of the lagged pose. `n_eff`:
-    effective sample size; `resampled`: whether this step resampled; `moved_share`: of the particles, those that scan
-    matching moved. `log_evidence`: log probability of all that was felt so far.
+    `lagged_covariance` (J, J) rad²: of that pose before the maps had a say. `transition`: how it follows from the
+    one before; `lagged_contacts` (P,): what was felt there. Both are None while the lag fills up.
+
+    `weights` (N,) and `particles` (N, J) rad: the hypotheses of the lagged pose. `n_eff`: effective sample size;
+    `resampled`: whether this step resampled; `moved_share`: of the particles, those that scan matching moved.
+    `log_evidence`: log probability of all that was felt so far.
     """
 
     joint_angles: Array
@@ -52,6 +65,7 @@ class Belief:
     lagged_joint_std: Array
     lagged_covariance: Array
     lagged_contacts: NDArray[np.bool_] | None
+    transition: Transition | None
     lag_steps: int
     grid: Grid
     weights: Array

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.hand import Hand
+from observer.belief import Transition
 from observer.fastslam import HapticSLAM
 from observer.pose_filter import ContactDynamics
 
@@ -51,9 +52,9 @@ class OneMap(HapticSLAM):
     def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
         super().__init__(hand, sigma_deg, particles=1, candidates=1, **keywords)
 
-    def _propose(self, ago: int) -> tuple[Array, Array]:
+    def _candidates(self, proposal: Transition, ago: int, count: int) -> tuple[Array, Array, Array]:
         joints = self.hand.joints
-        return self.pose.mean[self.pose.lagged(ago)][None].copy(), np.zeros((joints, joints))
+        return proposal.mean[None].copy(), np.zeros((joints, joints)), np.zeros((1, 1, joints))
 
 
 class DeadReckoning(OneMap):

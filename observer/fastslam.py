@@ -19,7 +19,7 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from observer import kernels, resampling
-from observer.belief import Belief, OccupancySnapshot
+from observer.belief import Belief, OccupancySnapshot, Transition
 from observer.contact_model import ContactModel
 from observer.kinematics import link_spread, tree_of
 from observer.pose_filter import ContactDynamics, PoseFilter
@@ -90,7 +90,7 @@ class HapticSLAM:
         self._log_evidence = 0.0
         self._felt = np.zeros(len(self.hand.patches), dtype=bool)
         self._pending = deque()  # felt, but waiting for the lag
-        return self._belief(ago=0, contacts=None)
+        return self._belief(ago=0)
 
     def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Belief:
         """One turn: `torque` (J,) commanded, fractions; `joint_angles` (J,) rad felt; `contacts` (P,) felt.
@@ -104,7 +104,7 @@ class HapticSLAM:
         self.pose.step(u, q, z)
         pending.append(z)
         if len(pending) <= self.lag:
-            return self._belief(ago=len(pending), contacts=None)
+            return self._belief(ago=len(pending))
         return self._assimilate(ago=self.lag)
 
     def flush(self) -> list[Belief]:
@@ -118,26 +118,39 @@ class HapticSLAM:
     def _assimilate(self, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""
         contacts = self._running().popleft()
-        centres, spread = self._propose(ago)
-        log_likelihood, moved = self._match_and_map(centres, spread, contacts, ago)
+        proposal = self._propose(ago)
+        log_likelihood, moved = self._match_and_map(proposal, contacts, ago)
         self._weigh(log_likelihood)
         resampled = self._resample()
-        return self._belief(ago, contacts, resampled, float(moved.mean()))
+        return self._belief(ago, contacts, proposal, resampled, float(moved.mean()))
 
-    def _propose(self, ago: int) -> tuple[Array, Array]:
-        """p(q_k | q_{k-1}, u, q̃): mean (N, J) for each particle, and the Cholesky factor (J, J) they share."""
+    def _propose(self, ago: int) -> Transition:
+        """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles."""
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + 1)
         mean, covariance = self.pose.mean, self.pose.covariance
         past = covariance[before, before]
-        follow = np.linalg.solve(past + 1e-12 * np.eye(len(past)), covariance[before, now]).T
-        rest = covariance[now, now]
+        follow = np.asarray(np.linalg.solve(past + 1e-12 * np.eye(len(past)), covariance[before, now])).T
+        rest = covariance[now, now] - follow @ covariance[before, now]
+        return Transition(mean[now].copy(), follow, mean[before].copy(), rest)
+
+    def _candidates(self, proposal: Transition, ago: int, count: int) -> tuple[Array, Array, Array]:
+        """Where scan matching looks: centres (N, J), a factor (J, J) of their spread, and normals (N, K, J).
+
+        To draw one of the candidates they come from the proposal. To average them they come from all that is
+        uncertain of the pose, in pairs about the centre: where the map has nothing to say nothing moves.
+        """
+        centres = proposal.mean + (self._poses - proposal.before) @ proposal.follow.T
+        normals = self._rng.standard_normal((self.n_particles, count, self.hand.joints))
         if self.matching == "sample":
-            rest = rest - follow @ covariance[before, now]
-        centres = mean[now] + (self._poses - mean[before]) @ follow.T
-        return centres, _cholesky(rest)
+            return centres, _cholesky(proposal.rest), normals
+        half = count // 2
+        normals[:, half : 2 * half] = -normals[:, :half]
+        normals[:, 2 * half :] = 0.0
+        lagged = self.pose.lagged(ago)
+        return centres, _cholesky(self.pose.covariance[lagged, lagged]), normals
 
     def _match_and_map(
-        self, centres: Array, spread: Array, contacts: NDArray[np.bool_], ago: int
+        self, proposal: Transition, contacts: NDArray[np.bool_], ago: int
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Scan matching against each particle's own map, and that map's update at the matched pose (4 and 5)."""
         self._keep_snapshot()
@@ -146,11 +159,7 @@ class HapticSLAM:
         count = self.n_candidates if watched.any() else 1  # effort goes where contact is
         touch = np.where(self._felt, self.contact_model.sustained, self.contact_model.touch)
         self._felt = contacts
-        normals = self._rng.standard_normal((self.n_particles, count, self.hand.joints))
-        if self.matching == "mean":
-            half = count // 2
-            normals[:, half : 2 * half] = -normals[:, :half]
-            normals[:, 2 * half :] = 0.0
+        centres, spread, normals = self._candidates(proposal, ago, count)
         uniform = self._rng.random(self.n_particles)
         lagged = self.pose.lagged(ago)
         margin = self.contact_model.caution * link_spread(
@@ -198,7 +207,12 @@ class HapticSLAM:
         return True
 
     def _belief(
-        self, ago: int, contacts: NDArray[np.bool_] | None, resampled: bool = False, moved_share: float = 0.0
+        self,
+        ago: int,
+        contacts: NDArray[np.bool_] | None = None,
+        transition: Transition | None = None,
+        resampled: bool = False,
+        moved_share: float = 0.0,
     ) -> Belief:
         lagged = self.pose.lagged(ago)
         mean, covariance = self.pose.mean, self.pose.covariance
@@ -217,6 +231,7 @@ class HapticSLAM:
             lagged_joint_std=np.sqrt(np.diag(lagged_covariance)),
             lagged_covariance=lagged_covariance,
             lagged_contacts=contacts,
+            transition=transition,
             lag_steps=ago,
             grid=self.grid,
             weights=weights,

@@ -1,10 +1,13 @@
 """What the object is, from the whole stream of beliefs: the shape likelihood with the pose integrated out.
 
-Shapes: H hypotheses, C labels, S pose samples, P patches, M points of the skin. Lengths in metres.
+Shapes: H hypotheses, C labels, S pose samples, G fingers, P patches, M points of the skin. Lengths in metres.
 
 A hypothesis is a solid: a shape of one size at one pose. If it were there, a patch that feels contact would lie on
-its surface and no patch would lie inside it. The pose is only known as a Gaussian, so the likelihood of one step's
-contacts is averaged over samples of the pose, finger by finger (fingers err independently).
+its surface and no patch would lie inside it. The pose is only known as a Gaussian process, so each hypothesis has a
+particle filter of its own over the pose, with the solid as its known map; its evidence is the hypothesis's
+likelihood. Fingers hang from one base and err independently, so each finger is weighted and resampled apart. Fed
+with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and infers
+the pose and which one it is.
 """
 
 from __future__ import annotations
@@ -22,12 +25,14 @@ from haptic_env import shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid, rotation_matrix
+from observer import resampling
 from observer.belief import Belief
 from observer.kinematics import body_frames, tree_of
 
 Array = NDArray[np.float64]
 FIELD_RESOLUTION = 0.002
 FIELD_EXTENT = 0.2
+FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step
 FAR = 0.02  # no patch feels anything from here on
 
 
@@ -62,15 +67,15 @@ class ShapePosterior:
         hand: Hand,
         candidates: Mapping[str, Sequence[Solid]] | None = None,
         *,
-        samples: int = 32,
+        samples: int = 64,
         tolerance: float = 0.001,
         surprise: float = 0.001,
-        temper: float = 0.05,
+        temper: float = 1.0,
     ) -> None:
         """`candidates`: the solids that each label may be, equally probable; None: the four shapes at their default
-        size at the grasp centre. `samples` S of the pose a step; `tolerance` m: SD of the gap between a patch that
-        feels contact and the surface; `surprise`: probability of what the model cannot explain; `temper`: weight of
-        a step, below 1 because the errors of successive steps repeat.
+        size at the grasp centre. `samples` S of the pose for each hypothesis; `tolerance` m: SD of the gap between a
+        patch that feels contact and the surface; `surprise`: probability of what the model cannot explain; `temper`:
+        exponent of the likelihood of one step.
         """
         if candidates is None:
             candidates = {name: [shapes.make(name, position=hand.grasp_centre)] for name in shapes.SHAPES}
@@ -86,12 +91,16 @@ class ShapePosterior:
         self._hypotheses = _hypotheses([solid for solids in candidates.values() for solid in solids])
         self._tree = tree_of(hand)
         self._skin = _skin(hand)
+        self._fingers = [np.flatnonzero(hand.joint_group == group) for group in range(hand.joint_group.max() + 1)]
         self.reset()
 
     def reset(self, seed: int | None = None) -> Array:
         """Start a trial: all labels equally probable; returns that (C,)."""
+        count = len(self._label_of)
         self._rng = np.random.default_rng(seed)
-        self.log_likelihood = np.zeros(len(self._label_of))
+        self.log_likelihood = np.zeros(count)
+        self._poses = np.tile(self.hand.rest_pose, (count, self.samples, 1))
+        self._log_weights = np.full((count, self.samples, len(self._fingers)), -np.log(self.samples))
         return self.posterior
 
     @property
@@ -105,23 +114,46 @@ class ShapePosterior:
 
     def update(self, belief: Belief) -> Array:
         """Take in what `belief` felt at its lagged pose; returns the posterior (C,)."""
-        if belief.lagged_contacts is not None:
-            half = np.linalg.cholesky(belief.lagged_covariance + 1e-12 * np.eye(self.hand.joints))
-            normals = self._rng.standard_normal((self.samples, self.hand.joints))
-            poses = belief.lagged_joint_angles + normals @ half.T
-            per_sample = _contact_log_likelihood(
-                self._tree,
-                self._skin,
-                self._hypotheses,
-                poses,
-                belief.lagged_contacts,
-                self.tolerance,
-                self.surprise,
-                int(self._skin.group.max()) + 1,
-            )
-            marginal = logsumexp(per_sample, axis=0) - np.log(self.samples)
-            self.log_likelihood += self.temper * marginal.sum(axis=0)
+        if belief.transition is None or belief.lagged_contacts is None:
+            return self.posterior
+        mean, follow, before, rest = belief.transition
+        normals = self._rng.standard_normal(self._poses.shape)
+        self._poses = mean + (self._poses - before) @ follow.T + normals @ _square_root(rest).T
+        # Some start anew, so that no hypothesis is stuck where its samples once were.
+        fresh = slice(None, max(1, self.samples // FRESH_SHARE))
+        self._poses[:, fresh] = mean + normals[:, fresh] @ _square_root(belief.lagged_covariance).T
+        self._log_weights += self.temper * _contact_log_likelihood(
+            self._tree,
+            self._skin,
+            self._hypotheses,
+            self._poses,
+            belief.lagged_contacts,
+            self.tolerance,
+            self.surprise,
+            len(self._fingers),
+        )
+        evidence = logsumexp(self._log_weights, axis=1, keepdims=True)
+        self._log_weights -= evidence
+        self.log_likelihood += evidence.sum(axis=(1, 2))
+        self._resample()
         return self.posterior
+
+    def _resample(self) -> None:
+        """Resample the samples of each hypothesis and finger whose effective number is below half of them."""
+        weights = np.exp(self._log_weights)
+        poor = 1.0 / np.square(weights).sum(axis=1) < 0.5 * self.samples
+        for hypothesis, finger in zip(*np.nonzero(poor), strict=True):
+            counts = resampling.systematic_counts(weights[hypothesis, :, finger], self._rng.random())
+            joints = self._fingers[finger]
+            kept = np.repeat(self._poses[hypothesis][:, joints], counts, axis=0)
+            self._poses[hypothesis][:, joints] = kept
+            self._log_weights[hypothesis, :, finger] = -np.log(self.samples)
+
+
+def _square_root(covariance: Array) -> Array:
+    """A factor (J, J) of a covariance that rounding may have left just short of positive."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _skin(hand: Hand) -> Skin:
@@ -164,7 +196,7 @@ def _hypotheses(solids: Sequence[Solid]) -> Hypotheses:
 
 @numba.njit(cache=True, inline="always")
 def _distance(hypotheses, h, x, y, z):
-    """Signed distance (m) of hypothesis `h` at a world point, or `FAR` outside its field."""
+    """Signed distance (m) of hypothesis `h` at a world point; beyond `FAR` outside its field."""
     at, turn, scale = hypotheses.position[h], hypotheses.rotation[h], hypotheses.scale[h]
     x, y, z = x - at[0], y - at[1], z - at[2]
     half = 0.5 * FIELD_EXTENT
@@ -177,32 +209,34 @@ def _distance(hypotheses, h, x, y, z):
     return scale * hypotheses.field[hypotheses.drawn_in[h], i, j, k]
 
 
+@numba.njit(cache=True, inline="always")
+def _gap(hypotheses, h, at, turn, point):
+    """Signed distance (m) of hypothesis `h` at a `point` of a body at `at`, `turn`; beyond `FAR` outside its field."""
+    x = at[0] + turn[0, 0] * point[0] + turn[0, 1] * point[1] + turn[0, 2] * point[2]
+    y = at[1] + turn[1, 0] * point[0] + turn[1, 1] * point[1] + turn[1, 2] * point[2]
+    z = at[2] + turn[2, 0] * point[0] + turn[2, 1] * point[1] + turn[2, 2] * point[2]
+    return _distance(hypotheses, h, x, y, z)
+
+
 @numba.njit(cache=True, parallel=True, error_model="numpy")
-def _contact_log_likelihood(tree, skin, hypotheses, poses, contacts, tolerance, surprise, groups):
-    """log p(z_g | q, h) (S, groups, H) of the contacts of each finger g at each of the `poses` (S, J)."""
-    count = len(hypotheses.scale)
-    result = np.zeros((len(poses), groups, count))
-    for s in numba.prange(len(poses)):
+def _contact_log_likelihood(tree, skin, hypotheses, poses, contacts, tolerance, surprise, fingers):
+    """log p(z_g | q, h) (H, S, G) of the contacts of each finger g at each of the `poses` (H, S, J)."""
+    count, samples = poses.shape[0], poses.shape[1]
+    result = np.zeros((count, samples, fingers))
+    for job in numba.prange(count * samples):
+        h, s = job // samples, job % samples
         position = np.empty((len(tree.parent), 3))
         rotation = np.empty((len(tree.parent), 3, 3))
-        world = np.empty(3)
-        body_frames(tree, poses[s], position, rotation)
+        body_frames(tree, poses[h, s], position, rotation)
         for patch in range(len(skin.body)):
             at, turn = position[skin.body[patch]], rotation[skin.body[patch]]
-            for i in range(3):
-                world[i] = at[i] + np.dot(turn[i], skin.middle[patch])
-            for h in range(count):
-                gap = _distance(hypotheses, h, world[0], world[1], world[2]) - skin.radius[patch]
-                if gap < 6.0 * tolerance:
-                    gap = FAR
-                    for m in range(skin.begin[patch], skin.begin[patch + 1]):
-                        p = skin.points[m]
-                        x = at[0] + turn[0, 0] * p[0] + turn[0, 1] * p[1] + turn[0, 2] * p[2]
-                        y = at[1] + turn[1, 0] * p[0] + turn[1, 1] * p[1] + turn[1, 2] * p[2]
-                        z = at[2] + turn[2, 0] * p[0] + turn[2, 1] * p[1] + turn[2, 2] * p[2]
-                        gap = min(gap, _distance(hypotheses, h, x, y, z))
-                ratio = gap / tolerance
-                # Silent patches: a normal's distribution function, nearly.
-                fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1.0 / (1.0 + np.exp(-1.7 * ratio))
-                result[s, skin.group[patch], h] += np.log(surprise + (1.0 - surprise) * fit)
+            gap = _gap(hypotheses, h, at, turn, skin.middle[patch]) - skin.radius[patch]
+            if gap < 6.0 * tolerance:
+                gap = FAR
+                for m in range(skin.begin[patch], skin.begin[patch + 1]):
+                    gap = min(gap, _gap(hypotheses, h, at, turn, skin.points[m]))
+            ratio = gap / tolerance
+            # Silent patches: a normal's distribution function, nearly.
+            fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1.0 / (1.0 + np.exp(-1.7 * ratio))
+            result[h, s, skin.group[patch]] += np.log(surprise + (1.0 - surprise) * fit)
     return result
