@@ -16,7 +16,8 @@ class ContactModel:
 
     `hit`: probability that an occupied cell at the patch makes it ring; `false_alarm`: that it rings for none.
     `free`: weight of a silence, log-odds a step. `touch` and `sustained`: weights of a touch when it begins and at
-    every step that it lasts, fractions of its log likelihood ratio: a lasting touch mostly repeats itself. `shell`:
+    every step that it lasts, fractions of its log likelihood ratio: a lasting touch mostly repeats itself.
+    `least`: log likelihood ratio below which a touch, having many suspects, says nothing of any of them. `shell`:
     how far above the skin the centre of a touched cell may lie, in voxels, and `fall`: the SD of what lies beyond.
     `caution`: how deep in a link a cell must lie to be free, in SDs of the link's place. `temper`: exponent of
     p(z | q, m) in matching and weighing, below 1 because successive steps are not independent.
@@ -27,6 +28,7 @@ class ContactModel:
     free: float = 1.0
     touch: float = 1.0
     sustained: float = 0.3
+    least: float = 0.12
     shell: float = 0.75
     fall: float = 0.5
     caution: float = 2.0
@@ -50,6 +52,7 @@ class ContactModel:
             hit=self.hit,
             false_alarm=self.false_alarm,
             free=self.free,
+            least=self.least,
             shell=self.shell * resolution,
             fall=self.fall * resolution,
             temper=self.temper,

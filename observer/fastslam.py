@@ -50,6 +50,9 @@ class HapticSLAM:
         """`sigma_deg` and `motor_noise` as the observer believes them; `candidates` K of scan matching; `lag` in
         steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
 
+        `matching`: a particle takes the "mean" of its candidates by likelihood, which keeps the maps sharp with few
+        particles, or one "sample" of them, which is exact Bayes as N grows (tests/observer/test_exact_bayes.py).
+
         Raises `ValueError` for a value out of range.
         """
         sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
@@ -188,7 +191,8 @@ class HapticSLAM:
     def _weigh(self, log_likelihood: Array) -> None:
         """w ∝ w · p(z | q, m) (step 5); raises `FloatingPointError` for what is not finite."""
         self._log_weights += log_likelihood
-        total = np.logaddexp.reduce(self._log_weights)
+        with np.errstate(invalid="ignore"):  # reported below
+            total = np.logaddexp.reduce(self._log_weights)
         if not np.isfinite(total):
             raise FloatingPointError(f"the particles' weights are not finite: log Σw = {total}")
         self._log_evidence += float(total)
@@ -222,8 +226,10 @@ class HapticSLAM:
         lagged_covariance = covariance[lagged, lagged].copy()
         shift = np.zeros(self.hand.joints) if contacts is None else weights @ self._poses - mean[lagged]
         carry = np.linalg.lstsq(lagged_covariance, shift, rcond=1e-9)[0]
-        snapshot = OccupancySnapshot(self._maps, self._known, weights, self.grid.shape)
-        self._snapshot = weakref.ref(snapshot)
+        snapshot = self._snapshot() if self._snapshot is not None else None
+        if snapshot is None:
+            snapshot = OccupancySnapshot(self._maps, self._known, weights, self.grid.shape)
+            self._snapshot = weakref.ref(snapshot)
         return Belief(
             joint_angles=mean[joints] + covariance[joints, lagged] @ carry,
             joint_std=np.sqrt(np.diag(covariance)[joints]),
@@ -253,6 +259,7 @@ class HapticSLAM:
         snapshot = self._snapshot() if self._snapshot is not None else None
         if snapshot is not None:
             snapshot.value()
+        self._snapshot = None
 
 
 def _cholesky(covariance: Array) -> Array:

@@ -60,6 +60,7 @@ class Evidence(NamedTuple):
     hit: float
     false_alarm: float
     free: float
+    least: float
     shell: float
     fall: float
     temper: float
@@ -245,9 +246,9 @@ def _share(evidence, touch, patch, flat, known, probability, cells, owner, hits,
             others = np.exp(clear - np.log(1.0 - hits[c] * probability[flat[cell] + 128]))
             others *= 1.0 - evidence.false_alarm
             ratio = (1.0 - (1.0 - hits[c]) * others) / (1.0 - others)
-            gain = int(np.round(touch * np.log(ratio) / QUANTUM))
-            flat[cell] = min(flat[cell] + gain, LIMIT)
-            known[cell] = True
+            if np.log(ratio) >= evidence.least:
+                flat[cell] = min(flat[cell] + int(np.round(touch * np.log(ratio) / QUANTUM)), LIMIT)
+                known[cell] = True
 
 
 @numba.njit(cache=True, parallel=True)

@@ -121,16 +121,27 @@ def link_frames(tree: Tree, joint_angles: NDArray[np.float64]) -> tuple[NDArray[
 
 
 @numba.njit(cache=True, error_model="numpy")
-def point_jacobian(tree, position, rotation, body, point, out):
-    """Fill `out` (3, J) with ∂point/∂q of a `point` (3,) m fixed to `body`, at the frames of the present pose."""
+def point_jacobian(tree, joint_angles, position, rotation, body, point, out):
+    """Fill `out` (3, J) with ∂point/∂q of a `point` (3,) m fixed to `body`, at the frames of `joint_angles` (J,)."""
     out[:] = 0.0
+    turn = np.empty((3, 3))
+    back = np.empty((3, 3))
+    before = np.empty((3, 3))
     while body > 0:
-        for joint in range(tree.first_joint[body], tree.first_joint[body + 1]):
-            axis = np.dot(rotation[body], tree.axis[joint])
-            arm = point - position[body] - np.dot(rotation[body], tree.anchor[joint])
+        turn[:] = rotation[body]
+        at = position[body].copy()
+        # A joint is turned by those before it in the body, not by those after it: undo them from the last one on.
+        for joint in range(tree.first_joint[body + 1] - 1, tree.first_joint[body] - 1, -1):
+            axis = np.dot(turn, tree.axis[joint])
+            anchor = at + np.dot(turn, tree.anchor[joint])
+            arm = point - anchor
             out[0, joint] = axis[1] * arm[2] - axis[2] * arm[1]
             out[1, joint] = axis[2] * arm[0] - axis[0] * arm[2]
             out[2, joint] = axis[0] * arm[1] - axis[1] * arm[0]
+            _turn_about(tree.axis[joint], tree.zero[joint] - joint_angles[joint], back)
+            _times(turn, back, before)
+            turn[:] = before
+            at = anchor - np.dot(turn, tree.anchor[joint])
         body = tree.parent[body]
 
 
@@ -143,7 +154,7 @@ def _link_spread(tree, lengths, joint_angles, covariance, out):
     for link in range(len(lengths)):
         body = tree.link_body[link]
         middle = position[body] + 0.5 * lengths[link] * rotation[body][:, 2]
-        point_jacobian(tree, position, rotation, body, middle, jacobian)
+        point_jacobian(tree, joint_angles, position, rotation, body, middle, jacobian)
         out[link] = np.sqrt(max(np.trace(jacobian @ covariance @ jacobian.T), 0.0) / 3.0)
 
 

@@ -150,7 +150,7 @@ class PoseFilter:
             point = position[body] + frame @ self.hand.patches.position[patch]
             axes = self._axes[patch] @ frame.T
             jacobian = np.zeros((3, joints))
-            point_jacobian(self._tree, position, rotation, body, point, jacobian)
+            point_jacobian(self._tree, q, position, rotation, body, point, jacobian)
             along = axes @ jacobian  # (3, J): speed of the skin along each axis
             forces = gain @ along.T * self._forces[patch]
             noise += forces @ forces.T

@@ -14,8 +14,8 @@ def effective_sample_size(weights: NDArray[np.float64]) -> float:
 def systematic_counts(weights: NDArray[np.float64], uniform: float) -> NDArray[np.int64]:
     """Copies (N,) of each particle: N·w expected, never a whole copy away from it. `uniform` lies in [0, 1)."""
     edges = np.cumsum(weights) * len(weights)
-    edges[-1] = len(weights)  # whatever the rounding, all N are dealt out
     upto = np.clip(np.ceil(edges - uniform), 0, len(weights)).astype(np.int64)
+    upto[-1] = len(weights)  # whatever the rounding, all N are dealt out
     return np.diff(upto, prepend=0)
 
 

@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 from observer.fastslam import HapticSLAM
 
 
-class ObserverWrapper(gym.Wrapper):
+class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
     """Puts `info["belief"]` beside every observation; at the end of an episode the lag is flushed first."""
 
     def __init__(self, env: gym.Env[Any, Any], observer: HapticSLAM) -> None:
-        super().__init__(env)
+        gym.Wrapper.__init__(self, env)
         hand = env.unwrapped.hand  # type: ignore[attr-defined]
         if hand.joint_names != observer.hand.joint_names or len(hand.patches) != len(observer.hand.patches):
             raise ValueError(
                 f"the observer knows hand {observer.hand.name!r} with {len(observer.hand.patches)} patches, the "
                 f"environment has {hand.name!r} with {len(hand.patches)}; make the observer from env.unwrapped.hand"
             )
+        gym.utils.RecordConstructorArgs.__init__(self, observer=observer, _disable_deepcopy=True)
         self.observer = observer
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:

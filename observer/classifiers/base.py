@@ -41,7 +41,8 @@ class MapClassifier(ABC):
 
     def predict(self, map: ArrayLike) -> str:
         """The most probable label for one `map` (X, Y, Z)."""
-        return str(self.classes_[int(np.argmax(self.predict_proba(map)))])
+        best = int(np.argmax(self.predict_proba(map)))
+        return str(self.classes_[best])
 
     @abstractmethod
     def _fit(self, maps: Array, index: NDArray[np.int64]) -> None:
