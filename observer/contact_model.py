@@ -28,7 +28,7 @@ class ContactModel:
     free: float = 1.0
     touch: float = 1.0
     sustained: float = 0.3
-    least: float = 0.12
+    least: float = 0.15
     shell: float = 0.75
     fall: float = 0.5
     caution: float = 2.0

@@ -89,7 +89,8 @@ def bits() -> Callable[[Belief], dict[str, bytes]]:
     """All of a belief as bytes, to be compared with another's."""
 
     def of(belief: Belief) -> dict[str, bytes]:
-        names = [name for name in belief.__dataclass_fields__ if name not in ("snapshot", "grid")]
-        return {name: np.asarray(getattr(belief, name)).tobytes() for name in (*names, "occupancy")}
+        names = [name for name in belief.__dataclass_fields__ if name not in ("snapshot", "grid", "transition")]
+        parts = {name: np.asarray(getattr(belief, name)).tobytes() for name in (*names, "occupancy")}
+        return parts | {f"transition {i}": part.tobytes() for i, part in enumerate(belief.transition or ())}
 
     return of

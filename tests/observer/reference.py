@@ -14,7 +14,7 @@ from observer.kinematics import link_frames, tree_of
 
 def full_weight(**keywords):
     """A contact model whose touches count in full at every step, in the shell and nowhere beyond."""
-    return ContactModel(**{"touch": 1.0, "sustained": 1.0, "fall": 1e-6, "temper": 1.0, **keywords})
+    return ContactModel(**{"touch": 1.0, "sustained": 1.0, "fall": 1e-6, "temper": 1.0, "least": 0.0, **keywords})
 
 
 def probability(log_odds):
@@ -81,10 +81,11 @@ def write(hand, grid, model, q, margin, contacts, touch, log_odds):
             for c in range(len(suspects)):
                 others = (1 - model.false_alarm) * np.prod(np.delete(1 - ring, c))
                 ratio = (1 - (1 - hits[c]) * others) / (1 - others)
-                gains.append(round(touch[patch] * np.log(ratio) / QUANTUM))
+                gains.append(touch[patch] * np.log(ratio) if np.log(ratio) >= model.least else None)
             for cell, gain in zip(suspects, gains, strict=True):
-                result[tuple(cell)] = min(result[tuple(cell)] + gain, LIMIT)
-                known[tuple(cell)] = True
+                if gain is not None:
+                    result[tuple(cell)] = min(result[tuple(cell)] + round(gain / QUANTUM), LIMIT)
+                    known[tuple(cell)] = True
     return result.astype(np.int8), known
 
 

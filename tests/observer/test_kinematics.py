@@ -72,7 +72,7 @@ def test_point_jacobian_is_mujocos_and_that_of_differences(hand):
             local = rng.uniform(-0.02, 0.02, 3)
             point = position[body] + rotation[body] @ local
             jacobian = np.full((3, hand.joints), np.nan)
-            kinematics.point_jacobian(tree, position, rotation, body, point, jacobian)
+            kinematics.point_jacobian(tree, q, position, rotation, body, point, jacobian)
             expected = np.empty((3, hand.joints))
             mujoco.mj_jac(hand.model, data, expected, None, point, body)
             np.testing.assert_allclose(jacobian, expected, atol=1e-9)
