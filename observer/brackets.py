@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.belief import Transition
 from observer.fastslam import HapticSLAM
@@ -61,8 +62,9 @@ class DeadReckoning(OneMap):
     """Floor: the map at the raw angles."""
 
     def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
-        super().__init__(hand, sigma_deg, lag=0, **keywords)
-        self.pose = RawAngles(hand, np.deg2rad(sigma_deg))  # type: ignore[assignment]
+        sigma = validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")
+        super().__init__(hand, lag=0, **keywords)
+        self.pose = RawAngles(hand, np.deg2rad(sigma))  # type: ignore[assignment]
 
 
 class TruePose(DeadReckoning):

@@ -47,7 +47,6 @@ EXAMPLE = "example: python scripts/evaluate.py --shapes cube sphere --sigmas 3 5
 FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
 WIDTH = 120  # of what is printed to a file
 EXEMPLAR_SEED = 2_000_000_000
-KNOWS_SHAPES = ("shape_likelihood",)  # classifiers that are given the true candidates; others see exemplars
 STREAM = "shape_posterior"  # the name of what names the object from the whole stream of beliefs
 NAMERS = (STREAM, *CLASSIFIERS)
 PACKAGES = ("haptic-slam", "gymnasium", "mujoco", "numba", "numpy", "scipy", "scikit-learn")
@@ -206,13 +205,8 @@ def run_trial(task: Task) -> list[dict[str, Any]]:
 
 @lru_cache(maxsize=128)
 def classifiers(namer: str, observer: str, settings: Settings, sigma_deg: float, folder: Path) -> list[MapClassifier]:
-    """The classifier `namer`, fitted on the true candidates, or once on each draw of the observer's exemplars."""
+    """The classifier `namer`, fitted once on each draw of the observer's exemplars."""
     names = list(settings.shapes)
-    if namer in KNOWS_SHAPES:
-        hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
-        grid = next(iter(make_observers([observer], hand, sigma_deg, 1).values())).grid
-        truth = [shapes.make(name, position=hand.grasp_centre).occupancy(grid) for name in names]
-        return [CLASSIFIERS[namer]().fit(truth, names)]
     fitted = []
     for draw in exemplar_tasks(settings, sigma_deg, folder):
         maps = []
@@ -319,7 +313,9 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
             given.exemplars,
             given.first_seed,
         )
-        given.sigmas = sorted({validate.number("--sigmas", each, 0.0, 90.0, unit="degrees") for each in given.sigmas})
+        given.sigmas = sorted(
+            {validate.number("--sigmas", each, high=90.0, above=0.0, unit="degrees") for each in given.sigmas}
+        )
         validate.integer("--trials", given.trials, 1, 100_000)
         validate.integer("--jobs", given.jobs, 1, 1024)
         given.folder = Path(given.out)

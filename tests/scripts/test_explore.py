@@ -74,8 +74,9 @@ def test_without_a_shape_the_object_is_hidden_until_the_end(tmp_path: Path, caps
     [
         (["--shape", "cubee"], "choose from cube, cylinder, pyramid, sphere"),
         (["--policy", "scratch"], "choose from"),
-        (["--sigma", "nan"], r"finite number in [0, 90] degrees"),
-        (["--sigma", "-1"], r"finite number in [0, 90] degrees"),
+        (["--sigma", "nan"], r"finite number in (0, 90] degrees"),
+        (["--sigma", "-1"], r"finite number in (0, 90] degrees"),
+        (["--sigma", "0"], r"finite number in (0, 90] degrees"),
         (["--sigma", "loud"], "invalid float value: 'loud'"),
         (["--particles", "0"], "an integer in [1, 100000]"),
         (["--particles", "1.5"], "invalid int value: '1.5'"),
