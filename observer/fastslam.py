@@ -21,6 +21,7 @@ from haptic_env.hand import Hand
 from observer import kernels, resampling
 from observer.belief import Belief, OccupancySnapshot, Transition
 from observer.contact_model import ContactModel
+from observer.gaussian import lower_factor
 from observer.kinematics import link_spread, tree_of
 from observer.pose_filter import ContactDynamics, PoseFilter
 
@@ -145,12 +146,12 @@ class HapticSLAM:
         centres = proposal.mean + (self._poses - proposal.before) @ proposal.follow.T
         normals = self._rng.standard_normal((self.n_particles, count, self.hand.joints))
         if self.matching == "sample":
-            return centres, _cholesky(proposal.rest), normals
+            return centres, lower_factor(proposal.rest), normals
         half = count // 2
         normals[:, half : 2 * half] = -normals[:, :half]
         normals[:, 2 * half :] = 0.0
         lagged = self.pose.lagged(ago)
-        return centres, _cholesky(self.pose.covariance[lagged, lagged]), normals
+        return centres, lower_factor(self.pose.covariance[lagged, lagged]), normals
 
     def _match_and_map(
         self, proposal: Transition, contacts: NDArray[np.bool_], ago: int
@@ -260,10 +261,3 @@ class HapticSLAM:
         if snapshot is not None:
             snapshot.value()
         self._snapshot = None
-
-
-def _cholesky(covariance: Array) -> Array:
-    """Lower factor (J, J) of a covariance that rounding may have left just short of positive."""
-    values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
-    half = vectors * np.sqrt(np.maximum(values, 0.0))
-    return np.asarray(np.linalg.qr(half.T, mode="r")).T

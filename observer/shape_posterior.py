@@ -27,6 +27,7 @@ from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid, rotation_matrix
 from observer import resampling
 from observer.belief import Belief
+from observer.gaussian import square_root
 from observer.kinematics import body_frames, tree_of
 
 Array = NDArray[np.float64]
@@ -118,10 +119,10 @@ class ShapePosterior:
             return self.posterior
         mean, follow, before, rest = belief.transition
         normals = self._rng.standard_normal(self._poses.shape)
-        self._poses = mean + (self._poses - before) @ follow.T + normals @ _square_root(rest).T
+        self._poses = mean + (self._poses - before) @ follow.T + normals @ square_root(rest).T
         # Some start anew, so that no hypothesis is stuck where its samples once were.
         fresh = slice(None, max(1, self.samples // FRESH_SHARE))
-        self._poses[:, fresh] = mean + normals[:, fresh] @ _square_root(belief.lagged_covariance).T
+        self._poses[:, fresh] = mean + normals[:, fresh] @ square_root(belief.lagged_covariance).T
         self._log_weights += self.temper * _contact_log_likelihood(
             self._tree,
             self._skin,
@@ -148,12 +149,6 @@ class ShapePosterior:
             kept = np.repeat(self._poses[hypothesis][:, joints], counts, axis=0)
             self._poses[hypothesis][:, joints] = kept
             self._log_weights[hypothesis, :, finger] = -np.log(self.samples)
-
-
-def _square_root(covariance: Array) -> Array:
-    """A factor (J, J) of a covariance that rounding may have left just short of positive."""
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def _skin(hand: Hand) -> Skin:
