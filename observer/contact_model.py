@@ -5,58 +5,77 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
+from scipy.special import expit, logit
 
 from haptic_env import validate
-from observer.kernels import PROBABILITY, Evidence
+from observer.kernels import LOG_ODDS, Evidence
 
 
 @dataclass(frozen=True)
 class ContactModel:
     """Sensor model of the patches against an occupancy grid: a noisy-OR over the cells at a patch (Pearl 1988).
 
-    `hit`: probability that an occupied cell at the patch makes it ring; `false_alarm`: that it rings for none.
-    `free`: weight of a silence, log-odds a step. `touch` and `sustained`: weights of a touch when it begins and at
-    every step that it lasts, fractions of its log likelihood ratio: a lasting touch mostly repeats itself.
-    `least`: log likelihood ratio below which a touch, having many suspects, says nothing of any of them. `shell`:
-    how far above the skin the centre of a touched cell may lie, in voxels, and `fall`: the SD of what lies beyond.
-    `caution`: how deep in a link a cell must lie to be free, in SDs of the link's place. `temper`: exponent of
-    p(z | q, m) in matching and weighing, below 1 because successive steps are not independent.
+    `prior`: probability that a cell is occupied, of those that the hand came within `near` voxels of; of the others
+    nothing is said.
+
+    Touch. `hit`: probability that an occupied cell at the patch makes it ring; `false_alarm`: that it rings for none.
+    `touch` and `sustained`: weights of a touch when it begins and at every step that it lasts, as multiples of its log
+    likelihood ratio: a lasting touch mostly repeats itself. `shell`: how far above the skin the centre of a touched
+    cell may lie, in voxels; beyond that its part fades with an SD of `fall` voxels and of `blur` times the SD of the
+    link's place. It lies at most `deep` voxels beneath: fingers press in, and voxels are coarse.
+
+    Silence and sweeps. A cell inside a link is free unless the link is elsewhere: its log likelihood ratio is that of
+    a normal distribution's tail at its depth less `give` voxels, with an SD of `edge` voxels and that of the link's
+    place. `free`: weight of that at every step, for errors last.
+
+    `temper`: exponent of p(z | q, m) in matching and weighing, below 1 because successive steps are not independent.
     """
 
-    hit: float = 0.15
-    false_alarm: float = 0.05
-    free: float = 1.0
-    touch: float = 1.0
-    sustained: float = 0.3
-    least: float = 0.15
+    prior: float = 0.03
+    near: float = 1.75
+    hit: float = 0.12
+    false_alarm: float = 0.03
+    touch: float = 1.6
+    sustained: float = 0.4
     shell: float = 0.75
-    fall: float = 0.5
-    caution: float = 2.0
-    temper: float = 0.1
+    fall: float = 0.3
+    blur: float = 0.5
+    deep: float = 0.4
+    free: float = 0.07
+    give: float = 0.3
+    edge: float = 0.175
+    temper: float = 0.3
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            high = 1.0 if field.name in ("hit", "false_alarm", "temper") else 10.0
+            high = 1.0 if field.name in ("prior", "hit", "false_alarm", "temper") else 10.0
             validate.number(field.name, getattr(self, field.name), 0.0, high)
         if self.hit >= 1.0:
             raise ValueError(f"hit must be below 1, got {self.hit}")
-        if not 0.0 < self.false_alarm < 1.0:
-            raise ValueError(f"false_alarm must lie strictly between 0 and 1, got {self.false_alarm}")
-        if self.fall <= 0.0:
-            raise ValueError(f"fall must be above 0 voxels, got {self.fall}")
+        for name in ("prior", "false_alarm"):
+            if not 0.0 < getattr(self, name) < 1.0:
+                raise ValueError(f"{name} must lie strictly between 0 and 1, got {getattr(self, name)}")
+        for name in ("fall", "edge"):
+            if getattr(self, name) <= 0.0:
+                raise ValueError(f"{name} must be above 0 voxels, got {getattr(self, name)}")
 
     def evidence(self, resolution: float) -> Evidence:
         """The same for the kernels, lengths in metres."""
-        known = np.maximum(0.0, 2.0 * PROBABILITY - 1.0)
+        probability = expit(LOG_ODDS + logit(self.prior))
         return Evidence(
             hit=self.hit,
             false_alarm=self.false_alarm,
             free=self.free,
-            least=self.least,
+            give=self.give * resolution,
+            edge=self.edge * resolution,
+            deep=self.deep * resolution,
             shell=self.shell * resolution,
             fall=self.fall * resolution,
+            blur=self.blur,
+            near=self.near * resolution,
             temper=self.temper,
             log_no_alarm=float(np.log1p(-self.false_alarm)),
-            log_clear=np.log1p(-self.hit * PROBABILITY),
-            log_silent=np.log1p(-self.hit * known),
+            probability=probability,
+            log_clear=np.log1p(-self.hit * probability),
+            log_silent=np.log1p(-self.hit * np.maximum(0.0, 2.0 * probability - 1.0)),
         )

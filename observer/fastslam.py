@@ -166,19 +166,18 @@ class HapticSLAM:
         centres, spread, normals = self._candidates(proposal, ago, count)
         uniform = self._rng.random(self.n_particles)
         lagged = self.pose.lagged(ago)
-        margin = self.contact_model.caution * link_spread(
-            self.hand, self._tree, self.pose.mean[lagged], self.pose.covariance[lagged, lagged]
-        )
+        mean = self.pose.mean[lagged]
+        place = link_spread(self.hand, self._tree, mean, self.pose.covariance[lagged, lagged])
+        kernels.see(self._tree, self._body, self._lattice, self._evidence.near, mean, self._known)
         return kernels.advance(
             self._tree,
             self._body,
             self._lattice,
             self._evidence,
-            kernels.PROBABILITY,
+            kernels.reach_of(self._body, self._evidence, place),
             contacts,
             touch,
             watched,
-            margin,
             centres,
             spread,
             normals,
@@ -229,7 +228,7 @@ class HapticSLAM:
         carry = np.linalg.lstsq(lagged_covariance, shift, rcond=1e-9)[0]
         snapshot = self._snapshot() if self._snapshot is not None else None
         if snapshot is None:
-            snapshot = OccupancySnapshot(self._maps, self._known, weights, self.grid.shape)
+            snapshot = OccupancySnapshot(self._maps, self._known, weights, self._evidence.probability, self.grid.shape)
             self._snapshot = weakref.ref(snapshot)
         return Belief(
             joint_angles=mean[joints] + covariance[joints, lagged] @ carry,

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import log_ndtr
 
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
@@ -20,7 +21,8 @@ from observer.kinematics import body_frames
 QUANTUM = 0.05  # log-odds per unit of the int8 maps, which thus reach ±6.35
 LIMIT = 127
 LEAST = np.log(1e-6)  # of the probability of one patch: nothing is impossible
-PROBABILITY = 1.0 / (1.0 + np.exp(-QUANTUM * np.arange(-128, 128)))  # of a map entry v at [v + 128]
+LOG_ODDS = QUANTUM * np.arange(-128, 128)  # of a map entry v at [v + 128], above those of the prior
+BINS = 64  # of the squared distance from a bone, in tables of what a link says of a cell
 
 
 class Body(NamedTuple):
@@ -51,22 +53,64 @@ class Lattice(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """The numbers of `observer.contact_model.ContactModel`, for the kernels; `free` in log-odds.
+    """The numbers of `observer.contact_model.ContactModel`, for the kernels; lengths in metres.
 
-    `log_clear` and `log_silent` (256,) of a map entry v at [v + 128]: log of the probability that the cell rings no
-    patch, and the same where only what is known to be occupied counts. `log_no_alarm`: that there is no false alarm.
+    Tables (256,) of a map entry v at [v + 128]: `probability` that the cell is occupied, `log_clear` log of the
+    probability that it rings no patch, and `log_silent` the same where only what is known to be occupied counts.
+    `log_no_alarm`: that there is no false alarm.
     """
 
     hit: float
     false_alarm: float
     free: float
-    least: float
+    give: float
+    edge: float
+    deep: float
     shell: float
     fall: float
+    blur: float
+    near: float
     temper: float
     log_no_alarm: float
+    probability: NDArray[np.float64]
     log_clear: NDArray[np.float64]
     log_silent: NDArray[np.float64]
+
+
+class Reach(NamedTuple):
+    """What each link says of the cells about it at one step, given how surely its place is known (L links).
+
+    `free` (L, BINS): quanta of log-odds that a cell loses, by its squared distance from the bone in units of `bin`
+    (L,) m²; `carved` (L,) m: the distance from which on that is nothing. `fall` (L,) m: over what distance beyond the
+    shell a cell's part in a touch fades; `felt` (L,) m: the distance from which on it has none.
+    """
+
+    free: NDArray[np.int64]
+    bin: NDArray[np.float64]
+    carved: NDArray[np.float64]
+    fall: NDArray[np.float64]
+    felt: NDArray[np.float64]
+
+
+def reach_of(body: Body, evidence: Evidence, place: NDArray[np.float64]) -> Reach:
+    """What the links of `body` say of the cells about them, the SD of their places being `place` (L,) m.
+
+    If the cell at depth d beneath the skin were occupied, the link could not be there: what speaks for it is only the
+    probability Φ(-d / SD) that it is elsewhere.
+    """
+    carved = body.radius + 2.0 * evidence.edge
+    bin = carved**2 / BINS
+    height = np.sqrt((np.arange(BINS) + 0.5) * bin[:, None]) - body.radius[:, None]
+    unsure = np.hypot(place, evidence.edge)[:, None]
+    lost = -evidence.free * log_ndtr((height + evidence.give) / unsure)
+    fall = np.hypot(evidence.fall, evidence.blur * place)
+    return Reach(
+        free=np.minimum(np.round(lost / QUANTUM), LIMIT).astype(np.int64),
+        bin=bin,
+        carved=carved,
+        fall=fall,
+        felt=body.radius + evidence.shell + 2.5 * fall,
+    )
 
 
 def body_of(hand: Hand, resolution: float) -> Body:
@@ -153,33 +197,17 @@ def _log_likelihood(body, lattice, evidence, link_body, position, rotation, cont
 
 @numba.njit(cache=True)
 def _write(
-    body,
-    lattice,
-    evidence,
-    link_body,
-    position,
-    rotation,
-    margin,
-    contacts,
-    touch,
-    flat,
-    known,
-    probability,
-    cells,
-    owner,
-    hits,
+    body, lattice, evidence, reach, link_body, position, rotation, contacts, touch, flat, known, cells, owner, hits
 ):
     """Update one map with what was felt at one pose: `cells`, `owner` and `hits` are scratch.
 
-    The cells whose centres lie deeper in a link than its `margin` (L,) m, the SD of its place, are free. Of the
-    cells from there to a shell over a patch that feels contact, at least one is occupied: each gets the log of its
-    noisy-OR likelihood ratio given what is known of the others, so that a single suspect gets all of the evidence,
-    and one of many next to none.
+    Cells inside a link are free, the surer the deeper (`Reach.free`). Of the cells about the skin of a patch that
+    feels contact at least one is occupied: each gets the log of its noisy-OR likelihood ratio given what is known of
+    the others, so that a single suspect gets all of the evidence, and one of many next to none.
     """
     res = lattice.resolution
     origin = lattice.origin
     ny, nz = lattice.shape[1], lattice.shape[2]
-    free = int(np.round(evidence.free / QUANTUM))
     for link in range(len(body.radius)):
         at = position[link_body[link]]
         turn = rotation[link_body[link]]
@@ -188,12 +216,13 @@ def _write(
         touching = False
         for patch in range(body.first[link], last):
             touching |= contacts[patch]
-        pad = radius + evidence.shell + 2.0 * evidence.fall if touching else radius
+        pad = max(reach.carved[link], reach.felt[link]) if touching else reach.carved[link]
         low0, high0 = _range(at[0], turn[0, 2] * length, pad, origin[0], res, lattice.shape[0])
         low1, high1 = _range(at[1], turn[1, 2] * length, pad, origin[1], res, ny)
         low2, high2 = _range(at[2], turn[2, 2] * length, pad, origin[2], res, nz)
-        inner = max(radius - margin[link], 0.0) ** 2
-        outer = pad * pad if touching else 0.0
+        outer, carved = pad * pad, reach.carved[link] ** 2
+        core, felt = max(radius - evidence.deep, 0.0) ** 2, reach.felt[link] ** 2
+        per_bin = 1.0 / reach.bin[link]
         found = 0
         for i in range(low0, high0):
             dx = origin[0] + (i + 0.5) * res - at[0]
@@ -205,24 +234,30 @@ def _write(
                     z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
                     along = min(max(z, 0.0), length)
                     square = dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along
-                    if square < inner:
-                        flat[row + k] = max(flat[row + k] - free, -LIMIT)
-                        known[row + k] = True
-                    elif square < outer and found < len(cells):
+                    if square >= outer:
+                        continue
+                    if touching and core <= square < felt:
                         x = turn[0, 0] * dx + turn[1, 0] * dy + turn[2, 0] * dz
                         y = turn[0, 1] * dx + turn[1, 1] * dy + turn[2, 1] * dz
                         patch = _patch_at(body, link, x, y, z)
                         if contacts[patch]:
                             cells[found] = row + k
                             owner[found] = patch
-                            beyond = max(np.sqrt(square) - radius - evidence.shell, 0.0) / evidence.fall
+                            beyond = max(np.sqrt(square) - radius - evidence.shell, 0.0) / reach.fall[link]
                             hits[found] = evidence.hit * np.exp(-0.5 * beyond * beyond)
                             found += 1
+                            continue
+                    if square < carved:
+                        lost = reach.free[link, int(max(square, 0.0) * per_bin)]
+                        if lost > 0:
+                            flat[row + k] = max(flat[row + k] - lost, -LIMIT)
+                            if not known[row + k]:
+                                known[row + k] = True
         if found == 0:
             continue
         for patch in range(body.first[link], last):
             if contacts[patch]:
-                _share(evidence, touch[patch], patch, flat, known, probability, cells, owner, hits, found)
+                _share(evidence, touch[patch], patch, flat, known, cells, owner, hits, found)
 
 
 @numba.njit(cache=True, inline="always")
@@ -234,21 +269,56 @@ def _range(start, along, pad, origin, res, count):
 
 
 @numba.njit(cache=True)
-def _share(evidence, touch, patch, flat, known, probability, cells, owner, hits, found):
+def _room(body, lattice, reach):
+    """More than the number of cells that may have a part in a touch of any one link."""
+    most = 0.0
+    for link in range(len(body.radius)):
+        radius = reach.felt[link] + lattice.resolution
+        most = max(most, np.pi * radius**2 * (body.length[link] + 4.0 / 3.0 * radius))
+    return int(most / lattice.resolution**3) + 1
+
+
+@numba.njit(cache=True)
+def _share(evidence, touch, patch, flat, known, cells, owner, hits, found):
     """Give the evidence of one touch to the cells that may have caused it."""
-    clear = 0.0  # log of the probability that no cell under the patch rings
+    clear = evidence.log_no_alarm  # log of the probability that nothing rings the patch
     for c in range(found):
         if owner[c] == patch:
-            clear += np.log(1.0 - hits[c] * probability[flat[cells[c]] + 128])
+            clear += np.log(1.0 - hits[c] * evidence.probability[flat[cells[c]] + 128])
     for c in range(found):
         if owner[c] == patch:
             cell = cells[c]
-            others = np.exp(clear - np.log(1.0 - hits[c] * probability[flat[cell] + 128]))
-            others *= 1.0 - evidence.false_alarm
+            others = np.exp(clear) / (1.0 - hits[c] * evidence.probability[flat[cell] + 128])
             ratio = (1.0 - (1.0 - hits[c]) * others) / (1.0 - others)
-            if np.log(ratio) >= evidence.least:
-                flat[cell] = min(flat[cell] + int(np.round(touch * np.log(ratio) / QUANTUM)), LIMIT)
+            flat[cell] = min(flat[cell] + int(np.round(touch * np.log(ratio) / QUANTUM)), LIMIT)
+            if not known[cell]:
                 known[cell] = True
+
+
+@numba.njit(cache=True)
+def see(tree, body, lattice, near, pose, known):
+    """Set in `known` (V,) the cells whose centres lie within `near` m of the skin at `pose` (J,)."""
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, pose, position, rotation)
+    res, origin = lattice.resolution, lattice.origin
+    ny, nz = lattice.shape[1], lattice.shape[2]
+    for link in range(len(body.radius)):
+        at, turn = position[tree.link_body[link]], rotation[tree.link_body[link]]
+        length, pad = body.length[link], body.radius[link] + near
+        low0, high0 = _range(at[0], turn[0, 2] * length, pad, origin[0], res, lattice.shape[0])
+        low1, high1 = _range(at[1], turn[1, 2] * length, pad, origin[1], res, ny)
+        low2, high2 = _range(at[2], turn[2, 2] * length, pad, origin[2], res, nz)
+        for i in range(low0, high0):
+            dx = origin[0] + (i + 0.5) * res - at[0]
+            for j in range(low1, high1):
+                dy = origin[1] + (j + 0.5) * res - at[1]
+                for k in range(low2, high2):
+                    dz = origin[2] + (k + 0.5) * res - at[2]
+                    z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
+                    along = min(max(z, 0.0), length)
+                    if dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along < pad * pad:
+                        known[(i * ny + j) * nz + k] = True
 
 
 @numba.njit(cache=True, parallel=True)
@@ -257,11 +327,10 @@ def advance(
     body,
     lattice,
     evidence,
-    probability,
+    reach,
     contacts,
     touch,
     watched,
-    margin,
     centres,
     spread,
     normals,
@@ -274,10 +343,10 @@ def advance(
     """Match every particle's pose to its map, then write the contacts into the map at the pose.
 
     `contacts` (P,), and `touch` (P,) the weight of each patch's touch; `watched` (L,): the links whose patches have a
-    say; `margin` (L,) m, see `_write`. `centres` (N, J): mean of each particle's proposal, `spread` (J, J) its
-    Cholesky factor, `normals` (N, K, J) and `uniform` (N,) the random numbers. `poses` (N, J) is set to the mean of
-    the K candidates by likelihood if `average`, else to one drawn in proportion to it; `known` (V,) is set where any
-    map was written.
+    say; `reach`: what the links say of the cells about them. `centres` (N, J): mean of each particle's proposal,
+    `spread` (J, J) its Cholesky factor, `normals` (N, K, J) and `uniform` (N,) the random numbers. `poses` (N, J) is
+    set to the mean of the K candidates by likelihood if `average`, else to one drawn in proportion to it; `known` (V,)
+    is set where any map was written.
 
     Returns the log of the mean likelihood (N,), an unbiased estimate of log ∫ p(z|q,m) p(q|·) dq before the log, and
     whether the likelihood told the candidates apart, so that the match moved the pose (N,).
@@ -286,6 +355,7 @@ def advance(
     log_mean = np.zeros(particles)
     moved = np.zeros(particles, dtype=np.bool_)
     matching = watched.any()
+    room = _room(body, lattice, reach)
     for n in numba.prange(particles):
         position = np.empty((len(tree.parent), 3))
         rotation = np.empty((len(tree.parent), 3, 3))
@@ -317,23 +387,22 @@ def advance(
             poses[n] = score @ candidate / total
         else:
             poses[n] = candidate[chosen]
-        cells = np.empty(4096, dtype=np.int64)
-        owner = np.empty(4096, dtype=np.int64)
-        hits = np.empty(4096)
+        cells = np.empty(room, dtype=np.int64)
+        owner = np.empty(room, dtype=np.int64)
+        hits = np.empty(room)
         body_frames(tree, poses[n], position, rotation)
         _write(
             body,
             lattice,
             evidence,
+            reach,
             tree.link_body,
             position,
             rotation,
-            margin,
             contacts,
             touch,
             flat,
             known,
-            probability,
             cells,
             owner,
             hits,

@@ -6,20 +6,23 @@ N particles, J joints, K candidates, L links, P patches, (X, Y, Z) voxels. Metre
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import expit, logit
+from scipy.stats import norm
 
 from observer.contact_model import ContactModel
-from observer.kernels import LIMIT, QUANTUM
+from observer.kernels import BINS, LIMIT, QUANTUM
 from observer.kinematics import link_frames, tree_of
 
 
 def full_weight(**keywords):
     """A contact model whose touches count in full at every step, in the shell and nowhere beyond."""
-    return ContactModel(**{"touch": 1.0, "sustained": 1.0, "fall": 1e-6, "temper": 1.0, "least": 0.0, **keywords})
+    plain = {"prior": 0.5, "touch": 1.0, "sustained": 1.0, "fall": 1e-6, "blur": 0.0, "temper": 1.0}
+    return ContactModel(**{**plain, **keywords})
 
 
-def probability(log_odds):
-    """Of map entries, int8 log-odds in units of `QUANTUM`."""
-    return 1 / (1 + np.exp(-QUANTUM * np.asarray(log_odds, dtype=float)))
+def probability(model, log_odds):
+    """Of map entries, int8 log-odds above those of the prior in units of `QUANTUM`."""
+    return expit(logit(model.prior) + QUANTUM * np.asarray(log_odds, dtype=float))
 
 
 def log_likelihood(hand, grid, model, q, contacts, watched, log_odds):
@@ -41,55 +44,58 @@ def log_likelihood(hand, grid, model, q, contacts, watched, log_odds):
         silent = 1 - model.false_alarm if contacts[patch] else 1.0
         for cell, inside in zip(*grid.index(points), strict=True):
             if contacts[patch]:
-                occupied = probability(log_odds[tuple(cell)]) if inside else 0.5
+                occupied = probability(model, log_odds[tuple(cell)]) if inside else model.prior
             else:
-                occupied = max(0.0, 2 * probability(log_odds[tuple(cell)]) - 1) if inside else 0.0
+                occupied = max(0.0, 2 * probability(model, log_odds[tuple(cell)]) - 1) if inside else 0.0
             silent *= 1 - model.hit * occupied
         total += np.log(max(1 - silent if contacts[patch] else silent, 1e-6))
     return total
 
 
-def write(hand, grid, model, q, margin, contacts, touch, log_odds):
+def write(hand, grid, model, q, place, contacts, touch, log_odds):
     """The map after one pose: (X, Y, Z) log-odds, and which entries were written.
 
-    Link by link: cells deeper than `margin` (L,) beneath the skin are free. The cells from there to the shell above a
-    patch that feels contact, and with less and less a part beyond it, share its noisy-OR: each gets the log ratio of
-    its likelihoods, occupied to free, the others being what the map says, times `touch` (P,).
+    Link by link, the SD of whose place is `place` (L,): a cell at some depth loses the log of a normal distribution's
+    tail there. The cells about the skin of a patch that feels contact lose nothing and share its noisy-OR: each gets
+    the log ratio of its likelihoods, occupied to free, the others being what the map says, times `touch` (P,).
     """
     at, turn = link_frames(tree_of(hand), q)
     result, known = log_odds.astype(int), np.zeros(log_odds.shape, dtype=bool)
-    free = round(model.free / QUANTUM)
-    shell, fall = model.shell * grid.resolution, model.fall * grid.resolution
+    lengths = (model.give, model.edge, model.deep, model.shell, model.fall)
+    give, edge, deep, shell, fall = (grid.resolution * each for each in lengths)
     for index, link in enumerate(hand.links):
         local = (grid.centres() - at[index]) @ turn[index]
         bone = np.clip(local[..., 2:], 0, link.length) * [0, 0, 1]
-        height = np.linalg.norm(local - bone, axis=-1) - link.radius
-        inner = height < -min(margin[index], link.radius)
-        result[inner] = np.maximum(result[inner] - free, -LIMIT)
-        known |= inner
-        about = ~inner & (height < shell + 2 * fall)
-        cells = np.argwhere(about)
-        if len(cells) == 0:
-            continue
-        owner = hand.patches.locate(np.full(len(cells), index), local[about])
-        hit = model.hit * np.exp(-0.5 * (np.maximum(height[about] - shell, 0) / fall) ** 2)
-        for patch in np.unique(owner[contacts[owner]]):
-            mine = owner == patch
-            suspects, hits = cells[mine], hit[mine]
-            ring = hits * probability([result[tuple(cell)] for cell in suspects])
+        distance = np.linalg.norm(local - bone, axis=-1)
+        height = distance - link.radius
+        fade = np.hypot(fall, model.blur * place[index])
+        owner = hand.patches.locate(np.full(height.size, index), local.reshape(-1, 3)).reshape(height.shape)
+        suspect = (height >= -deep) & (height < shell + 2.5 * fade) & contacts[owner]
+
+        bin = (link.radius + 2 * edge) ** 2 / BINS  # of the squared distance: the kernel has a table
+        middle = np.sqrt((np.floor(distance**2 / bin) + 0.5) * bin) - link.radius
+        lost = -model.free * norm.logcdf((middle + give) / np.hypot(place[index], edge))
+        lost = np.minimum(np.round(lost / QUANTUM), LIMIT).astype(int)
+        carved = ~suspect & (height < 2 * edge) & (lost > 0)
+        result[carved] = np.maximum(result[carved] - lost[carved], -LIMIT)
+        known |= carved
+
+        hit = model.hit * np.exp(-0.5 * (np.maximum(height - shell, 0) / fade) ** 2)
+        for patch in np.unique(owner[suspect]):
+            mine = suspect & (owner == patch)
+            hits = hit[mine]
+            ring = hits * probability(model, result[mine])
             gains = []
-            for c in range(len(suspects)):
+            for c in range(len(hits)):
                 others = (1 - model.false_alarm) * np.prod(np.delete(1 - ring, c))
                 ratio = (1 - (1 - hits[c]) * others) / (1 - others)
-                gains.append(touch[patch] * np.log(ratio) if np.log(ratio) >= model.least else None)
-            for cell, gain in zip(suspects, gains, strict=True):
-                if gain is not None:
-                    result[tuple(cell)] = min(result[tuple(cell)] + round(gain / QUANTUM), LIMIT)
-                    known[tuple(cell)] = True
+                gains.append(round(touch[patch] * np.log(ratio) / QUANTUM))
+            result[mine] = np.minimum(result[mine] + gains, LIMIT)
+            known |= mine
     return result.astype(np.int8), known
 
 
-def advance(hand, grid, model, contacts, touch, average, watched, margin, centres, spread, normals, uniform, maps):
+def advance(hand, grid, model, contacts, touch, average, watched, place, centres, spread, normals, uniform, maps):
     """Candidates, scores, the matched pose and the new map of every particle: log mean likelihood (N,), moved (N,),
     poses (N, J), the candidates' mean if `average`, else one of them, maps (N, X, Y, Z), known (X, Y, Z)."""
     log_means, moved, poses, new_maps = [], [], [], []
@@ -103,7 +109,7 @@ def advance(hand, grid, model, contacts, touch, average, watched, margin, centre
         log_means.append(np.log(likelihood.mean()))
         moved.append(likelihood.min() < 0.5 * likelihood.max())
         poses.append(q)
-        new, wrote = write(hand, grid, model, q, margin, contacts, touch, maps[n])
+        new, wrote = write(hand, grid, model, q, place, contacts, touch, maps[n])
         new_maps.append(new)
         known |= wrote
     return np.array(log_means), np.array(moved), np.array(poses), np.array(new_maps), known

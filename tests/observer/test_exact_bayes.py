@@ -13,7 +13,6 @@ import pytest
 
 from haptic_env.grid import Grid
 from observer import ContactDynamics, HapticSLAM
-from observer.kernels import PROBABILITY
 from tests.observer.enumeration import posteriors
 from tests.observer.hands import ARM, VOXEL, pointer
 from tests.observer.reference import full_weight
@@ -65,7 +64,7 @@ class Trial:
         beliefs = [each for each in beliefs if each.lagged_contacts is not None] + self.slam.flush()
         self.beliefs = beliefs[-steps:]
         self.seen = None if lag > steps else lag
-        self.prior = PROBABILITY[start.astype(int) + 128]
+        self.prior = MODEL.evidence(1.0).probability[start.astype(int) + 128]
 
     def exact(self, **lattice):
         """The same by enumeration."""

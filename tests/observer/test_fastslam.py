@@ -352,20 +352,21 @@ def test_weights_that_are_not_finite_are_an_error(two_finger, value):
 
 
 def test_free_space_is_where_the_finger_was_at_a_known_pose(two_finger):
-    """At a known pose, t steps inside a link are t times `free` of log-odds, and no cell outside it is touched."""
-    slam = DeadReckoning(two_finger, 0.0, contact_model=ContactModel(free=0.7))
-    beliefs = [slam.reset(seed=0)]
-    for _ in range(3):
-        beliefs.append(slam.step(np.zeros(8), two_finger.rest_pose, np.zeros(50, dtype=int)))
-    times = sum(belief.lagged_contacts is not None for belief in beliefs)
-    occupancy = beliefs[-1].occupancy
+    """At a known pose, where no SD but the voxels' own counts: free inside, the prior about it, unknown elsewhere."""
+    model = ContactModel()
+    slam = DeadReckoning(two_finger, 0.0, contact_model=model)
+    slam.reset(seed=0)
+    for _ in range(30):
+        belief = slam.step(np.zeros(8), two_finger.rest_pose, np.zeros(50, dtype=int))
     at, turn = link_frames(tree_of(two_finger), two_finger.rest_pose)
-    inside = np.zeros(slam.grid.shape, dtype=int)
+    heights = []
     for index, link in enumerate(two_finger.links):
         local = (slam.grid.centres() - at[index]) @ turn[index]
         bone = np.clip(local[..., 2:], 0, link.length) * [0, 0, 1]
-        inside += np.linalg.norm(local - bone, axis=-1) < link.radius
-    assert 2 <= times <= 4
-    assert (inside > 0).sum() > 100
-    expected = np.maximum(-times * 0.7 * inside, -6.35)
-    np.testing.assert_allclose(np.log(occupancy / (1 - occupancy)), expected, atol=1e-6)
+        heights.append((np.linalg.norm(local - bone, axis=-1) - link.radius) / slam.grid.resolution)
+    height = np.min(heights, axis=0)
+    assert belief.occupancy[height < -0.5].max() < 0.5 * model.prior
+    assert (height < -0.5).sum() > 100
+    about = (height > 2 * model.edge) & (height < model.near)
+    np.testing.assert_allclose(belief.occupancy[about], model.prior)
+    np.testing.assert_array_equal(belief.occupancy[height >= model.near], 0.5)

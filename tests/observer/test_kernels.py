@@ -10,13 +10,14 @@ from haptic_env import hands
 from haptic_env.grid import Grid
 from observer import kernels
 from observer.contact_model import ContactModel
-from observer.kinematics import body_frames, tree_of
+from observer.kinematics import body_frames, link_frames, tree_of
 from tests.observer import reference
 from tests.observer.hands import many_patches, random_tree
 from tests.observer.reference import full_weight
 
 HANDS = {**hands.HANDS, "many_patches": many_patches, "tree": lambda: random_tree(0)}
-MODEL = ContactModel(hit=0.3, false_alarm=0.07, free=0.83, shell=0.8, fall=0.4, temper=0.7)
+MODEL = ContactModel(prior=0.2, hit=0.3, false_alarm=0.07, free=0.31, shell=0.8, fall=0.4, temper=0.7)
+PROBABILITY = MODEL.evidence(0.004).probability
 
 
 @pytest.fixture(params=HANDS)
@@ -42,8 +43,8 @@ class Inputs:
         self.average = bool(seed % 2)
         self.watched = rng.random(len(hand.links)) < 0.7
         self.watched[0] = True
-        self.margin = rng.uniform(0, 0.006, len(hand.links))
-        self.margin[-1] = 0.05  # more than any radius: nothing of this link is surely inside
+        self.place = rng.uniform(0, 0.006, len(hand.links))
+        self.place[-1] = 0.05  # more than any radius
         self.centres = rng.uniform(*hand.joint_limits.T, (particles, joints))
         self.spread = np.linalg.cholesky(0.01 * np.eye(joints) + 0.002)
         self.normals = rng.standard_normal((particles, candidates, joints))
@@ -59,11 +60,12 @@ class Inputs:
             kernels.body_of(self.hand, self.grid.resolution),
             kernels.lattice_of(self.grid),
             model.evidence(self.grid.resolution),
-            kernels.PROBABILITY,
+            kernels.reach_of(
+                kernels.body_of(self.hand, self.grid.resolution), model.evidence(self.grid.resolution), self.place
+            ),
             self.contacts,
             self.touch,
             self.watched,
-            self.margin,
             self.centres,
             self.spread,
             self.normals,
@@ -78,7 +80,7 @@ class Inputs:
     def expected(self, model=MODEL):
         """What the reference makes of it."""
         felt = (self.contacts, self.touch, self.average, self.watched)
-        rest = (self.margin, self.centres, self.spread, self.normals, self.uniform, self.maps)
+        rest = (self.place, self.centres, self.spread, self.normals, self.uniform, self.maps)
         return reference.advance(self.hand, self.grid, model, *felt, *rest)
 
     def agree(self, model=MODEL):
@@ -114,7 +116,7 @@ def test_an_empty_map_agrees(hand):
 def test_maps_saturate(two_finger, entry):
     grid = _grid(two_finger)
     maps = np.full((2, *grid.shape), entry, dtype=np.int8)
-    strong = ContactModel(hit=0.9, false_alarm=0.01, free=6.3)
+    strong = ContactModel(hit=0.9, false_alarm=0.01, free=6.0)
     for seed in range(5):
         inputs = Inputs(two_finger, grid, seed, particles=2, touches=0.5, maps=maps)
         inputs.touch[:] = 3.0
@@ -173,7 +175,7 @@ def test_one_touch_is_bayes_rule(two_finger):
     grid = Grid.around(np.zeros(3), np.full(3, 0.128), 0.004)
     model = full_weight(hit=0.6, false_alarm=0.1, free=0.0)
     inputs = Inputs(two_finger, grid, particles=1, candidates=1, maps=np.zeros((1, *grid.shape), dtype=np.int8))
-    inputs.centres[:], inputs.normals[:], inputs.margin[:] = np.deg2rad([0, 15, 40, 30] * 2), 0.0, 0.0
+    inputs.centres[:], inputs.normals[:], inputs.place[:] = np.deg2rad([0, 15, 40, 30] * 2), 0.0, 0.0
     inputs.touch[:] = 1.0
     tried = 0
     for patch in range(len(two_finger.patches)):
@@ -185,7 +187,7 @@ def test_one_touch_is_bayes_rule(two_finger):
         worlds = np.array(np.unravel_index(np.arange(2 ** len(suspects)), (2,) * len(suspects)))
         rings = 1 - (1 - model.false_alarm) * (1 - model.hit) ** worlds.sum(axis=0)
         marginal = (worlds * rings).sum(axis=1) / rings.sum()
-        written = reference.probability([new[tuple(cell)] for cell in suspects])
+        written = reference.probability(model, [new[tuple(cell)] for cell in suspects])
         np.testing.assert_allclose(written, marginal, atol=0.25 * kernels.QUANTUM)
         tried += 1
     assert tried >= 5
@@ -222,10 +224,10 @@ def test_mean_probability_is_the_weighted_mean():
     maps = rng.integers(-127, 128, (7, 9, 8, 17)).astype(np.int8)
     weights = rng.dirichlet(np.ones(7))
     cells = rng.permutation(9 * 8 * 17)[:1100]
-    expected = (weights @ reference.probability(maps.reshape(7, -1)))[cells]
-    got = kernels.mean_probability(maps, weights, cells, kernels.PROBABILITY)
+    expected = (weights @ reference.probability(MODEL, maps.reshape(7, -1)))[cells]
+    got = kernels.mean_probability(maps, weights, cells, PROBABILITY)
     np.testing.assert_allclose(got, expected, rtol=1e-12)
-    nothing = kernels.mean_probability(maps, weights, cells[:0], kernels.PROBABILITY)
+    nothing = kernels.mean_probability(maps, weights, cells[:0], PROBABILITY)
     assert nothing.shape == (0,)
 
 
@@ -243,8 +245,23 @@ def test_copied_maps_are_copies():
 
 def test_the_table_of_probabilities():
     entries = np.arange(-128, 128)
-    np.testing.assert_allclose(kernels.PROBABILITY[entries + 128], reference.probability(entries))
-    assert kernels.PROBABILITY[128] == 0.5
+    np.testing.assert_allclose(PROBABILITY[entries + 128], reference.probability(MODEL, entries))
+    assert PROBABILITY[128] == pytest.approx(MODEL.prior)
+
+
+def test_what_is_near_is_seen(two_finger):
+    """Against the signed distance of the capsules, at a pose for which a part of the hand lies outside the grid."""
+    grid, q, near = _grid(two_finger), np.deg2rad([0, 15, 40, 30] * 2), 0.005
+    known = np.zeros(np.prod(grid.shape), dtype=bool)
+    body = kernels.body_of(two_finger, grid.resolution)
+    kernels.see(tree_of(two_finger), body, kernels.lattice_of(grid), near, q, known)
+    at, turn = link_frames(tree_of(two_finger), q)
+    heights = []
+    for index, link in enumerate(two_finger.links):
+        local = (grid.centres() - at[index]) @ turn[index]
+        bone = np.clip(local[..., 2:], 0, link.length) * [0, 0, 1]
+        heights.append(np.linalg.norm(local - bone, axis=-1) - link.radius)
+    np.testing.assert_array_equal(known.reshape(grid.shape), np.min(heights, axis=0) < near)
 
 
 def test_any_number_of_threads_gives_the_same_bits(two_finger):
@@ -254,6 +271,6 @@ def test_any_number_of_threads_gives_the_same_bits(two_finger):
         numba.set_num_threads(number)
         weights = np.full(33, 1 / 33)
         cells = np.arange(np.prod(inputs.grid.shape))
-        outputs = (*inputs.advance(), kernels.mean_probability(inputs.maps, weights, cells, kernels.PROBABILITY))
+        outputs = (*inputs.advance(), kernels.mean_probability(inputs.maps, weights, cells, PROBABILITY))
         results.append([np.asarray(each).tobytes() for each in outputs])
     assert results[0] == results[1]
