@@ -55,7 +55,7 @@ class Size:
     many: int = 1000
     coarse: int = 32
     fine: int = 64
-    steps: int = 200
+    steps: int = 120
     seconds: float = 10.0
     megabytes: int = 256
 
@@ -160,6 +160,7 @@ class Bench:
             partial(measures.environment, self.recording),
             lambda: {"kinematics": measures.kinematics(self.recording)},
             lambda: {"bandwidth": measures.copy_bandwidth(size.megabytes)},
+            lambda: {"PoseFilter.step": measures.pose_filter(self.slams[size.few, size.coarse], self.recording)},
             self._stages,
             lambda: {"trial": measures.whole_trial(*trial)},
             partial(measures.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
@@ -196,7 +197,8 @@ class Bench:
         return [
             _steps("env.step beyond its mj_step calls", beyond, self.now),
             _steps("env.step", found["env.step"], self.now, note="its mj_step calls included"),
-            _steps("PoseFilter.step", pose, self.now),
+            _steps("PoseFilter.step, alone", found["PoseFilter.step"], self.now),
+            _steps("PoseFilter.step, between map updates", pose, self.now, note="which empty the processor's caches"),
         ]
 
     def _of_slam(self, found: Values, touched: dict[int, float]) -> list[Figure]:

@@ -104,6 +104,18 @@ def make_slam(recording: Recording, particles: int, voxels: int) -> HapticSLAM:
     return HapticSLAM(hand, recording.sigma_deg, particles, grid=grid)
 
 
+def pose_filter(slam: HapticSLAM, recording: Recording) -> Array:
+    """`PoseFilter.step` (T,) with nothing else between its steps: what it needs stays in the processor's caches."""
+    took = np.empty(len(recording.torques))
+    slam.reset()
+    torques, felt = recording.torques.astype(np.float64), recording.felt.astype(np.float64)
+    for k, each in enumerate(zip(torques, felt, recording.contacts, strict=True)):
+        start = clock()
+        slam.pose.step(*each)
+        took[k] = clock() - start
+    return took
+
+
 def observe(slam: HapticSLAM, recording: Recording, threads: int) -> Array:
     """`HapticSLAM.step` (T,) as a user calls it: the last belief is still held."""
     numba.set_num_threads(threads)
@@ -252,20 +264,25 @@ def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, parti
 
 
 CHILD = """
-import json, resource, sys, time
+import json, pathlib, resource, sys, time
 start = time.perf_counter()
 import gymnasium as gym, numpy as np
 import haptic_env
 from haptic_env.grid import Grid
 from observer import HapticSLAM
 imported = time.perf_counter()
+def peak():
+    status = pathlib.Path("/proc/self/status")  # of this process alone; the other one may be its parent's
+    if status.exists():
+        return next(1024 * int(line.split()[1]) for line in status.open() if line.startswith("VmHWM"))
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 env_id, shape, particles, voxels, steps = sys.argv[1], sys.argv[2], *map(int, sys.argv[3:])
 env = gym.make(env_id, shape=shape)
 hand = env.unwrapped.hand
 grid = Grid.around(hand.grasp_centre, hand.workspace, float(hand.workspace.max()) / voxels)
 slam = HapticSLAM(hand, 3.0, particles, grid=grid)
 env.reset(seed=0)
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+before = peak()
 slam.reset(seed=0)
 ready = time.perf_counter()
 rng = np.random.default_rng(0)
@@ -277,9 +294,8 @@ for step in range(steps):
         first = time.perf_counter()
     if step == slam.lag:
         mapped = time.perf_counter()
-after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 print(json.dumps({"import": imported - start, "make": ready - imported, "first step": first - ready,
-                  "first step into the maps": mapped - first, "before": 1024 * before, "after": 1024 * after}))
+                  "first step into the maps": mapped - first, "before": before, "after": peak()}))
 """
 
 

@@ -25,7 +25,7 @@ def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture
         assert math.isfinite(each["median"]), name
         assert each["median"] >= 0.0 or name == "env.step beyond its mj_step calls"
         assert each["least"] is None or each["least"] <= each["median"]
-    assert {"env.step", "PoseFilter.step", "HapticSLAM.step, N = 20, 16³, 1 thread"} <= set(figures)
+    assert {"env.step", "PoseFilter.step, alone", "HapticSLAM.step, N = 20, 16³, 1 thread"} <= set(figures)
     assert all(f"stage: {name}" in figures for name in bench.STAGES)
     assert "medians" in capsys.readouterr().out.lower()
 
