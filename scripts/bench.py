@@ -211,7 +211,7 @@ class Bench:
                 each = 1e6 * took / particles
                 share = touched[voxels] * particles / took / bandwidth
                 note = (
-                    f"{each:.2g} µs a particle, 1/{PEER_MICROSECONDS / each:.0f} of MRPT; "
+                    f"{_number(each)} µs a particle, 1/{PEER_MICROSECONDS / each:.0f} of MRPT; "
                     f"{share:.1%} of the copy bandwidth"
                 )
                 rows.append(_steps(name, found[name], self.late, self.lag, unit="ms", note=note))
@@ -272,6 +272,10 @@ def _spread(values: Any) -> tuple[float, float, float]:
     return float(np.median(values)), math.nan, float(np.min(values))
 
 
+def _number(value: float) -> str:
+    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+
+
 def table(figures: list[Figure], settings: Settings) -> Table:
     """The figures as a person reads them."""
     result = Table(title=f"Medians of {settings.rounds} interleaved rounds", title_justify="left")
@@ -280,7 +284,7 @@ def table(figures: list[Figure], settings: Settings) -> Table:
         result.add_column(head, justify="right", no_wrap=True)
     result.add_column("", style="dim")
     for row in figures:
-        numbers = ("" if math.isnan(x) else f"{x:.3g} {row.unit}" for x in (row.median, row.touching, row.least))
+        numbers = ("" if math.isnan(x) else f"{_number(x)} {row.unit}" for x in (row.median, row.touching, row.least))
         result.add_row(row.name, *numbers, row.note)
     return result
 
