@@ -97,9 +97,9 @@ class PoseFilter:
         joints = self.joints
         prediction = self.model.predict(self.mean[: 2 * joints], torque)
         gain = prediction.torque_gain
-        effort = gain * (self.motor_noise * np.abs(torque) * self.model.torque_limits)
-        noise = effort @ effort.T
-        noise[np.arange(joints, 2 * joints), np.arange(joints, 2 * joints)] += self.velocity_noise**2
+        noise = pose_kernels.process_noise(
+            gain, torque, self.model.torque_limits, self.motor_noise, self.velocity_noise
+        )
         rows, speeds = self._contact_effects(prediction.state[:joints], gain, contacts, noise)
         pose_kernels.shift(self.mean, self.covariance, prediction.state, prediction.transition, noise, joints)
         self.log_evidence += pose_kernels.condition(

@@ -13,6 +13,23 @@ from observer.kinematics import body_frames, point_jacobian
 
 
 @numba.njit(cache=True)
+def process_noise(gain, torque, limits, motor_noise, velocity_noise):
+    """Covariance (D, D) of what a step adds: motor noise, a fraction of the `torque` (J,), itself a fraction of its
+    `limits` (J,), through `gain` (D, J), and `velocity_noise` in rad/s."""
+    present, joints = gain.shape
+    noise = np.zeros((present, present))
+    effort = np.empty(present)
+    for j in range(joints):
+        for i in range(present):
+            effort[i] = gain[i, j] * (motor_noise * abs(torque[j]) * limits[j])
+        for i in range(present):
+            _add(effort[i], effort, noise[i])
+    for i in range(joints, present):
+        noise[i, i] += velocity_noise**2
+    return noise
+
+
+@numba.njit(cache=True)
 def shift(mean, covariance, state, transition, noise, joints):
     """Move the lagged angles on by one step, then predict: `state` (D,), `transition` and `noise` (D, D)."""
     size, present = mean.size, 2 * joints
@@ -96,12 +113,6 @@ def condition(mean, covariance, rows, value, variance, felt, felt_variance):
     return log_density
 
 
-@numba.njit(cache=True, inline="always")
-def _add(factor, values, target):
-    for i in range(len(target)):
-        target[i] += factor * values[i]
-
-
 @numba.njit(cache=True)
 def _downdate(covariance, w):
     """P ← P - Wᵀ·W for `w` (M, S): the lower triangle, four rows of W at a time, and its mirror image."""
@@ -163,3 +174,9 @@ def contact_effects(tree, q, gain, body, point, axes, force, felt, noise, along)
                 pushed[i] *= force[patch, a]
             for i in range(2 * joints):
                 _add(pushed[i], pushed, noise[i])
+
+
+@numba.njit(cache=True, inline="always")
+def _add(factor, values, target):
+    for i in range(len(target)):
+        target[i] += factor * values[i]

@@ -48,6 +48,14 @@ def conditioned(mean, covariance, row, value, variance):
     return mean + gain * residual, covariance, -0.5 * (residual**2 / total + np.log(2 * np.pi * total))
 
 
+def test_process_noise_is_that_of_motors_and_velocities():
+    rng = np.random.default_rng(4)
+    gain, torque, limits = rng.standard_normal((6, 3)), rng.uniform(-1, 1, 3), rng.uniform(0.01, 1, 3)
+    expected = gain @ np.diag((0.1 * torque * limits) ** 2) @ gain.T + np.diag([0, 0, 0, 0.36, 0.36, 0.36])
+    got = pose_kernels.process_noise(gain, torque, limits, 0.1, 0.6)
+    np.testing.assert_allclose(got, expected, atol=1e-14)
+
+
 @pytest.mark.parametrize("lag", LAGS)
 @pytest.mark.parametrize("joints", [1, 3, 8])
 def test_moving_on_is_one_linear_map(joints, lag):
