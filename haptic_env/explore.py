@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from haptic_env import hands, scene, sensors, shapes, validate
 from haptic_env.shapes.base import Solid
+from haptic_env.touch import Touch
 
 Observation = dict[str, NDArray[Any]]
 ANGLE_BOUND = 4 * np.pi  # of the observation space; joints stay within ±pi and noise is added
@@ -96,6 +97,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             joint_angles=gym.spaces.Box(-ANGLE_BOUND, ANGLE_BOUND, (joints,), np.float32),
             contacts=gym.spaces.MultiBinary(len(self.hand.patches)),
         )
+        self._low, self._high = np.full(joints, -ANGLE_BOUND), np.full(joints, ANGLE_BOUND)
         self._model: mujoco.MjModel | None = None
         self._data: Any = None
         self._renderer: Any = None
@@ -116,6 +118,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         if options is not None and not isinstance(options, Mapping):
             raise ValueError(f"reset options must be a dictionary of {', '.join(RESET_OPTIONS)}, got {options!r}")
         self.solid = self._draw_solid(world_rng, options or {})
+        self._place = tuple(np.array(each) for each in (self.solid.position, self.solid.quaternion, self.solid.size))
         model = scene.compose(self.hand, self.solid, show_patches=self.render_mode is not None)
         self._bind(model)
         scene.place(model, self._data, self.solid)
@@ -144,12 +147,16 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         """
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before step()")
-        command = validate.array("action", action, (self.hand.joints,))
-        if np.abs(command).max() > 1.0:
-            raise ValueError(f"action must lie in [-1, 1], got {command.tolist()}")
+        command = validate.array("action", action, self._low.shape)
+        listed = command.tolist()  # a handful of numbers: faster than NumPy
+        if max(listed) > 1.0 or min(listed) < -1.0:
+            raise ValueError(f"action must lie in [-1, 1], got {listed}")
         self._data.ctrl[:] = self.motor_noise.sample(self._motor_rng, command)
-        mujoco.mj_step(self._model, self._data, self.substeps)
-        mujoco.mj_fwdPosition(self._model, self._data)  # contacts and frames of this state, not of the last substep
+        # `substeps` of mj_step, cut where the torques enter: what comes before them was computed at the end of the
+        # last step, so that contacts and frames are those of the state that is observed.
+        mujoco.mj_step2(self._model, self._data)
+        mujoco.mj_step(self._model, self._data, self.substeps - 1)
+        mujoco.mj_step1(self._model, self._data)
         self._touched = self._feel()
         self._steps += 1
         observation = self._observe()
@@ -210,37 +217,25 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         return solid
 
     def _bind(self, model: mujoco.MjModel) -> None:
-        """Start `model` afresh; a new one also gets its own data, renderer and what `_feel` looks up."""
+        """Start `model` afresh; a new one also gets its own data, renderer and sense of touch."""
         if self._data is not None and self._data.model is model:
             mujoco.mj_resetData(model, self._data)
             return
         self._close_renderer()
         self._data = mujoco.MjData(model)
-        self._bodies = np.array([model.body(link.body).id for link in self.hand.links])
-        self._link_of_geom = np.full(model.ngeom, -1)
-        for index, body in enumerate(self._bodies):
-            self._link_of_geom[model.geom_bodyid == body] = index
+        self._touch = Touch(self.hand, model, self._data)
 
     def _feel(self) -> NDArray[np.bool_]:
-        """(P,): the patches into which a contact point with the object falls."""
-        touched = np.zeros(len(self.hand.patches), dtype=bool)
-        if self._data.ncon == 0:
-            return touched
-        contact = self._data.contact
-        link = self._link_of_geom[contact.geom].max(axis=1)  # the object's own geom has none: -1
-        felt = (link >= 0) & (contact.dist < 0)
-        link = link[felt]
-        body = self._bodies[link]
-        rotation = self._data.xmat[body].reshape(-1, 3, 3)
-        local = ((contact.pos[felt] - self._data.xpos[body])[:, None] @ rotation)[:, 0]
-        touched[self.hand.patches.locate(link, local)] = True
-        return touched
+        """(P,): the patches that really touch the object."""
+        return self._touch.feel()
 
     def _observe(self) -> Observation:
         felt = self.proprioception.sample(self._proprioception_rng, self._data.qpos)
         contacts = self.contact_detection.sample(self._contact_rng, self._touched)
+        np.maximum(felt, self._low, out=felt)
+        np.minimum(felt, self._high, out=felt)
         return {
-            "joint_angles": felt.clip(-ANGLE_BOUND, ANGLE_BOUND).astype(np.float32),
+            "joint_angles": felt.astype(np.float32),
             "contacts": contacts.astype(np.int8),
         }
 
@@ -252,9 +247,9 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
                 "joint_angles": self._data.qpos.copy(),
                 "joint_velocities": self._data.qvel.copy(),
                 "shape": self.solid.name,
-                "object_position": np.array(self.solid.position),
-                "object_quaternion": np.array(self.solid.quaternion),
-                "object_size": np.array(self.solid.size),
+                "object_position": self._place[0].copy(),
+                "object_quaternion": self._place[1].copy(),
+                "object_size": self._place[2].copy(),
             }
         }
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -59,7 +60,8 @@ class Patches:
         self.count = int(sum(counts))
         self.link = np.repeat(np.arange(len(links)), counts)
         self._length = np.array([link.length for link in links])
-        self._tip = np.array([link.tip for link in links])
+        tip = np.array([link.tip for link in links])
+        self.layout = self.first, self._length, tip, self.along, self.around, self.rings  # for `patch_at`
         self.names = tuple(name for link in links for name in self._names_of(link))
         skin = self.surface(spacing=0.001)
         total = np.bincount(skin.patch, minlength=self.count)[:, None]
@@ -78,19 +80,8 @@ class Patches:
 
     def locate(self, link: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.int64]:
         """Patch indices (M,) of skin `points` (M, 3) m, each in the frame of its `link` (M,)."""
-        x, y, z = points.T
-        length = self._length[link]
-        row = (z * (self.along / length)).astype(np.int64).clip(0, self.along - 1)
-        # Sector 0 is centred on the palmar side (-x).
-        turn = np.arctan2(y, x) * (self.around / (2 * np.pi)) + (1.5 * self.around + 0.5)
-        sector = turn.astype(np.int64) % self.around
-        patch = self.first[link] + row * self.around + sector
-        cap = self._tip[link] & (z > length)
-        if cap.any():
-            polar = np.arctan2(np.hypot(x, y), z - length)[cap]  # 0 at the pole, pi/2 at the rim
-            ring = (polar * (self.rings / (np.pi / 2))).astype(np.int64).clip(0, self.rings - 1)
-            beyond = np.where(ring == 0, 0, 1 + (ring - 1) * self.around + sector[cap])
-            patch[cap] = self.first[link[cap]] + self.along * self.around + beyond
+        patch = np.empty(len(points), dtype=np.int64)
+        _locate(np.asarray(link, dtype=np.int64), np.asarray(points, dtype=np.float64), *self.layout, patch)
         return patch
 
     def surface(self, spacing: float) -> Skin:
@@ -162,3 +153,25 @@ class Patches:
             share[side] = 2 * np.pi * link.radius * link.length / side.sum()
             share[cap] = 2 * np.pi * link.radius**2 / cap.sum()
         return share
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def patch_at(first, length, tip, along, around, rings, link, x, y, z):
+    """The patch of `link` that holds a skin point (m, in its frame), by the `Patches.layout` of the hand."""
+    # Sector 0 is centred on the palmar side (-x).
+    turn = np.arctan2(y, x) * (around / (2 * np.pi)) + (1.5 * around + 0.5)
+    sector = int(turn) % around
+    if tip[link] and z > length[link]:
+        polar = np.arctan2(np.hypot(x, y), z - length[link])  # 0 at the pole, pi/2 at the rim
+        ring = min(int(polar * (rings / (np.pi / 2))), rings - 1)
+        beyond = 0 if ring == 0 else 1 + (ring - 1) * around + sector
+        return first[link] + along * around + beyond
+    row = min(max(int(z * (along / length[link])), 0), along - 1)
+    return first[link] + row * around + sector
+
+
+@numba.njit(cache=True)
+def _locate(link, points, first, length, tip, along, around, rings, patch):
+    for m in range(len(points)):
+        x, y, z = points[m]
+        patch[m] = patch_at(first, length, tip, along, around, rings, link[m], x, y, z)

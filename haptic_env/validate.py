@@ -60,15 +60,19 @@ def integer(what: str, value: Any, low: int, high: int | None = None) -> int:
 
 def array(what: str, value: ArrayLike, shape: tuple[int, ...], unit: str = "") -> NDArray[np.float64]:
     """Return `value` as a finite float64 array of `shape`; else raise `ValueError`."""
-    described = f"finite numbers of shape {shape}" + (f" in {unit}" if unit else "")
+
+    def refused(got: str) -> ValueError:
+        return ValueError(f"{what} must be finite numbers of shape {shape}{f' in {unit}' if unit else ''}, got {got}")
+
     try:
         result = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{what} must be {described}, got {value!r}") from error
+        raise refused(repr(value)) from error
     if result.shape != shape:
-        raise ValueError(f"{what} must be {described}, got shape {result.shape}")
-    if not np.isfinite(result).all():
-        raise ValueError(f"{what} must be {described}, got {value!r}")
+        raise refused(f"shape {result.shape}")
+    # One dot product tells that all is finite; where it overflows each number is looked at.
+    if not math.isfinite(np.vdot(result, result)) and not np.isfinite(result).all():
+        raise refused(repr(value))
     return result
 
 

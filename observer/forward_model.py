@@ -9,6 +9,7 @@ import copy
 from typing import NamedTuple
 
 import mujoco
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,7 +39,10 @@ class ForwardModel:
         self.torque_limits = hand.torque_limits
         self._model = copy.copy(hand.model)
         self._model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+        self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_WARMSTART
+        # Limits of joints are all that there is to solve: a few sweeps are faster than Newton's method, and as exact.
+        self._model.opt.solver = mujoco.mjtSolver.mjSOL_PGS
+        self._model.opt.tolerance = 1e-10
         self._substeps = max(1, round(1 / (control_hz * STEP_SECONDS)))
         self._model.opt.timestep = 1 / (control_hz * self._substeps)
         self._data = mujoco.MjData(self._model)
@@ -56,7 +60,6 @@ class ForwardModel:
         data.qpos[:] = state[:joints]
         data.qvel[:] = state[joints:]
         data.ctrl[:] = torque
-        data.qacc_warmstart[:] = 0
         half = self._substeps // 2
         if half:
             mujoco.mj_step(model, data, half)
@@ -71,9 +74,18 @@ class ForwardModel:
     def _linearise(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """∂f/∂x (2J, 2J) and ∂f/∂u (2J, J) of a whole control step, from the present substep."""
         mujoco.mjd_transitionFD(self._model, self._data, PERTURBATION, False, self._a, self._b, None, None)
-        transition = np.eye(len(self._a))
-        gain = np.zeros_like(self._b)
-        for _ in range(self._substeps):
-            gain = self._a @ gain + self._b
-            transition = self._a @ transition
-        return transition, gain
+        return _repeated(self._a, self._b, self._substeps)
+
+
+@numba.njit(cache=True)
+def _repeated(a, b, times):
+    """`times` steps of x ← A·x + B·u in one, by repeated squaring: (2J, 2J) and (2J, J)."""
+    transition, gain = np.eye(len(a)), np.zeros(b.shape)
+    while times > 0:
+        if times % 2 == 1:
+            gain = a @ gain + b
+            transition = a @ transition
+        b = a @ b + b
+        a = a @ a
+        times //= 2
+    return transition, gain

@@ -123,26 +123,45 @@ def link_frames(tree: Tree, joint_angles: NDArray[np.float64]) -> tuple[NDArray[
 @numba.njit(cache=True, error_model="numpy")
 def point_jacobian(tree, joint_angles, position, rotation, body, point, out):
     """Fill `out` (3, J) with ∂point/∂q of a `point` (3,) m fixed to `body`, at the frames of `joint_angles` (J,)."""
-    out[:] = 0.0
     turn = np.empty((3, 3))
     back = np.empty((3, 3))
     before = np.empty((3, 3))
+    anchor = np.empty(3)
+    for i in range(3):
+        for joint in range(len(joint_angles)):
+            out[i, joint] = 0.0
     while body > 0:
-        turn[:] = rotation[body]
-        at = position[body].copy()
+        for i in range(3):
+            for j in range(3):
+                turn[i, j] = rotation[body, i, j]
+        at0, at1, at2 = position[body, 0], position[body, 1], position[body, 2]
         # A joint is turned by those before it in the body, not by those after it: undo them from the last one on.
         for joint in range(tree.first_joint[body + 1] - 1, tree.first_joint[body] - 1, -1):
-            axis = np.dot(turn, tree.axis[joint])
-            anchor = at + np.dot(turn, tree.anchor[joint])
-            arm = point - anchor
-            out[0, joint] = axis[1] * arm[2] - axis[2] * arm[1]
-            out[1, joint] = axis[2] * arm[0] - axis[0] * arm[2]
-            out[2, joint] = axis[0] * arm[1] - axis[1] * arm[0]
+            axis0, axis1, axis2 = _turned(turn, tree.axis[joint])
+            arm0, arm1, arm2 = _turned(turn, tree.anchor[joint])
+            anchor[0], anchor[1], anchor[2] = at0 + arm0, at1 + arm1, at2 + arm2
+            arm0, arm1, arm2 = point[0] - anchor[0], point[1] - anchor[1], point[2] - anchor[2]
+            out[0, joint] = axis1 * arm2 - axis2 * arm1
+            out[1, joint] = axis2 * arm0 - axis0 * arm2
+            out[2, joint] = axis0 * arm1 - axis1 * arm0
+            if joint == tree.first_joint[body]:
+                break
             _turn_about(tree.axis[joint], tree.zero[joint] - joint_angles[joint], back)
             _times(turn, back, before)
-            turn[:] = before
-            at = anchor - np.dot(turn, tree.anchor[joint])
+            turn, before = before, turn
+            arm0, arm1, arm2 = _turned(turn, tree.anchor[joint])
+            at0, at1, at2 = anchor[0] - arm0, anchor[1] - arm1, anchor[2] - arm2
         body = tree.parent[body]
+
+
+@numba.njit(cache=True, inline="always")
+def _turned(rotation, vector):
+    x, y, z = vector[0], vector[1], vector[2]
+    return (
+        rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z,
+        rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z,
+        rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z,
+    )
 
 
 @numba.njit(cache=True, error_model="numpy")

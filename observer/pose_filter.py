@@ -15,14 +15,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env import validate
 from haptic_env.hand import Hand
+from observer import pose_kernels
 from observer.forward_model import ForwardModel
-from observer.kinematics import body_frames, point_jacobian, tree_of
+from observer.kinematics import tree_of
 
 Array = NDArray[np.float64]
 SKIN_SPACING = 0.001  # metres
@@ -75,8 +75,6 @@ class PoseFilter:
         self.dynamics = dynamics
         self.model = ForwardModel(hand, control_hz)
         self._tree = tree_of(hand)
-        bodies = len(self._tree.parent)
-        self._frames = np.empty((bodies, 3)), np.empty((bodies, 3, 3))
         self._patch_body = hand.link_bodies[hand.patches.link]
         self._axes, share = _normals(hand)
         self._forces = np.sqrt(dynamics.normal_force**2 * share + dynamics.tangential_force**2 * (1 - share))
@@ -99,18 +97,14 @@ class PoseFilter:
         joints = self.joints
         prediction = self.model.predict(self.mean[: 2 * joints], torque)
         gain = prediction.torque_gain
-        effort = gain * (self.motor_noise * np.abs(torque) * self.model.torque_limits)
-        noise = effort @ effort.T
-        noise[np.arange(joints, 2 * joints), np.arange(joints, 2 * joints)] += self.velocity_noise**2
-        rows = self._contact_effects(prediction.state[:joints], gain, contacts, noise)
-        _shift(self.mean, self.covariance, prediction.state, prediction.transition, noise, joints, self.lag)
-        for row, speed in rows:
-            _update(self.mean, self.covariance, row, -row @ self.mean[: row.size], speed**2)
-        eye = np.eye(joints)
-        for joint in range(joints):
-            residual = joint_angles[joint] - self.mean[joint]
-            total = _update(self.mean, self.covariance, eye[joint], residual, self.sigma**2)
-            self.log_evidence -= 0.5 * (residual**2 / total + np.log(2 * np.pi * total))
+        noise = pose_kernels.process_noise(
+            gain, torque, self.model.torque_limits, self.motor_noise, self.velocity_noise
+        )
+        rows, speeds = self._contact_effects(prediction.state[:joints], gain, contacts, noise)
+        pose_kernels.shift(self.mean, self.covariance, prediction.state, prediction.transition, noise, joints)
+        self.log_evidence += pose_kernels.condition(
+            self.mean, self.covariance, rows, np.zeros(len(rows)), speeds**2, joint_angles, self.sigma**2
+        )
         self._contacts = contacts
 
     @property
@@ -128,36 +122,34 @@ class PoseFilter:
         start = 0 if steps == 0 else (steps + 1) * self.joints
         return slice(start, start + self.joints)
 
-    def _contact_effects(
-        self, q: Array, gain: Array, contacts: NDArray[np.bool_], noise: Array
-    ) -> list[tuple[Array, float]]:
-        """Add to `noise` (2J, 2J) what contact forces do, and return rows (2J,) of velocities that are near zero."""
-        felt = np.flatnonzero(contacts | self._contacts)
-        rows: list[tuple[Array, float]] = []
-        if felt.size == 0:
-            return rows
+    def _contact_effects(self, q: Array, gain: Array, contacts: NDArray[np.bool_], noise: Array) -> tuple[Array, Array]:
+        """Add to `noise` (2J, 2J) what contact forces do; rows (M, 2J) of velocities that are near zero, and their
+        SDs (M,)."""
         joints, how = self.joints, self.dynamics
+        felt = np.flatnonzero(contacts | self._contacts)
         if not how.constrained:
             moved = np.isin(self.hand.joint_group, self._patch_group[felt])
             index = joints + np.flatnonzero(moved)
             noise[index, index] += how.joint_speed**2
-            return rows
-        position, rotation = self._frames
-        body_frames(self._tree, q, position, rotation)
-        for patch in felt:
-            body = self._patch_body[patch]
-            frame = rotation[body]
-            point = position[body] + frame @ self.hand.patches.position[patch]
-            axes = self._axes[patch] @ frame.T
-            jacobian = np.zeros((3, joints))
-            point_jacobian(self._tree, q, position, rotation, body, point, jacobian)
-            along = axes @ jacobian  # (3, J): speed of the skin along each axis
-            forces = gain @ along.T * self._forces[patch]
-            noise += forces @ forces.T
-            if contacts[patch]:
-                zero = np.zeros(joints)
-                rows += [(np.concatenate([zero, row]), s) for row, s in zip(along, self._speeds[patch], strict=True)]
-        return rows
+        if felt.size == 0 or not how.constrained:
+            return np.zeros((0, 2 * joints)), np.zeros(0)
+        along = np.empty((felt.size, 3, joints))
+        pose_kernels.contact_effects(
+            self._tree,
+            q,
+            gain,
+            self._patch_body,
+            self.hand.patches.position,
+            self._axes,
+            self._forces,
+            felt,
+            noise,
+            along,
+        )
+        still = contacts[felt]
+        rows = np.zeros((3 * np.count_nonzero(still), 2 * joints))
+        rows[:, joints:] = along[still].reshape(-1, joints)
+        return rows, self._speeds[felt[still]].ravel()
 
 
 def _normals(hand: Hand) -> tuple[Array, Array]:
@@ -168,57 +160,4 @@ def _normals(hand: Hand) -> tuple[Array, Array]:
     moment = np.zeros((len(hand.patches), 3, 3))
     np.add.at(moment, skin.patch, skin.normals[:, :, None] * skin.normals[:, None, :])
     share, axes = np.linalg.eigh(moment / count[:, None, None])
-    return np.swapaxes(axes, 1, 2), np.clip(share, 0.0, 1.0)
-
-
-@numba.njit(cache=True)
-def _shift(mean, covariance, state, transition, noise, joints, lag):
-    """Move the lagged angles on by one step, then predict the state; in place."""
-    size = mean.size
-    present = 2 * joints
-    for i in range(size - 1, present + joints - 1, -1):
-        mean[i] = mean[i - joints]
-        for j in range(size - 1, present + joints - 1, -1):
-            covariance[i, j] = covariance[i - joints, j - joints]
-    # Cross-covariance of the present state with the angles that are kept: now's, then the older ones.
-    kept = np.empty((present, lag * joints))
-    if lag > 0:
-        kept[:, :joints] = covariance[:present, :joints]
-        # Not yet overwritten: the columns of the present rows still hold the old order.
-        kept[:, joints:] = covariance[:present, present : size - joints]
-        old = covariance[:joints, :joints].copy()
-        inner = covariance[:joints, present : size - joints].copy()
-        covariance[present : present + joints, present : present + joints] = old
-        covariance[present : present + joints, present + joints :] = inner
-        covariance[present + joints :, present : present + joints] = inner.T
-        mean[present : present + joints] = mean[:joints]
-        moved = transition @ kept
-        covariance[:present, present:] = moved
-        covariance[present:, :present] = moved.T
-    covariance[:present, :present] = transition @ np.ascontiguousarray(covariance[:present, :present]) @ transition.T
-    covariance[:present, :present] += noise
-    mean[:present] = state
-
-
-@numba.njit(cache=True)
-def _update(mean, covariance, row, residual, variance):
-    """Condition on one measurement: `row` (R,) acts on the first R entries; in place, exactly symmetric.
-
-    Returns the variance of the residual.
-    """
-    size, width = mean.size, row.size
-    cross = np.zeros(size)
-    for j in range(width):
-        if row[j] != 0.0:
-            for i in range(size):
-                cross[i] += covariance[j, i] * row[j]
-    total = variance
-    for j in range(width):
-        total += row[j] * cross[j]
-    for i in range(size):
-        gain = cross[i] / total
-        mean[i] += gain * residual
-        for j in range(i + 1):
-            covariance[i, j] -= gain * cross[j]
-            covariance[j, i] = covariance[i, j]
-    return total
+    return np.ascontiguousarray(np.swapaxes(axes, 1, 2)), np.clip(share, 0.0, 1.0)

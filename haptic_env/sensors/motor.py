@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,8 +22,17 @@ class MotorNoise:
 
     def sample(self, rng: np.random.Generator, command: NDArray[np.float64]) -> NDArray[np.float64]:
         """The torque (J,) that the muscles really make of `command` (J,)."""
-        return command + self.sd(command) * rng.standard_normal(command.shape)
+        torque = rng.standard_normal(len(command))
+        _disturb(command, self.fraction, torque)
+        return torque
 
     def log_prob(self, torque: NDArray[np.float64], command: NDArray[np.float64]) -> float:
         """Log density of the real `torque` (J,) given `command` (J,)."""
         return log_normal(torque, command, self.sd(command))
+
+
+@numba.njit("void(float64[:], float64, float64[::1])", cache=True)
+def _disturb(command, fraction, normal):
+    """Turn `normal` (J,), standard, into torques about `command` (J,): `sd` once more, but compiled."""
+    for joint in range(len(command)):
+        normal[joint] = command[joint] + fraction * abs(command[joint]) * normal[joint]

@@ -37,10 +37,12 @@ class White(Noise):
     """Independent Gaussian noise of `sigma_deg` per joint and step: the paper's."""
 
     def __init__(self, sigma_deg: float) -> None:
-        self.sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
+        self.sigma = float(np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")))
 
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
-        return self.sigma * rng.standard_normal(joint_angles.shape)
+        error = rng.standard_normal(len(joint_angles))
+        error *= self.sigma
+        return error
 
     def variance(self, joint_angles: Angles) -> Angles:
         return np.full(joint_angles.shape, self.sigma**2)
@@ -72,13 +74,14 @@ class Drift(Noise):
         self.sd = np.deg2rad(validate.number("drift_deg", drift_deg, 0.0, 90.0, unit="degrees"))
         tau = validate.number("drift_seconds", drift_seconds, above=0.0, unit="s")
         self.decay = np.exp(-step_seconds / tau)
+        self.step_sd = self.sd * np.sqrt(1 - self.decay**2)
 
     def reset(self, rng: Rng, joints: int) -> None:
         self.value = self.sd * rng.standard_normal(joints)
 
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
         present = self.value
-        fresh = self.sd * np.sqrt(1 - self.decay**2) * rng.standard_normal(joint_angles.shape)
+        fresh = self.step_sd * rng.standard_normal(len(joint_angles))
         self.value = self.decay * present + fresh
         return present
 
@@ -93,7 +96,7 @@ class Proportional(Noise):
         self.gain = validate.number("proportional", proportional, 0.0, 1.0)
 
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
-        return self.gain * np.abs(joint_angles) * rng.standard_normal(joint_angles.shape)
+        return self.gain * np.abs(joint_angles) * rng.standard_normal(len(joint_angles))
 
     def variance(self, joint_angles: Angles) -> Angles:
         return (self.gain * joint_angles) ** 2
@@ -113,7 +116,10 @@ class Proprioception:
 
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
         """Felt joint angles (J,) rad for the true `joint_angles` (J,) rad."""
-        return joint_angles + sum((noise.sample(rng, joint_angles) for noise in self.noises), np.zeros(1))
+        felt = joint_angles.copy()
+        for noise in self.noises:
+            felt += noise.sample(rng, joint_angles)
+        return felt
 
     def log_prob(self, felt: Angles, joint_angles: Angles) -> float:
         """Log density of `felt` (J,) rad given the true `joint_angles` (J,) rad at one step.

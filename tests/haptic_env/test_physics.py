@@ -10,6 +10,7 @@ import pytest
 
 from haptic_env import shapes
 from haptic_env.scene import PHYSICS_SECONDS
+from haptic_env.touch import Touch
 
 DEEPEST = 0.001  # metres
 JITTER = {"size_jitter": 0.1, "position_jitter": 0.003, "yaw_jitter": 180.0}
@@ -74,7 +75,7 @@ def test_contacts_ring_only_where_the_skin_is_at_the_object(env_id, make, play, 
 
     def check():
         touched = feel()
-        bodies = inner._bodies[skin.link]
+        bodies = inner._touch.bodies[skin.link]
         world = inner._data.xpos[bodies] + np.einsum(
             "mij,mj->mi", inner._data.xmat[bodies].reshape(-1, 3, 3), skin.points
         )
@@ -164,6 +165,57 @@ def test_one_step_is_one_control_period(env_id, make):
         env.step(np.zeros(env.hand.joints, np.float32))
         assert env._data.time == pytest.approx(1.0 / control_hz)
         assert env.substeps * PHYSICS_SECONDS == pytest.approx(1.0 / control_hz)
+
+
+@pytest.mark.parametrize("control_hz", [50.0, 500.0])
+def test_a_control_step_is_mujocos_own_steps_bit_for_bit(env_id, make, control_hz):
+    """And what is felt are the contacts of the state that is reached."""
+    env = make(env_id, shape="cube", control_hz=control_hz).unwrapped
+    env.reset(seed=2)
+    rng, torque, felt = np.random.default_rng(0), np.zeros(env.hand.joints), 0
+    spec = mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.empty(mujoco.mj_stateSize(env._model, spec))
+    data = mujoco.MjData(env._model)
+    for _ in range(int(4 * control_hz)):
+        torque = 0.9 * torque + 0.3 * rng.standard_normal(env.hand.joints)
+        mujoco.mj_getState(env._model, env._data, state, spec)
+        contacts = env.step(np.tanh(torque).astype(np.float32))[0]["contacts"]
+        mujoco.mj_setState(env._model, data, state, spec)
+        data.ctrl[:] = env._data.ctrl
+        mujoco.mj_step(env._model, data, env.substeps)
+        assert data.qpos.tobytes() == env._data.qpos.tobytes()
+        assert data.qvel.tobytes() == env._data.qvel.tobytes()
+        mujoco.mj_forward(env._model, data)
+        np.testing.assert_array_equal(contacts, Touch(env.hand, env._model, data).feel())
+        felt += int(contacts.sum())
+    assert felt > 20
+
+
+def test_touch_is_that_of_each_contact_point(env_id, make):
+    """Point by point in plain NumPy, for as many points as there are."""
+    env = make(env_id, shape="cube")
+    inner, counts = env.unwrapped, set()
+    feel = inner._feel
+
+    def check():
+        data, patches, expected = inner._data, inner.hand.patches, np.zeros(len(inner.hand.patches), dtype=bool)
+        for contact in data.contact:
+            body = inner._model.geom_bodyid[list(contact.geom)].min()  # the object comes last
+            link = int(np.flatnonzero(inner._touch.bodies == body)[0])
+            local = (contact.pos - data.xpos[body]) @ data.xmat[body].reshape(3, 3)
+            if contact.dist < 0:
+                expected[patches.locate(np.array([link]), local[None])] = True
+        touched = feel()
+        np.testing.assert_array_equal(touched, expected)
+        counts.add(data.ncon)
+        return touched
+
+    env.reset(seed=2)
+    inner._feel = check
+    for action in np.random.default_rng(1).uniform(-1, 1, (30, env.action_space.shape[0])).astype(np.float32):
+        for _ in range(10):
+            env.step(action)
+    assert {0, 1, 2} <= counts
 
 
 @pytest.mark.statistical

@@ -1,0 +1,330 @@
+"""How fast it is: medians of interleaved repetitions on one exploration that the environment makes itself.
+
+Prints one table; --json writes the same figures to a file. Compare ratios rather than times between machines.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import platform
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before numba starts its threads
+
+import measures
+import numba
+import numpy as np
+from explore import Parser
+from files import write_json
+from rich.console import Console
+from rich.table import Table
+
+import haptic_env
+from haptic_env import shapes, validate
+from observer import ShapePosterior
+
+EXAMPLE = "example: python scripts/bench.py --rounds 5 --json out/bench.json"
+CANDIDATES = 8  # of scan matching, by default
+PROCESS = ("import", "make", "first step", "first step into the maps")
+PEER_MICROSECONDS = 250.0  # a particle and observation: MRPT's rbpf-slam, at its best
+STAGES = {  # and whether it deals with the present step or with the lagged one
+    "forward model": True,
+    "pose filter and lag, without it": True,
+    "match and map (kernels.advance)": False,
+    "candidates, link spread": False,
+    "occupancy of the belief that is held": False,
+    "weigh and resample": False,
+    "proposal, belief and checks": False,
+    "classify (ShapePosterior.update)": False,
+}
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much is measured: few and many particles, coarse and fine grids (voxels along an edge), steps of the
+    recording, seconds of the whole trial, megabytes that are copied."""
+
+    few: int = 200
+    many: int = 1000
+    coarse: int = 32
+    fine: int = 64
+    steps: int = 120
+    seconds: float = 10.0
+    megabytes: int = 256
+
+
+QUICK = Size(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the command line asks for."""
+
+    env: str
+    shape: str
+    sigma: float
+    seed: int
+    rounds: int
+    quick: bool
+    json: str | None
+
+    def __post_init__(self) -> None:
+        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        validate.choice("--shape", self.shape, shapes.SHAPES)
+        validate.number("--sigma", self.sigma, high=90.0, above=0.0, unit="degrees")
+        validate.integer("--seed", self.seed, 0, 2**32 - 1)
+        validate.integer("--rounds", self.rounds, 1, 1000)
+        if self.json is not None and not Path(self.json).parent.is_dir():
+            raise ValueError(f"--json must be a file in a folder that exists, got {self.json!r}")
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One row: the `median` over all steps, over those with contact (`touching`), and of each step's `least` over the
+    rounds; `note` says what it compares with."""
+
+    name: str
+    unit: str
+    median: float
+    touching: float = math.nan
+    least: float = math.nan
+    note: str = ""
+
+
+def parse(arguments: list[str] | None) -> Settings:
+    """Read and check the command line; ends the program with code 2 where it makes no sense."""
+    parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add("--env", default="HapticSLAM/TwoFinger-v0", help=f"one of {', '.join(haptic_env.ENVIRONMENTS)}")
+    add("--shape", default="cube", help=f"{', '.join(shapes.SHAPES)} (default cube)")
+    add("--sigma", type=float, default=3.0, help="noise of the felt joint angles, SD in degrees (default 3)")
+    add("--seed", type=int, default=0, help="of the exploration (default 0)")
+    add("--rounds", type=int, default=3, help="repetitions of everything, interleaved (default 3)")
+    add("--quick", action="store_true", help="few particles and steps: to see that it runs, not how fast")
+    add("--json", metavar="FILE", help="write the figures to FILE too")
+    try:
+        return Settings(**vars(parser.parse_args(arguments)))
+    except ValueError as error:
+        parser.error(str(error))
+
+
+Values = dict[str, Any]  # by name: (T,) seconds, or one number
+
+
+def rounds(measurements: list[Callable[[], Values]], count: int, console: Console) -> Values:
+    """Take every measurement once a round; by name, all rounds stacked: (rounds, T) or (rounds,)."""
+    found: dict[str, list[Any]] = {}
+    with console.status("") as status:
+        for turn in range(count):
+            for number, measure in enumerate(measurements, start=1):
+                status.update(f"round {turn + 1} of {count}, measurement {number} of {len(measurements)} …")
+                for name, value in measure().items():
+                    found.setdefault(name, []).append(value)
+    return {name: np.array(values) for name, values in found.items()}
+
+
+class Bench:
+    """Everything that is measured, and the figures that follow from it."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.size = size = QUICK if settings.quick else Size()
+        self.threads = sorted({1, min(2, numba.get_num_threads())})
+        self.recording = measures.record(settings.env, settings.shape, settings.sigma, settings.seed, size.steps)
+        self.slams = {
+            (particles, voxels): measures.make_slam(self.recording, particles, voxels)
+            for voxels in (size.coarse, size.fine)
+            for particles in (size.few, size.many)
+        }
+        self.shape = ShapePosterior(self.recording.hand)
+        self.lag = self.slams[size.few, size.coarse].lag
+        self.now, self.late = self.recording.touching, self.recording.lagged(self.lag)
+
+    def warm_up(self) -> None:
+        """Compile what is not in the cache."""
+        measures.environment(self.recording)
+        self._stages()
+
+    def measurements(self) -> list[Callable[[], Values]]:
+        """What one round takes."""
+        asked, size = self.settings, self.size
+        trial = asked.env, asked.shape, asked.sigma, size.seconds, size.few, asked.seed
+        return [
+            partial(measures.environment, self.recording),
+            lambda: {"kinematics": measures.kinematics(self.recording)},
+            lambda: {"bandwidth": measures.copy_bandwidth(size.megabytes)},
+            lambda: {"PoseFilter.step": measures.pose_filter(self.slams[size.few, size.coarse], self.recording)},
+            self._stages,
+            lambda: {"trial": measures.whole_trial(*trial)},
+            partial(measures.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
+            *(partial(self._observe, *key, threads) for key in self.slams for threads in self.threads),
+        ]
+
+    def _stages(self) -> Values:
+        return measures.stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
+
+    def _observe(self, particles: int, voxels: int, threads: int) -> Values:
+        slam = self.slams[particles, voxels]
+        return {_slam(particles, voxels, threads): measures.observe(slam, self.recording, threads)}
+
+    def figures(self, console: Console) -> list[Figure]:
+        """Measure all rounds."""
+        size = self.size
+        found = rounds(self.measurements(), self.settings.rounds, console)
+        touched = {
+            voxels: float(np.median(measures.bytes_touched(self.slams[size.few, voxels], self.recording)[self.lag :]))
+            for voxels in (size.coarse, size.fine)
+        }
+        large = measures.fresh_process(self.settings.env, self.settings.shape, size.many, size.fine, size.steps)
+        return [
+            *self._of_steps(found),
+            *self._of_slam(found, touched),
+            *self._of_stages(found),
+            *self._of_memory(found, touched, large),
+            *self._of_the_whole(found),
+        ]
+
+    def _of_steps(self, found: Values) -> list[Figure]:
+        pose = found["forward model"] + found["pose filter and lag, without it"]
+        beyond = found["env.step"] - found["mj_step"]
+        return [
+            _steps("env.step beyond its mj_step calls", beyond, self.now),
+            _steps("env.step", found["env.step"], self.now, note="its mj_step calls included"),
+            _steps("PoseFilter.step, alone", found["PoseFilter.step"], self.now),
+            _steps("PoseFilter.step, between map updates", pose, self.now, note="which empty the processor's caches"),
+        ]
+
+    def _of_slam(self, found: Values, touched: dict[int, float]) -> list[Figure]:
+        rows = []
+        bandwidth = float(np.median(found["bandwidth"]))
+        for particles, voxels in self.slams:
+            for threads in self.threads:
+                name = _slam(particles, voxels, threads)
+                took = float(np.median(np.median(found[name], axis=0)[self.lag :]))
+                each = 1e6 * took / particles
+                share = touched[voxels] * particles / took / bandwidth
+                note = (
+                    f"{_number(each)} µs a particle, 1/{PEER_MICROSECONDS / each:.0f} of MRPT; "
+                    f"{share:.1%} of the copy bandwidth"
+                )
+                rows.append(_steps(name, found[name], self.late, self.lag, unit="ms", note=note))
+        return rows
+
+    def _of_stages(self, found: Values) -> list[Figure]:
+        note = f"N = {self.size.few}, {self.size.coarse}³, 1 thread"
+        rows = [
+            _steps(
+                f"stage: {name}", found[name], self.now if present else self.late, 0 if present else self.lag, note=note
+            )
+            for name, present in STAGES.items()
+        ]
+        poses = self.size.few * (CANDIDATES + 1)  # and the one at which the map is written
+        frames = 1e6 * found["kinematics"]
+        note = f"{poses} poses: {poses * np.median(frames):.0f} µs, a part of match and map"
+        return [*rows, Figure("kinematics of one pose", "µs", *_spread(frames), note)]
+
+    def _of_memory(self, found: Values, touched: dict[int, float], large: dict[str, float]) -> list[Figure]:
+        size, note = self.size, "lines of its map that changed, read and written"
+        maps = size.many * size.fine**3
+        return [
+            Figure("copy bandwidth", "GB/s", *_spread(found["bandwidth"] / 1e9), "np.copyto, read and written"),
+            *(Figure(f"bytes a step and particle, {n}³", "B", each, note=note) for n, each in touched.items()),
+            Figure(
+                f"memory, N = {size.many}, {size.fine}³",
+                "MB",
+                large["after"] / 1e6,
+                note=f"peak of a process; {large['before'] / 1e6:.0f} before the trial, maps have {maps / 1e6:.0f}",
+            ),
+        ]
+
+    def _of_the_whole(self, found: Values) -> list[Figure]:
+        trial, seconds = found["trial"], self.size.seconds
+        note = f"N = {self.size.few}, names the object; {seconds / np.median(trial):.1f} times real time"
+        return [
+            *(Figure(f"new process: {part}", "ms", *_spread(1e3 * found[part]), "kernels cached") for part in PROCESS),
+            Figure(f"a whole trial of {seconds:g} s, one core", "s", *_spread(trial), note),
+        ]
+
+
+def _slam(particles: int, voxels: int, threads: int) -> str:
+    return f"HapticSLAM.step, N = {particles}, {voxels}³, {threads} thread{'s' if threads > 1 else ''}"
+
+
+def _steps(name: str, seconds: Any, touching: Any, skip: int = 0, unit: str = "µs", note: str = "") -> Figure:
+    """A row from the `seconds` (rounds, T) of every step but the first `skip`; `touching` (T,)."""
+    scale = {"µs": 1e6, "ms": 1e3}[unit]
+    middle = np.median(seconds, axis=0)[skip:]
+    felt = middle[touching[skip:]]
+    least = np.min(seconds, axis=0)[skip:]
+    median, contact, low = (scale * float(np.median(each)) if each.size else math.nan for each in (middle, felt, least))
+    return Figure(name, unit, median, contact, low, note)
+
+
+def _spread(values: Any) -> tuple[float, float, float]:
+    """Median, nothing and least of one number a round."""
+    return float(np.median(values)), math.nan, float(np.min(values))
+
+
+def _number(value: float) -> str:
+    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+
+
+def table(figures: list[Figure], settings: Settings) -> Table:
+    """The figures as a person reads them."""
+    result = Table(title=f"Medians of {settings.rounds} interleaved rounds", title_justify="left")
+    result.add_column("")
+    for head in ("all steps", "touching", "least"):
+        result.add_column(head, justify="right", no_wrap=True)
+    result.add_column("", style="dim")
+    for row in figures:
+        numbers = ("" if math.isnan(x) else f"{_number(x)} {row.unit}" for x in (row.median, row.touching, row.least))
+        result.add_row(row.name, *numbers, row.note)
+    return result
+
+
+def machine() -> dict[str, Any]:
+    """What the figures were measured on."""
+    return {
+        "processor": platform.processor() or platform.machine(),
+        "cores": os.cpu_count(),
+        "system": platform.system(),
+        "python": platform.python_version(),
+        "numba": numba.__version__,
+        "numpy": np.__version__,
+    }
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    settings = parse(arguments)
+    console = Console(width=None if sys.stdout.isatty() else 150)
+    before = numba.get_num_threads()
+    try:
+        bench = Bench(settings)
+        bench.warm_up()
+        figures = bench.figures(console)
+    finally:
+        numba.set_num_threads(before)
+    console.print(table(figures, settings))
+    if settings.json is not None:
+        write_json(
+            Path(settings.json),
+            {"settings": asdict(settings), "machine": machine(), "figures": [asdict(each) for each in figures]},
+        )
+        console.print(f"Figures: {settings.json}", highlight=False)
+    return 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.stderr.write("bench.py: stopped; nothing was written\n")
+        sys.exit(130)

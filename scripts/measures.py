@@ -1,0 +1,308 @@
+"""What scripts/bench.py measures: how long each part takes, step by step of one recorded exploration.
+
+Shapes: T steps, J joints, P patches, N particles. All times in seconds. Measurements are functions that may be called
+again and again: each call takes every step anew, so that repetitions of all can be interleaved.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+import mujoco
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from trial import Trial, make_observers
+
+import agents
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+from observer import HapticSLAM, ShapePosterior, kernels
+from observer.kinematics import Tree, body_frames, tree_of
+
+Array = NDArray[np.float64]
+LINE = 64  # bytes that the memory hands out at once
+clock = time.perf_counter
+
+
+@dataclass(frozen=True)
+class Recording:
+    """An exploration: `torques` (T, J) commanded and `controls` (T, J) with motor noise, fractions; `felt` (T, J) rad;
+    `contacts` (T, P)."""
+
+    env: gym.Env[Any, Any]
+    hand: Hand
+    seed: int
+    sigma_deg: float
+    torques: NDArray[np.float32]
+    controls: Array
+    felt: NDArray[np.float32]
+    contacts: NDArray[np.bool_]
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """(T,) whether any patch felt contact."""
+        return np.asarray(self.contacts.any(axis=1))
+
+    def lagged(self, lag: int) -> NDArray[np.bool_]:
+        """(T,) whether any patch felt contact at the step that enters the maps `lag` steps later."""
+        return np.concatenate([np.zeros(lag, dtype=bool), self.touching[: len(self.touching) - lag]])
+
+
+def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int) -> Recording:
+    """Explore with random torques."""
+    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=3600.0)
+    base: Any = env.unwrapped
+    observation, _ = env.reset(seed=seed)
+    policy, state = agents.make("random_torque", env, seed=seed), None
+    rows = []
+    for _ in range(steps):
+        torque, state = policy.predict(observation, state)
+        observation, *_ = env.step(torque)
+        felt, contacts = observation["joint_angles"], observation["contacts"].astype(bool)
+        rows.append((torque, base._data.ctrl.copy(), felt, contacts))
+    return Recording(env, base.hand, seed, sigma_deg, *(np.array(each) for each in zip(*rows, strict=True)))
+
+
+def environment(recording: Recording) -> dict[str, Array]:
+    """`env.step` (T,), and the bare `mj_step` calls (T,) from the same states; each comes first every other time."""
+    base: Any = recording.env.unwrapped
+    base.reset(seed=recording.seed)
+    model, data = base._model, mujoco.MjData(base._model)
+    what = mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.empty(mujoco.mj_stateSize(model, what))
+    steps = len(recording.torques)
+    whole, bare = np.empty(steps), np.empty(steps)
+    for k in range(steps):
+        mujoco.mj_getState(model, base._data, state, what)
+        mujoco.mj_setState(model, data, state, what)
+        data.ctrl[:] = recording.controls[k]
+        for turn in (k % 2, 1 - k % 2):
+            start = clock()
+            if turn:
+                base.step(recording.torques[k])
+                whole[k] = clock() - start
+            else:
+                mujoco.mj_step(model, data, base.substeps)
+                bare[k] = clock() - start
+    return {"env.step": whole, "mj_step": bare}
+
+
+def make_slam(recording: Recording, particles: int, voxels: int) -> HapticSLAM:
+    """An observer with `voxels`³ over the hand's workspace."""
+    hand = recording.hand
+    grid = Grid.around(hand.grasp_centre, hand.workspace, float(hand.workspace.max()) / voxels)
+    return HapticSLAM(hand, recording.sigma_deg, particles, grid=grid)
+
+
+def pose_filter(slam: HapticSLAM, recording: Recording) -> Array:
+    """`PoseFilter.step` (T,) with nothing else between its steps: what it needs stays in the processor's caches."""
+    took = np.empty(len(recording.torques))
+    slam.reset()
+    torques, felt = recording.torques.astype(np.float64), recording.felt.astype(np.float64)
+    for k, each in enumerate(zip(torques, felt, recording.contacts, strict=True)):
+        start = clock()
+        slam.pose.step(*each)
+        took[k] = clock() - start
+    return took
+
+
+def observe(slam: HapticSLAM, recording: Recording, threads: int) -> Array:
+    """`HapticSLAM.step` (T,) as a user calls it: the last belief is still held."""
+    numba.set_num_threads(threads)
+    took = np.empty(len(recording.torques))
+    belief = slam.reset(seed=0)
+    for k, each in enumerate(zip(recording.torques, recording.felt, recording.contacts, strict=True)):
+        start = clock()
+        belief = slam.step(*each)
+        took[k] = clock() - start
+    del belief
+    return took
+
+
+class Stopwatch:
+    """Seconds spent in chosen functions, summed until `read`."""
+
+    def __init__(self) -> None:
+        self.spent: dict[str, float] = {}
+
+    @contextmanager
+    def on(self, **parts: tuple[Any, str]) -> Iterator[None]:
+        """Time each named part, given as an owner and the name of its function, while the context lasts."""
+        for name, (owner, function) in parts.items():
+            setattr(owner, function, self._timed(name, getattr(owner, function)))
+        try:
+            yield
+        finally:
+            for owner, function in parts.values():
+                timed = getattr(owner, function)
+                if isinstance(owner, type(kernels)):
+                    setattr(owner, function, timed.inner)
+                else:
+                    delattr(owner, function)  # of the instance: its class has the function
+
+    def read(self) -> dict[str, float]:
+        """Seconds by part since the last time."""
+        spent = dict(self.spent)
+        self.spent = dict.fromkeys(spent, 0.0)
+        return spent
+
+    def _timed(self, name: str, inner: Any) -> Any:
+        self.spent[name] = 0.0
+
+        def timed(*arguments: Any, **keywords: Any) -> Any:
+            start = clock()
+            try:
+                return inner(*arguments, **keywords)
+            finally:
+                self.spent[name] += clock() - start
+
+        timed.inner = inner  # type: ignore[attr-defined]
+        return timed
+
+
+def stages(slam: HapticSLAM, shape: ShapePosterior, recording: Recording) -> dict[str, Array]:
+    """Each stage (T,) of one turn of the observer and its classifier, on one thread."""
+    numba.set_num_threads(1)
+    watch, rows = Stopwatch(), []
+    belief = slam.reset(seed=0)
+    shape.reset(seed=0)
+    with watch.on(
+        model=(slam.pose.model, "predict"),
+        pose=(slam.pose, "step"),
+        propose=(slam, "_propose"),
+        match=(slam, "_match_and_map"),
+        kernel=(kernels, "advance"),
+        occupancy=(slam, "_keep_snapshot"),
+        weigh=(slam, "_weigh"),
+        resample=(slam, "_resample"),
+        belief=(slam, "_belief"),
+        classify=(shape, "update"),
+        step=(slam, "step"),
+    ):
+        for each in zip(recording.torques, recording.felt, recording.contacts, strict=True):
+            belief = slam.step(*each)
+            shape.update(belief)
+            rows.append(watch.read())
+    del belief
+    took = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    known = took["pose"] + took["propose"] + took["match"] + took["weigh"] + took["resample"] + took["belief"]
+    return {
+        "forward model": took["model"],
+        "pose filter and lag, without it": took["pose"] - took["model"],
+        "match and map (kernels.advance)": took["kernel"],
+        "candidates, link spread": took["match"] - took["kernel"] - took["occupancy"],
+        "occupancy of the belief that is held": took["occupancy"],
+        "weigh and resample": took["weigh"] + took["resample"],
+        "proposal, belief and checks": took["step"] - known + took["propose"] + took["belief"],
+        "classify (ShapePosterior.update)": took["classify"],
+    }
+
+
+@numba.njit(cache=True)
+def _frames(tree: Any, poses: Any, position: Any, rotation: Any) -> None:
+    for n in range(len(poses)):
+        body_frames(tree, poses[n], position, rotation)
+
+
+def kinematics(recording: Recording, poses: int = 2000) -> float:
+    """Forward kinematics of one pose, on one thread."""
+    tree: Tree = tree_of(recording.hand)
+    angles = np.resize(recording.felt.astype(np.float64), (poses, recording.hand.joints))
+    frames = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
+    _frames(tree, angles[:1], *frames)
+    start = clock()
+    _frames(tree, angles, *frames)
+    return (clock() - start) / poses
+
+
+def bytes_touched(slam: HapticSLAM, recording: Recording) -> Array:
+    """(T,) bytes per particle that a step reads and writes again: the cache lines of the maps that it changes."""
+    slam.reset(seed=0)
+    count, touched = slam.n_particles, np.empty(len(recording.torques))
+    for k, each in enumerate(zip(recording.torques, recording.felt, recording.contacts, strict=True)):
+        before = slam._maps.copy()
+        slam.step(*each)
+        changed = (slam._maps != before).reshape(count, -1)
+        changed = np.pad(changed, ((0, 0), (0, -changed.shape[1] % LINE)))
+        touched[k] = 2 * LINE * changed.reshape(-1, LINE).any(axis=1).sum() / count
+    return touched
+
+
+def copy_bandwidth(megabytes: int) -> float:
+    """Bytes read and written a second by `np.copyto` of a large array."""
+    source = np.ones(megabytes << 17)
+    target = np.zeros_like(source)
+    start = clock()
+    np.copyto(target, source)
+    return 2 * source.nbytes / (clock() - start)
+
+
+def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, particles: int, seed: int) -> float:
+    """A trial of `seconds` on one thread: environment, policy, observer and the naming of the object."""
+    numba.set_num_threads(1)
+    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, reveal_truth=True)
+    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    observers = make_observers(("haptic_slam",), hand, sigma_deg, particles)
+    trial = Trial(env, "random_torque", observers, ShapePosterior(hand), seed)
+    start = clock()
+    for _ in trial:
+        pass
+    trial.finish()
+    took = clock() - start
+    env.close()
+    return took
+
+
+CHILD = """
+import json, pathlib, resource, sys, time
+start = time.perf_counter()
+import gymnasium as gym, numpy as np
+import haptic_env
+from haptic_env.grid import Grid
+from observer import HapticSLAM
+imported = time.perf_counter()
+def peak():
+    status = pathlib.Path("/proc/self/status")  # of this process alone; the other one may be its parent's
+    if status.exists():
+        return next(1024 * int(line.split()[1]) for line in status.open() if line.startswith("VmHWM"))
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+env_id, shape, particles, voxels, steps = sys.argv[1], sys.argv[2], *map(int, sys.argv[3:])
+env = gym.make(env_id, shape=shape)
+hand = env.unwrapped.hand
+grid = Grid.around(hand.grasp_centre, hand.workspace, float(hand.workspace.max()) / voxels)
+slam = HapticSLAM(hand, 3.0, particles, grid=grid)
+env.reset(seed=0)
+before = peak()
+slam.reset(seed=0)
+ready = time.perf_counter()
+rng = np.random.default_rng(0)
+for step in range(steps):
+    torque = np.tanh(rng.standard_normal(hand.joints)).astype(np.float32)
+    seen, *_ = env.step(torque)
+    slam.step(torque, seen["joint_angles"], seen["contacts"])
+    if step == 0:
+        first = time.perf_counter()
+    if step == slam.lag:
+        mapped = time.perf_counter()
+print(json.dumps({"import": imported - start, "make": ready - imported, "first step": first - ready,
+                  "first step into the maps": mapped - first, "before": before, "after": peak()}))
+"""
+
+
+def fresh_process(env_id: str, shape: str, particles: int, voxels: int, steps: int) -> dict[str, float]:
+    """What a new process takes: seconds to import, to make the environment and the observer, to its first steps, and
+    bytes of memory `before` the trial and `after` it, at their peaks."""
+    command = [sys.executable, "-c", CHILD, env_id, shape, str(particles), str(voxels), str(steps)]
+    path = os.pathsep.join(filter(None, sys.path))
+    ran = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
+    return dict(json.loads(ran.stdout))

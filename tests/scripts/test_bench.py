@@ -1,0 +1,60 @@
+"""The benchmark runs and writes figures that make sense; how fast things are is for people to read, not for a test."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import bench
+import numba
+import pytest
+
+
+def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    threads = numba.get_num_threads()
+    assert bench.main(["--quick", "--rounds", "1", "--json", str(tmp_path / "bench.json")]) == 0
+    assert numba.get_num_threads() == threads
+    told = json.loads((tmp_path / "bench.json").read_text())
+    figures = {each["name"]: each for each in told["figures"]}
+    assert len(figures) == len(told["figures"]), "every name once"
+    assert told["settings"]["quick"] is True
+    assert told["machine"]["cores"] >= 1
+    for name, each in figures.items():
+        assert each["unit"] in ("µs", "ms", "s", "MB", "B", "GB/s")
+        assert math.isfinite(each["median"]), name
+        assert each["median"] >= 0.0 or name == "env.step beyond its mj_step calls"
+        assert each["least"] is None or each["least"] <= each["median"]
+    assert {"env.step", "PoseFilter.step, alone", "HapticSLAM.step, N = 20, 16³, 1 thread"} <= set(figures)
+    assert all(f"stage: {name}" in figures for name in bench.STAGES)
+    assert "medians" in capsys.readouterr().out.lower()
+
+
+def test_what_was_watched_is_as_before() -> None:
+    recording = bench.measures.record("HapticSLAM/TwoFinger-v0", "cube", 3.0, seed=0, steps=15)
+    slam, shape = bench.measures.make_slam(recording, 5, 16), bench.ShapePosterior(recording.hand)
+    advance = bench.measures.kernels.advance
+    took = bench.measures.stages(slam, shape, recording)
+    assert set(took) == set(bench.STAGES)
+    assert all(each.shape == (15,) for each in took.values())
+    assert bench.measures.kernels.advance is advance
+    assert not {"step", "_match_and_map"} & set(vars(slam)), "the class's own again"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--shape", "egg"], "unknown --shape 'egg'; choose from"),
+        (["--env", "Hand-v9"], "unknown --env 'Hand-v9'"),
+        (["--rounds", "0"], "--rounds must be an integer in [1, 1000]"),
+        (["--sigma", "nan"], "--sigma must be a finite number"),
+        (["--json", "/nowhere/at/all.json"], "--json must be a file in a folder that exists"),
+    ],
+)
+def test_bad_input_is_one_clear_line(arguments: list[str], told: str, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        bench.parse(arguments)
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert error.count("\n") == 1
+    assert told in error
