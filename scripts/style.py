@@ -15,6 +15,7 @@ SHAPE_COLOURS = KNOWN | dict(zip([name for name in SHAPES if name not in KNOWN],
 
 OBSERVER_COLOURS = {
     "floor": "#999999",
+    "paper": "#CC79A7",
     "kalman": "#E69F00",
     "smoother": "#56B4E9",
     "haptic_slam": "#000000",
@@ -22,6 +23,7 @@ OBSERVER_COLOURS = {
 }
 OBSERVER_NAMES = {
     "floor": "raw angles (floor)",
+    "paper": "as the paper has it",
     "kalman": "Kalman",
     "smoother": "smoother",
     "haptic_slam": "haptic SLAM",

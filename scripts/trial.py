@@ -23,6 +23,7 @@ from observer import OBSERVERS, Belief, HapticSLAM, ShapePosterior
 
 Array = NDArray[np.float64]
 TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
+MANY = ("haptic_slam", "paper")  # those with particles
 
 
 @dataclass(frozen=True)
@@ -175,10 +176,8 @@ def solid_of(truth: Mapping[str, Any]) -> Solid:
 def make_observers(
     names: Sequence[str], hand: Hand, sigma_deg: float, particles: int, **keywords: Any
 ) -> dict[str, HapticSLAM]:
-    """The observers `names` for `hand`; `particles` are those of the one that has any."""
+    """The observers `names` for `hand`; `particles` are those of the ones that have any."""
     return {
-        name: OBSERVERS[name](
-            hand, sigma_deg, **({"particles": particles} if name == "haptic_slam" else {}), **keywords
-        )
+        name: OBSERVERS[name](hand, sigma_deg, **({"particles": particles} if name in MANY else {}), **keywords)
         for name in names
     }
