@@ -13,6 +13,7 @@ import pandas as pd
 from files import atomic
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from report import interval
 from style import OBSERVER_NAMES, OUTLINE, noise_colours
 
@@ -20,6 +21,8 @@ from observer import metrics
 
 LEVELS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 LAGGED, ONLINE, OCCUPANCY, NAME = "angles, lagged", "angles, online", "occupancy", "name"
+BELOW = ("too sure", "less often than said", "less often than said")
+ABOVE = ("too modest", "more often than said", "more often than said")
 NAME_BINS = 5  # trials are few
 RESAMPLES = 500
 Line = tuple[str, float, float, float, float, int]  # what, said, found, low, high, count
@@ -69,23 +72,23 @@ def draw(lines: pd.DataFrame, rows: pd.DataFrame) -> Figure:
         top, bottom = panels[0, column], panels[1, column]
         top.plot([0, 1], [0, 1], color=OUTLINE, linewidth=1, linestyle=":")
         for sigma, line in lines[lines["what"] == what].groupby("sigma_deg"):
-            errors = [line["found"] - line["low"], line["high"] - line["found"]]
-            style = {"color": colours[sigma], "marker": "o", "markersize": 4, "capsize": 2, "linewidth": 1.5}
-            top.errorbar(line["said"], line["found"], np.maximum(errors, 0), label=f"σ = {sigma:g}°", **style)
+            errors = np.maximum([line["found"] - line["low"], line["high"] - line["found"]], 0)
+            colour = colours[sigma]
+            top.errorbar(line["said"], line["found"], errors, color=colour, capsize=2, linewidth=1, alpha=0.5)
+            size = 25.0 if what == LAGGED else 8 + 22 * np.log10(line["count"])  # what rests on little is small
+            top.scatter(line["said"], line["found"], size, color=colour, label=f"σ = {sigma:g}°", zorder=3)
         top.set(title=title, xlabel=axis, ylabel="share found", xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
         if what != LAGGED:
             _draw_counts(bottom, lines[lines["what"] == what], colours, axis)
-    panels[0, 0].text(0.95, 0.08, "too sure", ha="right", color="#777777", style="italic")
-    panels[0, 0].text(0.05, 0.9, "too modest", color="#777777", style="italic")
-    for panel in panels[0, 1:]:
-        panel.text(0.95, 0.08, "said too much", ha="right", color="#777777", style="italic")
-        panel.text(0.05, 0.9, "said too little", color="#777777", style="italic")
+    for panel, below, above in zip(panels[0], BELOW, ABOVE, strict=True):
+        panel.text(0.98, 0.2, below, ha="right", color="#777777", style="italic")
+        panel.text(0.03, 0.9, above, color="#777777", style="italic")
     panels[0, 0].legend(loc="center left", bbox_to_anchor=(0.0, 0.68))
     _draw_ranks(panels[1, 0], rows, colours)
     observer = str(rows["observer"].iloc[0])
     trials = int(rows.groupby("sigma_deg").size().max())
     figure.suptitle(
-        f"Calibration of {OBSERVER_NAMES.get(observer, observer)}: {trials} explorations a noise, dotted: honest",
+        f"Calibration, {OBSERVER_NAMES.get(observer, observer)}: {trials} explorations for each σ; dotted: honest",
         fontsize=12,
         fontweight="bold",
     )
@@ -144,3 +147,5 @@ def _draw_counts(axes: Axes, lines: pd.DataFrame, colours: dict[float, str], axi
     for sigma, line in lines.groupby("sigma_deg"):
         axes.plot(line["said"], line["count"], "o-", color=colours[sigma], markersize=4)
     axes.set(xlabel=axis, ylabel="how many", yscale="log", xlim=(-0.02, 1.02))
+    axes.set_ylim(0.8, 2 * lines["count"].max())
+    axes.yaxis.set_minor_formatter(NullFormatter())

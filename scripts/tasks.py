@@ -44,7 +44,6 @@ MEASURES = (
     "step_accuracy",
     *(f"correct_{seconds}s" for seconds in AFTER_SECONDS),
 )
-
 HISTOGRAMS = ("ranks_online", "ranks_lagged", "cells", "cells_predicted", "cells_observed")  # numbers with spaces
 
 
