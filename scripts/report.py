@@ -71,7 +71,7 @@ def print_report(summary: Path, console: Console) -> None:
     lines = pd.read_csv(summary)
     for measure, title in TITLES.items():
         mine = lines[lines["measure"] == measure]
-        if len(mine):
+        if len(mine) and mine["trials"].max() > 0:
             console.print(_table(mine, measure, title))
 
 
