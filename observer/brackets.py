@@ -64,7 +64,7 @@ class DeadReckoning(OneMap):
     def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
         sigma = validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")
         super().__init__(hand, lag=0, **keywords)
-        self.pose = RawAngles(hand, np.deg2rad(sigma))  # type: ignore[assignment]
+        self.pose = RawAngles(hand, np.deg2rad(sigma))
 
 
 class TruePose(DeadReckoning):
@@ -90,6 +90,7 @@ class Smoother(OneMap):
 
 OBSERVERS: dict[str, Callable[..., HapticSLAM]] = {
     "floor": DeadReckoning,
+    "paper": HapticSLAM.paper,
     "kalman": Kalman,
     "smoother": Smoother,
     "haptic_slam": HapticSLAM,

@@ -28,6 +28,9 @@ class ContactModel:
     a normal distribution's tail at its depth less `give` voxels, with an SD of `edge` voxels and that of the link's
     place. `free`: weight of that at every step, for errors last.
 
+    `caution`: how much of the SD of a link's place, given all that was felt, a map allows for; 0 holds the pose fixed
+    as the paper does, which is right where particles carry the whole of it.
+
     `temper`: exponent of p(z | q, m) in matching and weighing, below 1 because successive steps are not independent.
     """
 
@@ -44,6 +47,7 @@ class ContactModel:
     free: float = 0.07
     give: float = 0.3
     edge: float = 0.175
+    caution: float = 1.0
     temper: float = 0.3
 
     def __post_init__(self) -> None:

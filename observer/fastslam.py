@@ -2,15 +2,16 @@
 
 Shapes: N particles, J joints, P patches, K candidates, L links, (X, Y, Z) voxels. Angles in radians.
 
-What is linear and Gaussian is the same for all particles and is done once, exactly, by `PoseFilter`. A particle is
-one hypothesis of the path of the pose about that Gaussian, drawn at the lag, and the map that follows from it.
+What is linear and Gaussian is the same for all particles and is done once, exactly, by one of `MOTIONS`. A particle
+is one hypothesis of the path of the pose about that Gaussian, drawn at the lag, and the map that follows from it.
 """
 
 from __future__ import annotations
 
 import weakref
 from collections import deque
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,13 +22,22 @@ from haptic_env.hand import Hand
 from observer import kernels, resampling
 from observer.belief import Belief, OccupancySnapshot, Transition
 from observer.contact_model import ContactModel
+from observer.delta_pose import DeltaPose
 from observer.gaussian import lower_factor
 from observer.kinematics import link_spread, tree_of
 from observer.pose_filter import ContactDynamics, PoseFilter
+from observer.pose_source import PoseSource
 
 Array = NDArray[np.float64]
 RESOLUTION = 0.004  # metres
 LAG_SECONDS = 0.2
+MOTIONS: dict[str, Callable[..., PoseSource]] = {"forward_model": PoseFilter, "delta_pose": DeltaPose}
+AS_WRITTEN: dict[str, Any] = {
+    "motion": "delta_pose",
+    "matching": "sample",
+    "lag": 0,
+    "contact_model": ContactModel(prior=0.5, touch=1.0, sustained=1.0, free=1.0, caution=0.0, temper=1.0),
+}
 
 
 class HapticSLAM:
@@ -39,6 +49,7 @@ class HapticSLAM:
         sigma_deg: float = 3.0,
         particles: int = 200,
         *,
+        motion: str = "forward_model",
         candidates: int = 8,
         matching: str = "mean",
         lag: int | None = None,
@@ -48,7 +59,8 @@ class HapticSLAM:
         contact_model: ContactModel | None = None,
         dynamics: ContactDynamics | None = None,
     ) -> None:
-        """`sigma_deg` and `motor_noise` as the observer believes them; `candidates` K of scan matching; `lag` in
+        """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
+        the hand, its physics ("forward_model") or a line ("delta_pose"); `candidates` K of scan matching; `lag` in
         steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
 
         `matching`: a particle takes the "mean" of its candidates by likelihood, which keeps the maps sharp with few
@@ -66,7 +78,7 @@ class HapticSLAM:
         self.lag = round(LAG_SECONDS * rate) if lag is None else validate.integer("lag", lag, 0)
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION) if grid is None else grid
         self.contact_model = ContactModel() if contact_model is None else contact_model
-        self.pose = PoseFilter(
+        self.pose = MOTIONS[validate.choice("motion", motion, MOTIONS)](
             hand,
             sigma=sigma,
             motor_noise=motor,
@@ -81,6 +93,19 @@ class HapticSLAM:
         self._pending: deque[NDArray[np.bool_]] | None = None
         self._snapshot: weakref.ref[OccupancySnapshot] | None = None
 
+    @classmethod
+    def paper(cls, hand: Hand, sigma_deg: float = 3.0, particles: int = 200, **keywords: Any) -> Self:
+        """The observer as the paper describes it (section 3), to compare with; `keywords` change single parts.
+
+        Delta-pose motion, no lag, K candidates of which one is kept, w ∝ p(z | q, m), every step's contacts written
+        in full with the pose held fixed, resampling where Neff < N/2. The paper is silent on: the motion model
+        (`DeltaPose`: learnt by babbling); p(z | q, m) and the inverse model of the map (`ContactModel`, without what
+        it makes of the pose's spread and of repetition); how far the perturbations reach (as far as the proposal).
+        It keeps the best candidate; one drawn by likelihood stands in, for which the weight, their mean likelihood,
+        is unbiased. Its estimate is the best particle's; a `Belief` gives the mean.
+        """
+        return cls(hand, sigma_deg, particles, **{**AS_WRITTEN, **keywords})
+
     def reset(self, seed: int | None = None) -> Belief:
         """All particles at the rest pose with an empty map (step 1); the belief before anything is felt."""
         self._keep_snapshot()
@@ -90,6 +115,7 @@ class HapticSLAM:
         self._maps = np.zeros((count, *self.grid.shape), dtype=np.int8)
         self._known = np.zeros(np.prod(self.grid.shape), dtype=bool)
         self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
+        self._drawn = self.hand.rest_pose, np.zeros((joints, joints))  # mean and factor of the Gaussian about them
         self._log_weights = np.full(count, -np.log(count))
         self._log_evidence = 0.0
         self._felt = np.zeros(len(self.hand.patches), dtype=bool)
@@ -129,10 +155,18 @@ class HapticSLAM:
         return self._belief(ago, contacts, proposal, resampled, float(moved.mean()))
 
     def _propose(self, ago: int) -> Transition:
-        """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles."""
+        """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles.
+
+        What was felt since has told more of q_{k-1} too, the same for all: it moves the particles with the Gaussian
+        that they were drawn about, so that no weight is needed for it.
+        """
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + 1)
         mean, covariance = self.pose.mean, self.pose.covariance
         past = covariance[before, before]
+        drawn_about, factor = self._drawn
+        shrink = np.linalg.lstsq(factor.T, lower_factor(past).T, rcond=1e-6)[0]
+        self._poses = mean[before] + (self._poses - drawn_about) @ shrink
+        self._drawn = mean[now].copy(), lower_factor(covariance[now, now])
         follow = np.asarray(np.linalg.solve(past + 1e-12 * np.eye(len(past)), covariance[before, now])).T
         rest = covariance[now, now] - follow @ covariance[before, now]
         return Transition(mean[now].copy(), follow, mean[before].copy(), rest)
@@ -167,7 +201,9 @@ class HapticSLAM:
         uniform = self._rng.random(self.n_particles)
         lagged = self.pose.lagged(ago)
         mean = self.pose.mean[lagged]
-        place = link_spread(self.hand, self._tree, mean, self.pose.covariance[lagged, lagged])
+        place = self.contact_model.caution * link_spread(
+            self.hand, self._tree, mean, self.pose.covariance[lagged, lagged]
+        )
         kernels.see(self._tree, self._body, self._lattice, self._evidence.near, mean, self._known)
         return kernels.advance(
             self._tree,

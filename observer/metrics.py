@@ -74,6 +74,18 @@ def credible_coverage(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, level: 
     return float(inside.mean()) if inside.size else float("nan")
 
 
+def rank_counts(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, bins: int = 40) -> NDArray[np.int64]:
+    """(bins,): how often `truth` falls into each of `bins` equally probable parts of a Gaussian of `mean` and `std`.
+
+    Flat where a belief is honest, heaped at the ends where it is too sure (Talts et al. 2018, arXiv:1804.06788); what
+    is exact and said to be falls into the middle.
+    """
+    error = np.asarray(truth, dtype=np.float64) - np.asarray(mean)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ranks = norm.cdf(np.where(error == 0, 0.0, error / np.asarray(std)))
+    return np.histogram(ranks, bins, (0.0, 1.0))[0]
+
+
 # Map
 
 

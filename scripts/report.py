@@ -28,6 +28,7 @@ TITLES = {
     "surface_f_score_1": "Surface F-score at 1 voxel",
     "surface_f_score_2": "Surface F-score at 2 voxels",
     "shape_posterior_correct": "Named right by the shape posterior over the stream of beliefs",
+    **{f"correct_{n}s": f"Named right by the shape posterior after {n} s" for n in (2, 5, 10)},
     "shape_likelihood_correct": "Named right by the shape likelihood of the last map",
     "nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Hamming)",
 }
@@ -39,24 +40,28 @@ def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]
     Names: Wilson's interval. Everything else: Student's t over trials.
     """
     correct = [f"{namer}_correct" for namer in namers]
+    shares = {*correct, *(each for each in measures if each.startswith("correct_"))}
     lines = []
     for (sigma, shape, observer), group in pd.concat([rows, rows.assign(shape=ALL)]).groupby(
         ["sigma_deg", "shape", "observer"], sort=False
     ):
         for measure in (*measures, *correct):
             values = group[measure].dropna().to_numpy()
-            mean, low, high, count = metrics.accuracy(values) if measure in correct else _interval(values)
+            mean, low, high, count = metrics.accuracy(values) if measure in shares else interval(values)
             lines.append((sigma, shape, observer, measure, mean, low, high, count))
     return pd.DataFrame(lines, columns=["sigma_deg", "shape", "observer", "measure", "mean", "low", "high", "trials"])
 
 
-def save_report(table: Path, measures: Sequence[str], namers: Sequence[str]) -> None:
-    """Write summary.csv and evaluate.png beside the `table` of trials."""
-    rows = pd.read_csv(table)
-    summary = summarise(rows, measures, namers)
+def save_summary(table: Path, measures: Sequence[str], namers: Sequence[str]) -> None:
+    """Write summary.csv beside the `table` of trials."""
     with atomic(table.parent / "summary.csv") as place:
-        summary.to_csv(place, index=False)
-    figure = draw(summary, namers, chance=1.0 / len(rows["candidates"].iloc[0].split()))
+        summarise(pd.read_csv(table), measures, namers).to_csv(place, index=False)
+
+
+def save_picture(table: Path, namers: Sequence[str]) -> None:
+    """Write evaluate.png beside the `table` of trials and its summary.csv."""
+    candidates = pd.read_csv(table, usecols=["candidates"], nrows=1)["candidates"].iloc[0].split()
+    figure = draw(pd.read_csv(table.parent / "summary.csv"), namers, chance=1.0 / len(candidates))
     with atomic(table.parent / "evaluate.png") as place:
         figure.savefig(place)
 
@@ -66,14 +71,17 @@ def print_report(summary: Path, console: Console) -> None:
     lines = pd.read_csv(summary)
     for measure, title in TITLES.items():
         mine = lines[lines["measure"] == measure]
-        if len(mine):
+        if len(mine) and mine["trials"].max() > 0:
             console.print(_table(mine, measure, title))
 
 
 def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:
     """Pose error against noise, and how often the object is named right, by each namer and observer."""
-    figure = Figure(figsize=(10, 7), layout="constrained")
-    panels = figure.subplots(2, 2).ravel()
+    rows = 1 + len(namers) // 2
+    figure = Figure(figsize=(10, 3.5 * rows), layout="constrained")
+    panels = figure.subplots(rows, 2).ravel()
+    for unused in panels[1 + len(namers) :]:
+        unused.axis("off")
     overall = summary[summary["shape"] == ALL]
     _draw_pose(panels[0], overall[overall["measure"] == "pose_error_lagged_deg"])
     for axes, namer in zip(panels[1:], namers, strict=False):
@@ -111,13 +119,13 @@ def _table(lines: pd.DataFrame, measure: str, title: str) -> Table:
 def _cell(line: pd.Series, measure: str) -> str:
     if math.isnan(line["mean"]):
         return "–"
-    if measure.endswith("_correct"):
+    if "correct" in measure:
         return f"{line['mean']:.0%} [{100 * line['low']:.0f}–{100 * line['high']:.0f}]"
     half = 0.5 * (line["high"] - line["low"])
     return f"{line['mean']:.2f}" if math.isnan(half) else f"{line['mean']:.2f} ±{half:.2f}"
 
 
-def _interval(values: np.ndarray) -> tuple[float, float, float, int]:
+def interval(values: np.ndarray) -> tuple[float, float, float, int]:
     """Mean of `values` (n,), and its 95 % interval (Student's t); NaN where there are too few."""
     count = len(values)
     mean = float(values.mean()) if count else math.nan

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib
-from matplotlib.colors import LinearSegmentedColormap
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap, to_hex
 
 from haptic_env.shapes import SHAPES
 
@@ -15,6 +18,7 @@ SHAPE_COLOURS = KNOWN | dict(zip([name for name in SHAPES if name not in KNOWN],
 
 OBSERVER_COLOURS = {
     "floor": "#999999",
+    "paper": "#CC79A7",
     "kalman": "#E69F00",
     "smoother": "#56B4E9",
     "haptic_slam": "#000000",
@@ -22,11 +26,13 @@ OBSERVER_COLOURS = {
 }
 OBSERVER_NAMES = {
     "floor": "raw angles (floor)",
+    "paper": "as the paper has it",
     "kalman": "Kalman",
     "smoother": "smoother",
     "haptic_slam": "haptic SLAM",
     "ceiling": "true pose (ceiling)",
 }
+BETTER, WORSE = "#0072B2", "#D55E00"
 OUTLINE = "#000000"
 FREE = "#DCEBF5"
 HAND = "#CDBDB6"
@@ -34,6 +40,13 @@ HAND = "#CDBDB6"
 OCCUPANCY = LinearSegmentedColormap.from_list(
     "occupancy", [(0.0, "#FDD48A00"), (0.2, "#FDC765"), (0.55, "#E8590C"), (1.0, "#6A0D1E")]
 )
+
+
+def noise_colours(noises: Sequence[float]) -> dict[float, str]:
+    """A colour for each of `noises` (degrees), the darker the more."""
+    shades = matplotlib.colormaps["viridis"](np.linspace(0.8, 0.1, len(noises)))
+    return {noise: to_hex(shade) for noise, shade in zip(sorted(noises), shades, strict=True)}
+
 
 matplotlib.rcParams.update(
     {

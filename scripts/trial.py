@@ -19,7 +19,8 @@ import haptic_env  # noqa: F401 - registers the environments
 from haptic_env import shapes
 from haptic_env.hand import Hand
 from haptic_env.shapes import Solid
-from observer import OBSERVERS, Belief, HapticSLAM, ShapePosterior
+from observer import Belief, HapticSLAM, ShapePosterior
+from observer.variants import make_observer
 
 Array = NDArray[np.float64]
 TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
@@ -175,10 +176,5 @@ def solid_of(truth: Mapping[str, Any]) -> Solid:
 def make_observers(
     names: Sequence[str], hand: Hand, sigma_deg: float, particles: int, **keywords: Any
 ) -> dict[str, HapticSLAM]:
-    """The observers `names` for `hand`; `particles` are those of the one that has any."""
-    return {
-        name: OBSERVERS[name](
-            hand, sigma_deg, **({"particles": particles} if name == "haptic_slam" else {}), **keywords
-        )
-        for name in names
-    }
+    """The observers or variants `names` for `hand`; `particles` are those of the ones that have any."""
+    return {name: make_observer(name, hand, sigma_deg, particles, **keywords) for name in names}

@@ -1,21 +1,42 @@
-"""The registry of classifiers of maps: add one as a file here and a line in `CLASSIFIERS`."""
+"""The registry of classifiers of maps: add one as a file here and a line in `CLASSIFIERS`, or one of scikit-learn's
+as a line alone."""
 
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
+from sklearn.ensemble import RandomForestClassifier
+from sklearn.linear_model import LogisticRegression
+from sklearn.naive_bayes import BernoulliNB
+
 from haptic_env import validate
+from observer.classifiers.aligned import AlignedNearestNeighbour
 from observer.classifiers.base import MapClassifier
 from observer.classifiers.nearest_neighbour import NearestNeighbour
+from observer.classifiers.scikit_learn import ScikitLearn
 from observer.classifiers.shape_likelihood import ShapeLikelihood
 
-CLASSIFIERS: dict[str, type[MapClassifier]] = {
+CLASSIFIERS: dict[str, Callable[..., MapClassifier]] = {
     "nearest_neighbour": NearestNeighbour,
     "shape_likelihood": ShapeLikelihood,
+    "aligned_nearest_neighbour": AlignedNearestNeighbour,
+    "logistic_regression": partial(ScikitLearn, LogisticRegression()),
+    "random_forest": partial(ScikitLearn, RandomForestClassifier(300, random_state=0)),
+    "naive_bayes": partial(ScikitLearn, BernoulliNB()),  # occupied or not: p > 0.5
 }
 
-__all__ = ["CLASSIFIERS", "MapClassifier", "NearestNeighbour", "ShapeLikelihood", "make"]
+__all__ = [
+    "CLASSIFIERS",
+    "AlignedNearestNeighbour",
+    "MapClassifier",
+    "NearestNeighbour",
+    "ScikitLearn",
+    "ShapeLikelihood",
+    "make",
+]
 
 
 def make(name: str, **keywords: Any) -> MapClassifier:

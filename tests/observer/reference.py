@@ -16,7 +16,7 @@ from observer.kinematics import link_frames, tree_of
 
 def full_weight(**keywords):
     """A contact model whose touches count in full at every step, in the shell and nowhere beyond."""
-    plain = {"prior": 0.5, "touch": 1.0, "sustained": 1.0, "fall": 1e-6, "blur": 0.0, "temper": 1.0}
+    plain = {"prior": 0.5, "touch": 1.0, "sustained": 1.0, "fall": 1e-6, "caution": 0.0, "temper": 1.0}
     return ContactModel(**{**plain, **keywords})
 
 

@@ -4,20 +4,31 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from sklearn.base import clone
+from sklearn.calibration import CalibratedClassifierCV
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.ensemble import RandomForestClassifier
+from sklearn.svm import SVC, LinearSVC
 
 from haptic_env import hands, shapes
 from haptic_env.grid import Grid
 from observer import classifiers
-from observer.classifiers import CLASSIFIERS, NearestNeighbour, ShapeLikelihood
+from observer.classifiers import CLASSIFIERS, NearestNeighbour, ScikitLearn, ShapeLikelihood
 
 GRID = Grid.around((0, 0, 0), (0.08, 0.08, 0.08), 0.004)
 SHAPE = (4, 5, 6)
 
 
 @pytest.fixture(params=CLASSIFIERS)
-def classifier(request: pytest.FixtureRequest):
+def name(request: pytest.FixtureRequest) -> str:
+    """Every registered classifier's name."""
+    return request.param
+
+
+@pytest.fixture
+def classifier(name: str):
     """Every registered classifier."""
-    return classifiers.make(request.param)
+    return classifiers.make(name)
 
 
 def _maps(count: int, seed: int = 0) -> np.ndarray:
@@ -40,17 +51,13 @@ def test_probabilities_are_in_the_order_of_the_classes(classifier):
         assert type(classifier.predict(each)) is str
 
 
-def test_the_order_of_the_maps_does_not_matter(classifier):
+def test_the_order_of_the_maps_does_not_matter(name):
     maps, labels = _maps(6), np.array(["pear", "apple", "fig", "apple", "pear", "fig"])
     order = np.array([3, 1, 5, 0, 2, 4])
-    first = classifiers.make(_name(classifier)).fit(maps, labels)
-    second = classifiers.make(_name(classifier)).fit(maps[order], labels[order])
+    first = classifiers.make(name).fit(maps, labels)
+    second = classifiers.make(name).fit(maps[order], labels[order])
     for each in _maps(5, seed=1):
         np.testing.assert_allclose(first.predict_proba(each), second.predict_proba(each), rtol=1e-9)
-
-
-def _name(classifier) -> str:
-    return next(name for name, each in CLASSIFIERS.items() if type(classifier) is each)
 
 
 def test_one_class_is_certain(classifier):
@@ -136,6 +143,9 @@ def test_an_unknown_keyword_lists_the_known():
         ("shape_likelihood", {"bandwidth": 0.0}),
         ("shape_likelihood", {"bandwidth": -1.0}),
         ("shape_likelihood", {"bandwidth": np.nan}),
+        ("aligned_nearest_neighbour", {"rotations": "roll"}),
+        ("aligned_nearest_neighbour", {"reach": 1.5}),
+        ("aligned_nearest_neighbour", {"bandwidth": 0.0}),
     ],
 )
 def test_impossible_settings_are_refused(name, keywords):
@@ -191,6 +201,34 @@ def test_maps_far_from_everything_are_no_trouble():
     p = model.predict_proba(_maps(1, seed=3)[0])
     assert np.isfinite(p).all()
     assert p.sum() == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    "estimator",
+    [
+        LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto"),
+        CalibratedClassifierCV(SVC(), cv=2, ensemble=False),
+        RandomForestClassifier(20, random_state=0),
+    ],
+    ids=lambda each: type(each).__name__,
+)
+def test_any_estimator_with_probabilities_will_do(estimator):
+    """It gives what it gives by hand, on p - 0.5, and is itself left as it was."""
+    centres, rng = _maps(2), np.random.default_rng(2)
+    maps = np.clip(np.repeat(centres, 8, axis=0) + 0.1 * rng.standard_normal((16, *SHAPE)), 0, 1)
+    labels = np.repeat(["a", "b"], 8)
+    model = ScikitLearn(estimator).fit(maps, labels)
+    assert [model.predict(each) for each in centres] == ["a", "b"]
+    order = sorted(range(16), key=lambda m: (labels[m], maps[m].tobytes()))
+    by_hand = clone(estimator).fit(maps[order].reshape(16, -1) - 0.5, labels[order])
+    np.testing.assert_allclose(model.predict_proba(maps[3]), by_hand.predict_proba(maps[3].reshape(1, -1) - 0.5)[0])
+    assert not hasattr(estimator, "classes_")
+
+
+@pytest.mark.parametrize("estimator", [LinearSVC(), "svm", None])
+def test_an_estimator_without_probabilities_is_refused(estimator):
+    with pytest.raises(ValueError, match=r"fit and predict_proba, got (LinearSVC\(\)|'svm'|None)"):
+        ScikitLearn(estimator)
 
 
 def test_the_hands_grid_is_large_enough_for_every_shape():

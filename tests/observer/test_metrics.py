@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from haptic_env import hands, shapes
 from haptic_env.grid import Grid
@@ -160,3 +161,29 @@ def test_closure_is_zero_at_the_floor_and_one_at_the_ceiling() -> None:
     assert metrics.closure(0.8, 0.4, 0.9) == pytest.approx(0.8)
     assert metrics.closure(1.2, 3.0, 0.0) == pytest.approx(0.6)  # errors: less is better, the same formula
     assert np.isnan(metrics.closure(0.5, 0.5, 0.5))
+
+
+def test_ranks_of_an_honest_belief_are_flat_and_of_a_sure_one_at_the_ends():
+    rng = np.random.default_rng(0)
+    mean, std = rng.standard_normal((400, 50)), rng.uniform(0.5, 2.0, (400, 50))
+    truth = mean + std * rng.standard_normal((400, 50))
+    honest = metrics.rank_counts(mean, std, truth, 20)
+    assert honest.sum() == 20_000
+    assert stats.chisquare(honest).pvalue > 1e-3
+    sure, modest = metrics.rank_counts(mean, 0.5 * std, truth, 20), metrics.rank_counts(mean, 2 * std, truth, 20)
+    assert min(sure[0], sure[-1]) > 3 * sure[5:15].max()
+    assert max(modest[0], modest[-1]) < 0.5 * modest[5:15].min()
+
+
+def test_ranks_give_the_coverage_of_every_interval():
+    rng = np.random.default_rng(1)
+    mean, truth = rng.standard_normal((2, 500))
+    counts = metrics.rank_counts(mean, 1.3, truth, 40)
+    for level in (0.1, 0.5, 0.9, 0.95):
+        beyond = round(0.5 * (1 - level) * 40)
+        assert counts[beyond : 40 - beyond].sum() / 500 == metrics.credible_coverage(mean, 1.3, truth, level)
+    assert metrics.rank_counts(0.0, 1.0, [1.0, 1.0, -3.0], 4).tolist() == [1, 0, 0, 2], "above the mean is a high rank"
+
+
+def test_what_is_exact_and_said_to_be_is_in_the_middle():
+    assert metrics.rank_counts(np.ones(3), np.zeros(3), np.ones(3), 5).tolist() == [0, 0, 3, 0, 0]

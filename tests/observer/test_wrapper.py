@@ -125,7 +125,7 @@ def test_vectors_of_watched_environments(mode):
 def test_any_observer_may_watch():
     for name, build in OBSERVERS.items():
         inner = gym.make("HapticSLAM/TwoFinger-v0", episode_seconds=0.1)
-        few = {"particles": 4} if name == "haptic_slam" else {}
+        few = {"particles": 4} if name in ("haptic_slam", "paper") else {}
         env = ObserverWrapper(inner, build(inner.unwrapped.hand, 3.0, **few))
         env.reset(seed=0)
         for _ in range(5):

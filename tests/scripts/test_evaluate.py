@@ -9,11 +9,13 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import evaluate
 import numpy as np
 import pandas as pd
 import pytest
+import tasks
 
 ROOT = Path(__file__).resolve().parents[2]
 TINY = [
@@ -88,6 +90,10 @@ def test_two_configurations_do_not_mix(copied: Path, capsys: pytest.CaptureFixtu
     told = refused(copied, capsys, "--seconds", "2", "--particles", "7")
     assert "seconds is 0.6 there and 2.0 here" in told
     assert "particles is 5 there and 7 here" in told
+    told = refused(copied, capsys, "--yaw-jitter", "20", "--believed-sigma", "2", "--classifiers", "random_forest")
+    assert "yaw_jitter is 0.0 there and 20.0 here" in told
+    assert "believed_sigma is 1.0 there and 2.0 here" in told
+    assert "classifiers is" in told
     assert evaluate.parse([*TINY, "--out", str(copied), "--trials", "9", "--sigmas", "1", "3"])  # more of the same
 
 
@@ -125,6 +131,12 @@ def test_a_corrupt_exemplar_is_told(copied: Path, capsys: pytest.CaptureFixture)
     [
         (["--shapes", "cube", "egg"], "unknown --shapes 'egg'; choose from cube"),
         (["--shapes", "cube", "cube"], "must name each shape once"),
+        (["--size-jitter", "0.6"], "--size-jitter must be a finite number in [0, 0.5]"),
+        (["--position-jitter", "1"], "--position-jitter must be a finite number in [0, 0.05] m"),
+        (["--yaw-jitter", "-1"], "--yaw-jitter must be a finite number in [0, 180] degrees"),
+        (["--believed-sigma", "0"], "--believed-sigma must be a finite number in [0.1, 10]"),
+        (["--believed-sigma", "10", "--sigmas", "20"], "must be a finite number in (0, 90] degrees, got 200"),
+        (["--classifiers", "oracle"], "unknown --classifiers 'oracle'; choose from"),
         (["--observers", "oracle"], "choose from ceiling, floor"),
         (["--sigmas", "nan"], "must be a finite number"),
         (["--trials", "0"], "must be an integer in [1, 100000]"),
@@ -137,6 +149,78 @@ def test_bad_input_is_one_clear_line(
     arguments: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
     assert told in refused(tmp_path, capsys, *arguments)
+
+
+def test_variants_are_observers_too(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    few = [*TINY, "--seconds", "0.3", "--trials", "1", "--observers", "haptic_slam", "one_particle"]
+    assert evaluate.main([*few, "--ablation", "--calibration", "--out", str(tmp_path)]) == 0
+    told = capsys.readouterr().out
+    assert "one_particle" in told
+    assert {"ablation.csv", "ablation.png", "calibration.csv", "calibration_one_particle.png", "summary.csv"} <= {
+        each.name for each in tmp_path.iterdir()
+    }
+    rows = pd.read_csv(tmp_path / "trials.csv").set_index("observer")
+    assert (rows.loc["one_particle", "n_eff"] == 1).all()
+    for _, row in rows.iterrows():
+        counts = np.array(row["ranks_lagged"].split(), dtype=int)
+        assert counts.sum() == 15 * 8
+        middle = counts[2:38].sum() / counts.sum()
+        assert middle == pytest.approx(row["coverage_90_lagged"])
+        cells, said, found = (np.array(row[name].split(), dtype=float) for name in tasks.HISTOGRAMS[2:])
+        assert np.nansum(np.abs(said - found) * cells) / cells.sum() == pytest.approx(row["occupancy_ece"], rel=1e-3)
+
+
+def test_an_ablation_needs_the_full_observer(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    told = refused(tmp_path, capsys, "--ablation", "--observers", "floor", "paper")
+    assert "--ablation compares with haptic_slam, which is not among --observers" in told
+    given = evaluate.parse(["--shapes", "cube", "--ablation", "--out", str(tmp_path)])
+    assert given.settings.observers == evaluate.ABLATION
+
+
+def task_of(**changed: object) -> tasks.Task:
+    given = {
+        "env": "HapticSLAM/TwoFinger-v0",
+        "policy": "random_torque",
+        "seconds": 0.1,
+        "particles": 2,
+        "shapes": ("cube", "sphere"),
+        "observers": ("floor", "haptic_slam"),
+        "exemplars": 1,
+        "first_seed": 0,
+        "classifiers": (),
+    }
+    return tasks.Task(tasks.Settings(**given | changed), "cube", 2.0, 3, Path("nowhere"))
+
+
+def test_the_object_varies_as_asked() -> None:
+    still, moved = (
+        tasks.explore(task, naming=False)[0].solid
+        for task in (task_of(), task_of(size_jitter=0.2, position_jitter=0.01, yaw_jitter=30.0))
+    )
+    assert still.size != moved.size
+    assert still.position != moved.position
+    assert still.quaternion[0] == 1.0
+    assert moved.quaternion[0] != 1.0
+    np.testing.assert_allclose(moved.size, still.size, rtol=0.2)
+    np.testing.assert_allclose(moved.position, still.position, atol=0.01)
+
+
+def test_observers_may_be_told_another_sigma_than_the_true_one() -> None:
+    (world, right), (same, wrong) = (tasks.explore(task_of(believed_sigma=factor), naming=False) for factor in (1, 3))
+    np.testing.assert_array_equal(world.felt_angles, same.felt_angles)
+    np.testing.assert_allclose(right["floor"].joint_std, np.deg2rad(2.0))
+    np.testing.assert_allclose(wrong["floor"].joint_std, np.deg2rad(6.0))
+    assert (wrong["haptic_slam"].joint_angles != right["haptic_slam"].joint_angles).any()
+
+
+def test_the_name_after_a_while_is_that_of_its_time() -> None:
+    """Right from 2 s on, wrong from 5 s on."""
+    seconds = 0.02 * np.arange(1, 301)
+    right = (seconds >= 2 - 1e-9) & (seconds < 5 - 1e-9)
+    account = SimpleNamespace(labels=("sphere", "cube"), posterior=np.stack([1.0 * ~right, 1.0 * right], axis=1))
+    exploration = SimpleNamespace(seconds=seconds, solid=SimpleNamespace(name="cube"))
+    found = [tasks.correct_after(exploration, account, after) for after in (1.98, 2, 4.98, 5, 6, 10)]
+    np.testing.assert_array_equal(found, [0.0, 1.0, 1.0, 0.0, 0.0, np.nan])
 
 
 def test_ctrl_c_keeps_every_finished_trial(tmp_path: Path) -> None:

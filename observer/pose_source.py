@@ -1,0 +1,36 @@
+"""What the particles need of whatever tracks the pose.
+
+Shapes: J joints, P patches, D numbers of a joint Gaussian over the angles of now and of the past, and maybe more.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.hand import Hand
+
+Array = NDArray[np.float64]
+
+
+class PoseSource(Protocol):
+    """A Gaussian over the angles of several steps: the forward model's, the paper's, or the raw angles."""
+
+    hand: Hand
+    mean: Array
+    """(D,); `mean[lagged(k)]` are the angles (J,) rad of k steps ago, `mean[:J]` those of now."""
+    covariance: Array
+    """(D, D), in the same order."""
+    log_evidence: float
+    """Log density of the angles felt so far."""
+
+    def reset(self) -> None:
+        """Start at the rest pose."""
+
+    def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
+        """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
+
+    def lagged(self, steps: int) -> slice:
+        """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""

@@ -1,0 +1,280 @@
+"""What a sweep runs in a worker: one exploration, seen by all observers, and the rows that it gives."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import platform
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import gymnasium as gym
+import numpy as np
+from files import atomic
+from results import KEY
+from trial import Account, Exploration, Trial, make_observers
+
+import agents
+import haptic_env
+import observer as observer_package
+from haptic_env import shapes, validate
+from observer import ShapePosterior, metrics, variants
+from observer.classifiers import CLASSIFIERS, MapClassifier
+
+EXEMPLAR_SEED = 2_000_000_000
+STREAM = "shape_posterior"  # the name of what names the object from the whole stream of beliefs
+AFTER_SECONDS = (2, 5, 10)  # when the name is asked for
+PACKAGES = ("haptic-slam", "gymnasium", "mujoco", "numba", "numpy", "scipy", "scikit-learn")
+MEASURES = (
+    "pose_error_online_deg",
+    "pose_error_lagged_deg",
+    "pose_error_touching_deg",
+    "coverage_90",
+    "coverage_90_lagged",
+    *(f"surface_{what}_{n}" for n in (1, 2) for what in ("precision", "recall", "f_score")),
+    "surface_coverage",
+    "occupancy_ece",
+    "occupancy_brier",
+    "touching_share",
+    "n_eff",
+    "time_to_decision",
+    "step_accuracy",
+    *(f"correct_{seconds}s" for seconds in AFTER_SECONDS),
+)
+HISTOGRAMS = ("ranks_online", "ranks_lagged", "cells", "cells_predicted", "cells_observed")  # numbers with spaces
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is the same for all trials of a table.
+
+    `size_jitter`, `position_jitter` (m) and `yaw_jitter` (degrees): how the object varies, as the environment's.
+    `believed_sigma`: the observers are told so many times the true sigma. `classifiers`: of finished maps.
+    """
+
+    env: str
+    policy: str
+    seconds: float
+    particles: int
+    shapes: tuple[str, ...]
+    observers: tuple[str, ...]
+    exemplars: int
+    first_seed: int
+    classifiers: tuple[str, ...]
+    size_jitter: float = 0.0
+    position_jitter: float = 0.0
+    yaw_jitter: float = 0.0
+    believed_sigma: float = 1.0
+
+    def __post_init__(self) -> None:
+        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        validate.choice("--policy", self.policy, agents.POLICIES)
+        validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
+        validate.integer("--particles", self.particles, 1, 100_000)
+        validate.integer("--exemplars", self.exemplars, 1, 1000)
+        validate.integer("--first-seed", self.first_seed, 0, EXEMPLAR_SEED - 1)
+        validate.number("--size-jitter", self.size_jitter, 0.0, 0.5)
+        validate.number("--position-jitter", self.position_jitter, 0.0, 0.05, unit="m")
+        validate.number("--yaw-jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
+        validate.number("--believed-sigma", self.believed_sigma, 0.1, 10.0)
+        for what, given, valid in (
+            ("shape", self.shapes, shapes.SHAPES),
+            ("observer", self.observers, variants.NAMES),
+            ("classifier", self.classifiers, CLASSIFIERS),
+        ):
+            for name in given:
+                validate.choice(f"--{what}s", name, valid)
+            if len(set(given)) < len(given):
+                raise ValueError(f"--{what}s must name each {what} once, got {', '.join(given)}")
+
+    @property
+    def namers(self) -> tuple[str, ...]:
+        """What names the object."""
+        return (STREAM, *self.classifiers)
+
+
+@dataclass(frozen=True)
+class Task:
+    """One exploration: a trial, or an exemplar that is kept as a map."""
+
+    settings: Settings
+    shape: str
+    sigma_deg: float
+    seed: int
+    folder: Path
+
+    @property
+    def exemplar_path(self) -> Path:
+        """Where the maps of an exemplar are kept."""
+        return self.folder / "exemplars" / f"sigma{self.sigma_deg!r}_{self.shape}_{self.seed}.npz"
+
+
+def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
+    """Run the exploration of `task`."""
+    settings = task.settings
+    env = gym.make(
+        settings.env,
+        shape=task.shape,
+        sigma_deg=task.sigma_deg,
+        episode_seconds=settings.seconds,
+        size_jitter=settings.size_jitter,
+        position_jitter=settings.position_jitter,
+        yaw_jitter=settings.yaw_jitter,
+        reveal_truth=True,
+    )
+    hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    told = task.sigma_deg * settings.believed_sigma
+    observers = make_observers(settings.observers, hand, told, settings.particles)
+    posterior = shape_posterior(settings)
+    trial = Trial(env, settings.policy, observers, posterior, task.seed, naming=None if naming else ())
+    for _ in trial:
+        pass
+    env.close()
+    return trial.finish()
+
+
+@lru_cache(maxsize=4)
+def shape_posterior(settings: Settings) -> ShapePosterior:
+    """The namer: the candidates are the explored shapes, each at its default size at the grasp centre, unturned, also
+    where the object varies."""
+    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
+    return ShapePosterior(hand, {name: [shapes.make(name, position=hand.grasp_centre)] for name in settings.shapes})
+
+
+def run_exemplar(task: Task) -> None:
+    """Explore once and keep the map that each observer ends with."""
+    _, accounts = explore(task, naming=False)
+    maps: dict[str, Any] = {name: account.belief.occupancy for name, account in accounts.items()}
+    with atomic(task.exemplar_path) as place:
+        np.savez_compressed(place, **maps)
+
+
+def run_trial(task: Task) -> list[dict[str, Any]]:
+    """Explore once; a row for each observer."""
+    exploration, accounts = explore(task, naming=True)
+    truth = exploration.true_angles
+    touching = exploration.contacts.any(axis=1)
+    touched = metrics.touched_places(exploration.hand, truth, exploration.contacts, exploration.solid)
+    grid = accounts[task.settings.observers[0]].belief.grid
+    cells = metrics.reachable(exploration.hand, truth, grid)
+    occupied = exploration.solid.occupancy(grid)
+    rows = []
+    for name, account in accounts.items():
+        occupancy = account.belief.occupancy
+        calibration = metrics.reliability(occupancy, occupied, cells)
+        row: dict[str, Any] = {
+            "sigma_deg": task.sigma_deg,
+            "shape": task.shape,
+            "seed": task.seed,
+            "observer": name,
+            "pose_error_online_deg": metrics.pose_rmse_deg(account.joint_angles, truth),
+            "pose_error_lagged_deg": metrics.pose_rmse_deg(account.lagged_joint_angles, truth),
+            "pose_error_touching_deg": metrics.pose_rmse_deg(account.lagged_joint_angles[touching], truth[touching]),
+            "coverage_90": metrics.credible_coverage(account.joint_angles, account.joint_std, truth),
+            "coverage_90_lagged": metrics.credible_coverage(
+                account.lagged_joint_angles, account.lagged_joint_std, truth
+            ),
+            "surface_coverage": metrics.surface_coverage(occupancy, grid, exploration.solid),
+            "occupancy_ece": calibration.ece,
+            "occupancy_brier": calibration.brier,
+            "touching_share": float(touching.mean()),
+            "n_eff": float(account.n_eff.mean()),
+            "time_to_decision": metrics.time_to_decision(exploration.seconds, account.posterior),
+            "step_accuracy": float((account.posterior.argmax(axis=1) == account.labels.index(task.shape)).mean()),
+        }
+        histograms = (
+            metrics.rank_counts(account.joint_angles, account.joint_std, truth),
+            metrics.rank_counts(account.lagged_joint_angles, account.lagged_joint_std, truth),
+            calibration.cells,
+            calibration.predicted,
+            calibration.observed,
+        )
+        row |= {what: _spaced(numbers) for what, numbers in zip(HISTOGRAMS, histograms, strict=True)}
+        for n in (1, 2):
+            score = metrics.surface_score(occupancy, grid, exploration.solid, touched, n)
+            row |= {f"surface_{what}_{n}": value for what, value in score._asdict().items()}
+        row |= {f"correct_{after}s": correct_after(exploration, account, after) for after in AFTER_SECONDS}
+        row |= {f"p_{label}": float(p) for label, p in zip(account.labels, account.posterior[-1], strict=True)}
+        named = {STREAM: [account.name]}
+        for namer in task.settings.classifiers:
+            fitted = classifiers(namer, name, task.settings, task.sigma_deg, task.folder)
+            named[namer] = [each.predict(occupancy) for each in fitted]
+        for namer, names in named.items():
+            row[namer] = " ".join(names)
+            row[f"{namer}_correct"] = float(np.mean([each == task.shape for each in names]))
+        rows.append(row | constants(task.settings))
+    return rows
+
+
+def _spaced(numbers: np.ndarray) -> str:
+    return " ".join(f"{each:.6g}" for each in numbers)
+
+
+def correct_after(exploration: Exploration, account: Account, seconds: float) -> float:
+    """1 where the shape posterior found the true shape the most probable after `seconds`, else 0; NaN where the
+    exploration is shorter."""
+    steps = int(np.searchsorted(exploration.seconds, seconds - 1e-9))
+    if steps == len(exploration.seconds):
+        return float("nan")
+    return float(account.labels[int(np.argmax(account.posterior[steps]))] == exploration.solid.name)
+
+
+@lru_cache(maxsize=128)
+def classifiers(namer: str, observer: str, settings: Settings, sigma_deg: float, folder: Path) -> list[MapClassifier]:
+    """The classifier `namer`, fitted once on each draw of the observer's exemplars."""
+    names = list(settings.shapes)
+    fitted = []
+    for draw in exemplar_tasks(settings, sigma_deg, folder):
+        maps = []
+        for task in draw:
+            try:
+                with np.load(task.exemplar_path) as kept:
+                    maps.append(kept[observer])
+            except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+                raise ValueError(f"{task.exemplar_path} is corrupt ({error}); delete it and run again") from error
+        fitted.append(CLASSIFIERS[namer]().fit(maps, names))
+    return fitted
+
+
+def exemplar_tasks(settings: Settings, sigma_deg: float, folder: Path) -> list[list[Task]]:
+    """For each draw, one exploration of each shape, of seeds that no trial has."""
+    count = len(settings.shapes)
+    return [
+        [
+            Task(settings, shape, sigma_deg, EXEMPLAR_SEED + draw * count + index, folder)
+            for index, shape in enumerate(settings.shapes)
+        ]
+        for draw in range(settings.exemplars)
+    ]
+
+
+@lru_cache
+def constants(settings: Settings) -> dict[str, str]:
+    """What every row says of how it was made."""
+    told = {
+        name: " ".join(value) if isinstance(value, tuple) else str(value) for name, value in asdict(settings).items()
+    }
+    told = {("candidates" if name == "shapes" else name): value for name, value in told.items()}
+    return told | versions()
+
+
+@lru_cache
+def versions() -> dict[str, str]:
+    """What the figures may depend on: packages, interpreter, and a digest of this project's own code."""
+    digest = hashlib.sha256()
+    for package in (haptic_env, observer_package, agents):
+        root = Path(str(package.__file__)).parent
+        for path in sorted(root.rglob("*.py")):
+            digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
+    found = {f"version_{name}": importlib.metadata.version(name) for name in PACKAGES}
+    return found | {"version_python": platform.python_version(), "code": digest.hexdigest()[:12]}
+
+
+def columns(settings: Settings) -> tuple[list[str], list[str]]:
+    """The columns of the table, and those that hold numbers."""
+    correct = [f"{namer}_correct" for namer in settings.namers]
+    numbers = [*MEASURES, *(f"p_{shape}" for shape in settings.shapes), *correct]
+    return [*KEY, *numbers, *HISTOGRAMS, *settings.namers, *constants(settings)], [*numbers, "sigma_deg", "seed"]

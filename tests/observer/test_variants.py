@@ -1,0 +1,35 @@
+"""Every variant runs, and is not the full observer under another name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from observer.variants import ABLATION, NAMES, VARIANTS, make_observer
+
+
+@pytest.fixture
+def trial(explore):
+    """Two fingers about a cube, which they touch."""
+    return explore("cube", 60, seed=3)
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_each_variant_changes_the_belief(trial, name):
+    full, changed = (trial.beliefs(make_observer(each, trial.hand, 3.0, 8))[-1] for each in ("haptic_slam", name))
+    assert np.isfinite(changed.joint_angles).all()
+    assert (
+        np.abs(changed.lagged_joint_angles - full.lagged_joint_angles).max() > 0
+        or (changed.occupancy != full.occupancy).any()
+    )
+
+
+def test_a_variant_may_fix_the_number_of_particles(two_finger):
+    count = {name: make_observer(name, two_finger, 3.0, 7).n_particles for name in NAMES}
+    assert count.pop("one_particle") == 1
+    assert {name for name, number in count.items() if number == 7} == {*ABLATION} - {"one_particle"}
+
+
+def test_variants_and_observers_have_names_of_their_own():
+    assert len(set(NAMES)) == len(NAMES)
+    assert set(ABLATION) <= set(NAMES)
