@@ -16,6 +16,7 @@ from scipy.special import log_ndtr
 
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from haptic_env.patches import patch_at
 from observer.kinematics import body_frames
 
 QUANTUM = 0.05  # log-odds per unit of the int8 maps, which thus reach ±6.35
@@ -81,7 +82,7 @@ class Reach(NamedTuple):
     """What each link says of the cells about it at one step, given how surely its place is known (L links).
 
     `free` (L, BINS): quanta of log-odds that a cell loses, by its squared distance from the bone in units of `bin`
-    (L,) m²; `carved` (L,) m: the distance from which on that is nothing. `fall` (L,) m: over what distance beyond the
+    (L,) m²; `carved` (L,) m: the distance from which on it loses nothing. `fall` (L,) m: over what distance beyond the
     shell a cell's part in a touch fades; `felt` (L,) m: the distance from which on it has none.
     """
 
@@ -98,25 +99,25 @@ def reach_of(body: Body, evidence: Evidence, place: NDArray[np.float64]) -> Reac
     If the cell at depth d beneath the skin were occupied, the link could not be there: what speaks for it is only the
     probability Φ(-d / SD) that it is elsewhere.
     """
-    carved = body.radius + 2.0 * evidence.edge
-    bin = carved**2 / BINS
+    bin = (body.radius + 2.0 * evidence.edge) ** 2 / BINS
     height = np.sqrt((np.arange(BINS) + 0.5) * bin[:, None]) - body.radius[:, None]
     unsure = np.hypot(place, evidence.edge)[:, None]
     lost = -evidence.free * log_ndtr((height + evidence.give) / unsure)
+    free = np.minimum(np.round(lost / QUANTUM), LIMIT).astype(np.int64)
     fall = np.hypot(evidence.fall, evidence.blur * place)
     return Reach(
-        free=np.minimum(np.round(lost / QUANTUM), LIMIT).astype(np.int64),
+        free=free,
         bin=bin,
-        carved=carved,
+        carved=np.sqrt((free > 0).sum(axis=1) * bin),
         fall=fall,
         felt=body.radius + evidence.shell + 2.5 * fall,
     )
 
 
 def body_of(hand: Hand, resolution: float) -> Body:
-    """The arrays of `hand`, with points of the skin about one voxel apart."""
+    """The arrays of `hand`, with points of the skin about two voxels apart."""
     patches = hand.patches
-    skin = patches.surface(1.5 * resolution)
+    skin = patches.surface(2.0 * resolution)
     order = np.argsort(skin.patch, kind="stable")
     lift = 0.5 * resolution * skin.normals
     return Body(
@@ -139,22 +140,7 @@ def lattice_of(grid: Grid) -> Lattice:
     return Lattice(np.array(grid.origin), grid.resolution, np.array(grid.shape))
 
 
-@numba.njit(cache=True, inline="always")
-def _patch_at(body, link, x, y, z):
-    """The patch of `link` at a point of its frame: `Patches.locate` for one point."""
-    length = body.length[link]
-    sector = int(np.floor(((np.arctan2(y, x) / (2 * np.pi) - 0.5 + 0.5 / body.around) % 1.0) * body.around))
-    sector = min(sector, body.around - 1)
-    if body.tip[link] and z > length:
-        elevation = np.arctan2(np.sqrt(x * x + y * y), z - length) / (np.pi / 2)
-        ring = min(int(elevation * body.rings), body.rings - 1)
-        cap = 0 if ring == 0 else 1 + (ring - 1) * body.around + sector
-        return body.first[link] + body.along * body.around + cap
-    row = min(max(int(np.floor(z / length * body.along)), 0), body.along - 1)
-    return body.first[link] + row * body.around + sector
-
-
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", fastmath=True)
 def _log_likelihood(body, lattice, evidence, link_body, position, rotation, contacts, watched, flat):
     """log p(z | q, m) up to a constant, over the patches of the `watched` (L,) links.
 
@@ -195,15 +181,30 @@ def _log_likelihood(body, lattice, evidence, link_body, position, rotation, cont
     return total
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy", fastmath=True)
 def _write(
-    body, lattice, evidence, reach, link_body, position, rotation, contacts, touch, flat, known, cells, owner, hits
+    body,
+    lattice,
+    evidence,
+    reach,
+    link_body,
+    position,
+    rotation,
+    contacts,
+    touch,
+    rings,
+    flat,
+    known,
+    cells,
+    owner,
+    hits,
 ):
     """Update one map with what was felt at one pose: `cells`, `owner` and `hits` are scratch.
 
     Cells inside a link are free, the surer the deeper (`Reach.free`). Of the cells about the skin of a patch that
     feels contact at least one is occupied: each gets the log of its noisy-OR likelihood ratio given what is known of
-    the others, so that a single suspect gets all of the evidence, and one of many next to none.
+    the others, so that a single suspect gets all of the evidence, and one of many next to none. `rings`: of
+    `_ringing`.
     """
     res = lattice.resolution
     origin = lattice.origin
@@ -229,17 +230,20 @@ def _write(
             for j in range(low1, high1):
                 dy = origin[1] + (j + 0.5) * res - at[1]
                 row = (i * ny + j) * nz
-                for k in range(low2, high2):
+                begin, end = _span(dx, dy, turn[:, 2], outer, origin[2] + 0.5 * res - at[2], res, low2, high2)
+                for k in range(begin, end):
                     dz = origin[2] + (k + 0.5) * res - at[2]
                     z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
                     along = min(max(z, 0.0), length)
                     square = dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along
                     if square >= outer:
                         continue
-                    if touching and core <= square < felt:
+                    if touching and core <= square < felt and rings[link, _part(body, link, z)]:
                         x = turn[0, 0] * dx + turn[1, 0] * dy + turn[2, 0] * dz
                         y = turn[0, 1] * dx + turn[1, 1] * dy + turn[2, 1] * dz
-                        patch = _patch_at(body, link, x, y, z)
+                        patch = patch_at(
+                            body.first, body.length, body.tip, body.along, body.around, body.rings, link, x, y, z
+                        )
                         if contacts[patch]:
                             cells[found] = row + k
                             owner[found] = patch
@@ -249,10 +253,9 @@ def _write(
                             continue
                     if square < carved:
                         lost = reach.free[link, int(max(square, 0.0) * per_bin)]
-                        if lost > 0:
-                            flat[row + k] = max(flat[row + k] - lost, -LIMIT)
-                            if not known[row + k]:
-                                known[row + k] = True
+                        flat[row + k] = max(flat[row + k] - lost, -LIMIT)
+                        if not known[row + k]:
+                            known[row + k] = True
         if found == 0:
             continue
         for patch in range(body.first[link], last):
@@ -268,6 +271,41 @@ def _range(start, along, pad, origin, res, count):
     return max(low, 0), min(high, count)
 
 
+@numba.njit(cache=True, inline="always")
+def _span(dx, dy, axis, outer, first, res, low, high):
+    """Of the voxels `low` to `high` of a row, those within √`outer` m of the line through the origin along `axis`."""
+    across = 1.0 - axis[2] * axis[2]
+    if across < 1e-9:
+        return low, high
+    s = axis[0] * dx + axis[1] * dy
+    inside = (s * axis[2]) ** 2 - across * (dx * dx + dy * dy - s * s - outer)
+    if inside <= 0.0:
+        return low, low
+    half = np.sqrt(inside)
+    begin = int(np.floor(((s * axis[2] - half) / across - first) / res))
+    end = int(np.ceil(((s * axis[2] + half) / across - first) / res)) + 1
+    return max(begin, low), min(end, high)
+
+
+@numba.njit(cache=True, inline="always")
+def _part(body, link, z):
+    """The row of patches of `link` at height `z` m along its bone; `along` for its tip."""
+    if body.tip[link] and z > body.length[link]:
+        return body.along
+    return min(max(int(z * (body.along / body.length[link])), 0), body.along - 1)
+
+
+@numba.njit(cache=True)
+def _ringing(body, contacts):
+    """(L, along + 1): whether any patch in a row of a link, or on its tip, feels contact."""
+    rings = np.zeros((len(body.radius), body.along + 1), dtype=np.bool_)
+    for patch in range(len(contacts)):
+        if contacts[patch]:
+            link = body.patch_link[patch]
+            rings[link, min((patch - body.first[link]) // body.around, body.along)] = True
+    return rings
+
+
 @numba.njit(cache=True)
 def _room(body, lattice, reach):
     """More than the number of cells that may have a part in a touch of any one link."""
@@ -278,17 +316,17 @@ def _room(body, lattice, reach):
     return int(most / lattice.resolution**3) + 1
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _share(evidence, touch, patch, flat, known, cells, owner, hits, found):
     """Give the evidence of one touch to the cells that may have caused it."""
-    clear = evidence.log_no_alarm  # log of the probability that nothing rings the patch
+    clear = 1.0 - evidence.false_alarm  # probability that nothing rings the patch
     for c in range(found):
         if owner[c] == patch:
-            clear += np.log(1.0 - hits[c] * evidence.probability[flat[cells[c]] + 128])
+            clear *= 1.0 - hits[c] * evidence.probability[flat[cells[c]] + 128]
     for c in range(found):
         if owner[c] == patch:
             cell = cells[c]
-            others = np.exp(clear) / (1.0 - hits[c] * evidence.probability[flat[cell] + 128])
+            others = clear / (1.0 - hits[c] * evidence.probability[flat[cell] + 128])
             ratio = (1.0 - (1.0 - hits[c]) * others) / (1.0 - others)
             flat[cell] = min(flat[cell] + int(np.round(touch * np.log(ratio) / QUANTUM)), LIMIT)
             if not known[cell]:
@@ -321,7 +359,7 @@ def see(tree, body, lattice, near, pose, known):
                         known[(i * ny + j) * nz + k] = True
 
 
-@numba.njit(cache=True, parallel=True)
+@numba.njit(cache=True, parallel=True, error_model="numpy")
 def advance(
     tree,
     body,
@@ -355,7 +393,7 @@ def advance(
     log_mean = np.zeros(particles)
     moved = np.zeros(particles, dtype=np.bool_)
     matching = watched.any()
-    room = _room(body, lattice, reach)
+    room, rings = _room(body, lattice, reach), _ringing(body, contacts)
     for n in numba.prange(particles):
         position = np.empty((len(tree.parent), 3))
         rotation = np.empty((len(tree.parent), 3, 3))
@@ -401,6 +439,7 @@ def advance(
             rotation,
             contacts,
             touch,
+            rings,
             flat,
             known,
             cells,

@@ -32,7 +32,7 @@ def log_likelihood(hand, grid, model, q, contacts, watched, log_odds):
     cells half a voxel beneath it none that is known to be occupied rings.
     """
     at, turn = link_frames(tree_of(hand), q)
-    skin = hand.patches.surface(1.5 * grid.resolution)
+    skin = hand.patches.surface(2.0 * grid.resolution)
     total = 0.0
     for patch in range(len(hand.patches)):
         link = hand.patches.link[patch]
