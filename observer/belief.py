@@ -12,35 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
-from observer import kernels
+from observer.occupancy import OccupancySnapshot
 
 Array = NDArray[np.float64]
-
-
-class OccupancySnapshot:
-    """The occupancy of one step, computed when it is first asked for, or just before the maps change."""
-
-    def __init__(
-        self,
-        maps: NDArray[np.int8],
-        known: NDArray[np.bool_],
-        weights: Array,
-        probability: Array,
-        shape: tuple[int, ...],
-    ) -> None:
-        self._source: tuple[NDArray[np.int8], NDArray[np.bool_], Array, Array] | None
-        self._source = maps, known, weights, probability
-        self._value = np.full(shape, 0.5)
-
-    def value(self) -> Array:
-        """(X, Y, Z) posterior probability that each voxel is occupied."""
-        if self._source is not None:
-            maps, known, weights, probability = self._source
-            cells = np.flatnonzero(known)
-            self._value.flat[cells] = kernels.mean_probability(maps, weights, cells, probability)
-            self._value.flags.writeable = False
-            self._source = None
-        return self._value
 
 
 class Transition(NamedTuple):

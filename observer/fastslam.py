@@ -8,7 +8,6 @@ is one hypothesis of the path of the pose about that Gaussian, drawn at the lag,
 
 from __future__ import annotations
 
-import weakref
 from collections import deque
 from collections.abc import Callable
 from typing import Any, Self
@@ -20,11 +19,12 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from observer import kernels, resampling
-from observer.belief import Belief, OccupancySnapshot, Transition
+from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
 from observer.gaussian import lower_factor
 from observer.kinematics import link_spread, tree_of
+from observer.occupancy import Maps
 from observer.pose_filter import ContactDynamics, PoseFilter
 from observer.pose_source import PoseSource
 
@@ -91,7 +91,6 @@ class HapticSLAM:
         self._lattice = kernels.lattice_of(self.grid)
         self._evidence = self.contact_model.evidence(self.grid.resolution)
         self._pending: deque[NDArray[np.bool_]] | None = None
-        self._snapshot: weakref.ref[OccupancySnapshot] | None = None
 
     @classmethod
     def paper(cls, hand: Hand, sigma_deg: float = 3.0, particles: int = 200, **keywords: Any) -> Self:
@@ -108,12 +107,10 @@ class HapticSLAM:
 
     def reset(self, seed: int | None = None) -> Belief:
         """All particles at the rest pose with an empty map (step 1); the belief before anything is felt."""
-        self._keep_snapshot()
         count, joints = self.n_particles, self.hand.joints
         self._rng = np.random.default_rng(seed)
         self.pose.reset()
-        self._maps = np.zeros((count, *self.grid.shape), dtype=np.int8)
-        self._known = np.zeros(np.prod(self.grid.shape), dtype=bool)
+        self._maps = Maps(count, self.grid, self._evidence.probability)
         self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
         self._drawn = self.hand.rest_pose, np.zeros((joints, joints))  # mean and factor of the Gaussian about them
         self._log_weights = np.full(count, -np.log(count))
@@ -152,6 +149,7 @@ class HapticSLAM:
         log_likelihood, moved = self._match_and_map(proposal, contacts, ago)
         self._weigh(log_likelihood)
         resampled = self._resample()
+        self._maps.after_change(weights_changed=resampled or bool(np.ptp(log_likelihood) > 0.0))
         return self._belief(ago, contacts, proposal, resampled, float(moved.mean()))
 
     def _propose(self, ago: int) -> Transition:
@@ -191,7 +189,7 @@ class HapticSLAM:
         self, proposal: Transition, contacts: NDArray[np.bool_], ago: int
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Scan matching against each particle's own map, and that map's update at the matched pose (4 and 5)."""
-        self._keep_snapshot()
+        self._maps.before_change()
         groups = np.unique(self.hand.link_group[self.hand.patches.link[contacts]])
         watched = np.isin(self.hand.link_group, groups)
         count = self.n_candidates if watched.any() else 1  # effort goes where contact is
@@ -204,7 +202,7 @@ class HapticSLAM:
         place = self.contact_model.caution * link_spread(
             self.hand, self._tree, mean, self.pose.covariance[lagged, lagged]
         )
-        kernels.see(self._tree, self._body, self._lattice, self._evidence.near, mean, self._known)
+        self._maps.see(kernels.near_skin(self._tree, self._body, self._lattice, self._evidence.near, mean))
         return kernels.advance(
             self._tree,
             self._body,
@@ -219,8 +217,8 @@ class HapticSLAM:
             normals,
             uniform,
             self.matching == "mean",
-            self._maps,
-            self._known,
+            self._maps.log_odds,
+            self._maps.written,
             self._poses,
         )
 
@@ -241,7 +239,7 @@ class HapticSLAM:
             return False
         counts = resampling.systematic_counts(weights, self._rng.random())
         source, target = resampling.in_place(counts)
-        kernels.copy_maps(self._maps, source, target)
+        kernels.copy_maps(self._maps.log_odds, source, target)
         self._poses[target] = self._poses[source]
         self._log_weights[:] = -np.log(self.n_particles)
         return True
@@ -262,10 +260,6 @@ class HapticSLAM:
         lagged_covariance = covariance[lagged, lagged].copy()
         shift = np.zeros(self.hand.joints) if contacts is None else weights @ self._poses - mean[lagged]
         carry = np.linalg.lstsq(lagged_covariance, shift, rcond=1e-9)[0]
-        snapshot = self._snapshot() if self._snapshot is not None else None
-        if snapshot is None:
-            snapshot = OccupancySnapshot(self._maps, self._known, weights, self._evidence.probability, self.grid.shape)
-            self._snapshot = weakref.ref(snapshot)
         return Belief(
             joint_angles=mean[joints] + covariance[joints, lagged] @ carry,
             joint_std=np.sqrt(np.diag(covariance)[joints]),
@@ -282,17 +276,10 @@ class HapticSLAM:
             log_evidence=self._log_evidence + self.pose.log_evidence,
             resampled=resampled,
             moved_share=moved_share,
-            snapshot=snapshot,
+            snapshot=self._maps.snapshot(weights),
         )
 
     def _running(self) -> deque[Any]:
         if self._pending is None:
             raise ValueError("the observer is not in a trial: call reset() before step() or flush()")
         return self._pending
-
-    def _keep_snapshot(self) -> None:
-        """Let the last belief compute its occupancy before the maps change, if anyone still holds it."""
-        snapshot = self._snapshot() if self._snapshot is not None else None
-        if snapshot is not None:
-            snapshot.value()
-        self._snapshot = None

@@ -194,7 +194,7 @@ def _write(
     touch,
     rings,
     flat,
-    known,
+    written,
     cells,
     owner,
     hits,
@@ -254,13 +254,13 @@ def _write(
                     if square < carved:
                         lost = reach.free[link, int(max(square, 0.0) * per_bin)]
                         flat[row + k] = max(flat[row + k] - lost, -LIMIT)
-                        if not known[row + k]:
-                            known[row + k] = True
+                        if not written[row + k]:
+                            written[row + k] = True
         if found == 0:
             continue
         for patch in range(body.first[link], last):
             if contacts[patch]:
-                _share(evidence, touch[patch], patch, flat, known, cells, owner, hits, found)
+                _share(evidence, touch[patch], patch, flat, written, cells, owner, hits, found)
 
 
 @numba.njit(cache=True, inline="always")
@@ -317,7 +317,7 @@ def _room(body, lattice, reach):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _share(evidence, touch, patch, flat, known, cells, owner, hits, found):
+def _share(evidence, touch, patch, flat, written, cells, owner, hits, found):
     """Give the evidence of one touch to the cells that may have caused it."""
     clear = 1.0 - evidence.false_alarm  # probability that nothing rings the patch
     for c in range(found):
@@ -329,13 +329,14 @@ def _share(evidence, touch, patch, flat, known, cells, owner, hits, found):
             others = clear / (1.0 - hits[c] * evidence.probability[flat[cell] + 128])
             ratio = (1.0 - (1.0 - hits[c]) * others) / (1.0 - others)
             flat[cell] = min(flat[cell] + int(np.round(touch * np.log(ratio) / QUANTUM)), LIMIT)
-            if not known[cell]:
-                known[cell] = True
+            if not written[cell]:
+                written[cell] = True
 
 
 @numba.njit(cache=True)
-def see(tree, body, lattice, near, pose, known):
-    """Set in `known` (V,) the cells whose centres lie within `near` m of the skin at `pose` (J,)."""
+def near_skin(tree, body, lattice, near, pose):
+    """(V,): whether the centre of each cell lies within `near` m of the skin, or inside, at `pose` (J,)."""
+    result = np.zeros(lattice.shape[0] * lattice.shape[1] * lattice.shape[2], dtype=np.bool_)
     position = np.empty((len(tree.parent), 3))
     rotation = np.empty((len(tree.parent), 3, 3))
     body_frames(tree, pose, position, rotation)
@@ -356,7 +357,8 @@ def see(tree, body, lattice, near, pose, known):
                     z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
                     along = min(max(z, 0.0), length)
                     if dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along < pad * pad:
-                        known[(i * ny + j) * nz + k] = True
+                        result[(i * ny + j) * nz + k] = True
+    return result
 
 
 @numba.njit(cache=True, parallel=True, error_model="numpy")
@@ -375,7 +377,7 @@ def advance(
     uniform,
     average,
     maps,
-    known,
+    written,
     poses,
 ):
     """Match every particle's pose to its map, then write the contacts into the map at the pose.
@@ -383,8 +385,8 @@ def advance(
     `contacts` (P,), and `touch` (P,) the weight of each patch's touch; `watched` (L,): the links whose patches have a
     say; `reach`: what the links say of the cells about them. `centres` (N, J): mean of each particle's proposal,
     `spread` (J, J) its Cholesky factor, `normals` (N, K, J) and `uniform` (N,) the random numbers. `poses` (N, J) is
-    set to the mean of the K candidates by likelihood if `average`, else to one drawn in proportion to it; `known` (V,)
-    is set where any map was written.
+    set to the mean of the K candidates by likelihood if `average`, else to one drawn in proportion to it; `written`
+    (V,) is set where any map was written.
 
     Returns the log of the mean likelihood (N,), an unbiased estimate of log ∫ p(z|q,m) p(q|·) dq before the log, and
     whether the likelihood told the candidates apart, so that the match moved the pose (N,).
@@ -441,7 +443,7 @@ def advance(
             touch,
             rings,
             flat,
-            known,
+            written,
             cells,
             owner,
             hits,

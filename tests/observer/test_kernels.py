@@ -237,16 +237,15 @@ def test_the_table_of_probabilities():
 def test_what_is_near_is_seen(two_finger):
     """Against the signed distance of the capsules, at a pose for which a part of the hand lies outside the grid."""
     grid, q, near = _grid(two_finger), np.deg2rad([0, 15, 40, 30] * 2), 0.005
-    known = np.zeros(np.prod(grid.shape), dtype=bool)
     body = kernels.body_of(two_finger, grid.resolution)
-    kernels.see(tree_of(two_finger), body, kernels.lattice_of(grid), near, q, known)
+    seen = kernels.near_skin(tree_of(two_finger), body, kernels.lattice_of(grid), near, q)
     at, turn = link_frames(tree_of(two_finger), q)
     heights = []
     for index, link in enumerate(two_finger.links):
         local = (grid.centres() - at[index]) @ turn[index]
         bone = np.clip(local[..., 2:], 0, link.length) * [0, 0, 1]
         heights.append(np.linalg.norm(local - bone, axis=-1) - link.radius)
-    np.testing.assert_array_equal(known.reshape(grid.shape), np.min(heights, axis=0) < near)
+    np.testing.assert_array_equal(seen.reshape(grid.shape), np.min(heights, axis=0) < near)
 
 
 def test_any_number_of_threads_gives_the_same_bits(two_finger):
