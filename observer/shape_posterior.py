@@ -38,7 +38,7 @@ FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
 KNOWN = {"samples": 32, "temper": 1.0, "stride": 1}
-UNKNOWN = {"samples": 16, "temper": 0.3, "stride": 4}  # with jitter
+UNKNOWN = {"samples": 16, "temper": 0.1, "stride": 3}  # with jitter
 
 
 class ShapePosterior:
@@ -52,7 +52,7 @@ class ShapePosterior:
         size_jitter: float = 0.0,
         yaw_jitter: float = 0.0,
         position_jitter: float = 0.0,
-        variants: int = 64,
+        variants: int = 80,
         none: float = 0.0,
         samples: int | None = None,
         tolerance: float = 0.001,
@@ -69,7 +69,7 @@ class ShapePosterior:
 
         `samples` S of the pose; `tolerance` m: SD of the gap between a patch that feels contact and the surface;
         `surprise`: probability of what the model cannot explain; `temper`: exponent of the likelihood of one step;
-        only one step in `stride` is taken in. None: 32, 1 and 1 for solids that are known exactly, 16, 0.3 and 4 for
+        only one step in `stride` is taken in. None: 32, 1 and 1 for solids that are known exactly, 16, 0.1 and 3 for
         others.
 
         Raises `ValueError` for a value out of range.

@@ -66,7 +66,7 @@ class Variants:
             position=nominal.position[of] + np.stack(offset, axis=1),
         )
 
-    def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> Array | None:
+    def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> NDArray[np.int64] | None:
         """Resample and move, in place, the variants of each solid of which fewer than half are effective: `units`
         (H, 5), and `log_evidence` (H,), the sum of which over a solid's variants stays what it was.
 
