@@ -77,8 +77,8 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
 
 
 @numba.njit(cache=True, parallel=True, error_model="numpy", fastmath=True)
-def contact_likelihood(tree, skin, solids, poses, contacts, tolerance, surprise, temper, out):
-    """Fill `out` (G, H, S) with p(z_g | q, h)^`temper` of what each finger g feels at each of the `poses` (S, J)."""
+def contact_likelihood(tree, skin, solids, poses, contacts, tolerance, surprise, out):
+    """Fill `out` (G, H, S) with p(z_g | q, h) of what each finger g feels at each of the `poses` (S, J)."""
     fingers, count, samples = out.shape
     links = len(skin.body)
     clear = CLEAR * tolerance
@@ -106,15 +106,12 @@ def contact_likelihood(tree, skin, solids, poses, contacts, tolerance, surprise,
                         # Silent patches: a normal's distribution function, nearly.
                         fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1.0 / (1.0 + np.exp(-1.7 * ratio))
                     out[g, h, s] *= surprise + (1.0 - surprise) * fit
-            if temper != 1.0:
-                for g in range(fingers):
-                    out[g, h, s] **= temper
 
 
 @numba.njit(cache=True, error_model="numpy")
-def weigh(weights, likelihood, log_evidence):
-    """Multiply `weights` (G, H, S) by `likelihood` (G, H, S) and normalise them over samples; the logs of the sums are
-    added to `log_evidence` (H,)."""
+def weigh(weights, likelihood, temper, log_evidence):
+    """Multiply `weights` (G, H, S) by `likelihood` (G, H, S) and normalise them over samples; `temper` times the logs
+    of the sums are added to `log_evidence` (H,)."""
     fingers, count, samples = weights.shape
     for g in range(fingers):
         for h in range(count):
@@ -124,7 +121,7 @@ def weigh(weights, likelihood, log_evidence):
                 total += weights[g, h, s]
             for s in range(samples):
                 weights[g, h, s] /= total
-            log_evidence[h] += np.log(total)
+            log_evidence[h] += temper * np.log(total)
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -37,8 +37,8 @@ NONE = "none"
 FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
-KNOWN = {"samples": 32, "temper": 1.0, "stride": 1}
-UNKNOWN = {"samples": 16, "temper": 0.1, "stride": 3}  # with jitter
+KNOWN = {"samples": 32, "stride": 1}
+UNKNOWN = {"samples": 16, "stride": 3}  # with jitter
 
 
 class ShapePosterior:
@@ -57,7 +57,7 @@ class ShapePosterior:
         samples: int | None = None,
         tolerance: float = 0.001,
         surprise: float = 0.001,
-        temper: float | None = None,
+        temper: float = 0.05,
         stride: int | None = None,
     ) -> None:
         """`candidates`: the solids that each label may be, equally probable; None: the four shapes at their default
@@ -65,12 +65,12 @@ class ShapePosterior:
 
         `size_jitter`, `yaw_jitter` and `position_jitter`: what is not known of the solids, as the environment's
         keyword arguments of the same names; `variants` V: samples of that for each solid. `none`: prior probability
-        of a label "none" more, that the object is none of the candidates; 0: there is no such label.
+        of one label more, "none": the object is none of the candidates (only without jitter); 0: no such label.
 
         `samples` S of the pose; `tolerance` m: SD of the gap between a patch that feels contact and the surface;
-        `surprise`: probability of what the model cannot explain; `temper`: exponent of the likelihood of one step;
-        only one step in `stride` is taken in. None: 32, 1 and 1 for solids that are known exactly, 16, 0.1 and 3 for
-        others.
+        `surprise`: probability of what the model cannot explain; `temper`: exponent of the evidence of one step;
+        only one step in `stride` is taken in. None: 32 samples and stride 1 for solids that are known exactly, 16 and 3
+        for others.
 
         Raises `ValueError` for a value out of range.
         """
@@ -94,9 +94,11 @@ class ShapePosterior:
             position_jitter=position_jitter,
             far=self._skin.ball.max() + CLEAR * self.tolerance + FIELD_RESOLUTION,
         )
-        usual = UNKNOWN if self.variants.count > 1 else KNOWN
+        if self.none and self.variants.unknown:
+            raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
+        usual = UNKNOWN if self.variants.unknown else KNOWN
         self.samples = validate.integer("samples", usual["samples"] if samples is None else samples, 1)
-        self.temper = validate.number("temper", usual["temper"] if temper is None else temper, 0.0, 1.0, above=0.0)
+        self.temper = validate.number("temper", temper, 0.0, 1.0, above=0.0)
         self.stride = validate.integer("stride", usual["stride"] if stride is None else stride, 1)
         self._solids_of = np.array([len(solids) for solids in candidates.values()])
         self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
@@ -156,10 +158,9 @@ class ShapePosterior:
             belief.lagged_contacts,
             self.tolerance,
             self.surprise,
-            self.temper,
             self._likelihood,
         )
-        weigh(self._weights, self._likelihood, self._log_evidence)
+        weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
         share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
         uniform = self._rng.random(len(self._weights))
         resample(self._weights, share / share.sum(), self._poses, self._joint_group, uniform)

@@ -41,14 +41,16 @@ class Variants:
         yaw = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
         offset = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
         self.ranges = np.array([size, np.deg2rad(yaw), offset, offset, offset])
-        self.count = validate.integer("variants", variants, 1) if self.ranges.any() else 1
+        count = validate.integer("variants", variants, 1)
+        self.unknown = bool(self.ranges.any())
+        self.count = count if self.unknown else 1
         self._nominal = solids_of(solids, far / (1.0 - size))
         self._solid_of = np.repeat(np.arange(len(solids)), self.count)
 
     def draw(self, rng: np.random.Generator) -> Array:
         """(H, 5) in [-1, 1], the unknowns of each hypothesis in units of their ranges; 0 where all is known."""
         units = np.zeros((len(self._solid_of), UNKNOWNS))
-        return rng.uniform(-1.0, 1.0, units.shape) if self.ranges.any() else units
+        return rng.uniform(-1.0, 1.0, units.shape) if self.unknown else units
 
     def place(self, units: Array) -> Solids:
         """The solids of `units` (H, 5)."""
