@@ -22,6 +22,7 @@ from haptic_env.touch import Touch
 
 Observation = dict[str, NDArray[Any]]
 ANGLE_BOUND = 4 * np.pi  # of the observation space; joints stay within ±pi and noise is added
+DRAWS = 100  # of an object that varies, before it is said to lie where the hand rests
 RESET_OPTIONS = ("position", "quaternion", "shape", "size")
 
 
@@ -117,20 +118,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         world_rng, self._motor_rng, self._proprioception_rng, self._contact_rng = streams
         if options is not None and not isinstance(options, Mapping):
             raise ValueError(f"reset options must be a dictionary of {', '.join(RESET_OPTIONS)}, got {options!r}")
-        self.solid = self._draw_solid(world_rng, options or {})
-        self._place = tuple(np.array(each) for each in (self.solid.position, self.solid.quaternion, self.solid.size))
-        model = scene.compose(self.hand, self.solid, show_patches=self.render_mode is not None)
-        self._bind(model)
-        scene.place(model, self._data, self.solid)
-        self._data.qpos[:] = self.hand.rest_pose
-        mujoco.mj_forward(model, self._data)
-        self._touched = self._feel()
-        if self._touched.any():
-            touching = [self.hand.patches.names[p] for p in np.flatnonzero(self._touched)]
-            raise ValueError(
-                f"the object at {self.solid.position} m of size {self.solid.size} m lies where the hand rests "
-                f"(it touches {', '.join(touching)}); place it closer to the grasp centre or make it smaller"
-            )
+        model = self._place_solid(world_rng, options or {})
         self.proprioception.reset(self._proprioception_rng, self.hand.joints)
         self._steps = 0
         self._model = model
@@ -186,6 +174,27 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
+
+    def _place_solid(self, rng: np.random.Generator, options: Mapping[str, Any]) -> mujoco.MjModel:
+        """Draw the object, anew while what was drawn of it by chance would put it where the hand rests."""
+        for _ in range(DRAWS if self.size_jitter or self.position_jitter or self.yaw_jitter else 1):
+            self.solid = self._draw_solid(rng, options)
+            self._place = tuple(
+                np.array(each) for each in (self.solid.position, self.solid.quaternion, self.solid.size)
+            )
+            model = scene.compose(self.hand, self.solid, show_patches=self.render_mode is not None)
+            self._bind(model)
+            scene.place(model, self._data, self.solid)
+            self._data.qpos[:] = self.hand.rest_pose
+            mujoco.mj_forward(model, self._data)
+            self._touched = self._feel()
+            if not self._touched.any():
+                return model
+        touching = [self.hand.patches.names[p] for p in np.flatnonzero(self._touched)]
+        raise ValueError(
+            f"the object at {self.solid.position} m of size {self.solid.size} m lies where the hand rests "
+            f"(it touches {', '.join(touching)}); place it closer to the grasp centre or make it smaller"
+        )
 
     def _draw_solid(self, rng: np.random.Generator, options: Mapping[str, Any]) -> Solid:
         """The object of an episode; always takes the same draws from `rng`, whatever the options."""

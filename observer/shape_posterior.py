@@ -1,63 +1,44 @@
 """What the object is, from the whole stream of beliefs: the shape likelihood with the pose integrated out.
 
-Shapes: H hypotheses, C labels, S pose samples, G fingers, P patches, M points of the skin. Lengths in metres.
+Shapes: H hypotheses, C labels, S pose samples, G fingers, P patches, J joints. Lengths in metres.
 
-A hypothesis is a solid: a shape of one size at one pose. If it were there, a patch that feels contact would lie on
-its surface and no patch would lie inside it. The pose is only known as a Gaussian process, so each hypothesis has a
-particle filter of its own over the pose, with the solid as its known map; its evidence is the hypothesis's
-likelihood. Fingers hang from one base and err independently, so each finger is weighted and resampled apart. Fed
-with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and infers
-the pose and which one it is.
+A hypothesis is a solid: a shape of one size at one place. If it were there, a patch that feels contact would lie on
+its surface and no patch would lie inside it. The pose of the hand is only known as a Gaussian process, so each
+hypothesis has a particle filter of its own over the pose, with the solid as its known map; its evidence is the
+hypothesis's likelihood. Two things make that cheap. Fingers hang from one base and err independently, so each finger
+is weighted and resampled apart. And hypotheses differ little in what pose they make probable, so that all have the
+same samples, each hypothesis with weights of its own; they are resampled from the mixture of all.
+
+Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
+infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
+(`observer.solid_variants`). "None of these" is a model of touch without any object (`Habit`).
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp, softmax
+from scipy.special import expit
 
 from haptic_env import shapes, validate
-from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.shapes.base import Solid, rotation_matrix
-from observer import resampling
+from haptic_env.shapes.base import Solid
 from observer.belief import Belief
 from observer.gaussian import square_root
-from observer.kinematics import body_frames, tree_of
+from observer.kinematics import tree_of
+from observer.shape_kernels import CLEAR, contact_likelihood, resample, weigh
+from observer.solid_fields import FIELD_RESOLUTION, skin_of
+from observer.solid_variants import Variants
 
 Array = NDArray[np.float64]
-FIELD_RESOLUTION = 0.002
-FIELD_EXTENT = 0.2
+NONE = "none"
 FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step
-FAR = 0.02  # no patch feels anything from here on
-
-
-class Skin(NamedTuple):
-    """`points` (M, 3) m in their link's frame, those of patch p from `begin[p]` to `begin[p + 1]`; for each patch
-    (P,): `body` it is fixed to, `group` (finger), `middle` (P, 3) m and `radius` of a ball that holds its points."""
-
-    points: Array
-    begin: NDArray[np.int64]
-    body: NDArray[np.int64]
-    group: NDArray[np.int64]
-    middle: Array
-    radius: Array
-
-
-class Hypotheses(NamedTuple):
-    """Signed distance `field` (F, X, Y, Z) m of each distinct shape in its own frame; for each hypothesis (H,):
-    which field, its `scale`, and its pose, `rotation` (H, 3, 3) and `position` (H, 3) m."""
-
-    field: NDArray[np.float32]
-    drawn_in: NDArray[np.int64]
-    scale: Array
-    rotation: Array
-    position: Array
+DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
+FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
+KNOWN = {"samples": 32, "stride": 1}
+UNKNOWN = {"samples": 16, "stride": 3}  # with jitter
 
 
 class ShapePosterior:
@@ -68,170 +49,165 @@ class ShapePosterior:
         hand: Hand,
         candidates: Mapping[str, Sequence[Solid]] | None = None,
         *,
-        samples: int = 64,
+        size_jitter: float = 0.0,
+        yaw_jitter: float = 0.0,
+        position_jitter: float = 0.0,
+        variants: int = 80,
+        none: float = 0.0,
+        samples: int | None = None,
         tolerance: float = 0.001,
         surprise: float = 0.001,
-        temper: float = 1.0,
+        temper: float = 0.05,
+        stride: int | None = None,
     ) -> None:
         """`candidates`: the solids that each label may be, equally probable; None: the four shapes at their default
-        size at the grasp centre. `samples` S of the pose for each hypothesis; `tolerance` m: SD of the gap between a
-        patch that feels contact and the surface; `surprise`: probability of what the model cannot explain; `temper`:
-        exponent of the likelihood of one step.
+        size at the grasp centre.
+
+        `size_jitter`, `yaw_jitter` and `position_jitter`: what is not known of the solids, as the environment's
+        keyword arguments of the same names; `variants` V: samples of that for each solid. `none`: prior probability
+        of one label more, "none": the object is none of the candidates (only without jitter); 0: no such label.
+
+        `samples` S of the pose; `tolerance` m: SD of the gap between a patch that feels contact and the surface;
+        `surprise`: probability of what the model cannot explain; `temper`: exponent of the evidence of one step;
+        only one step in `stride` is taken in. None: 32 samples and stride 1 for solids that are known exactly, 16 and 3
+        for others.
+
+        Raises `ValueError` for a value out of range.
         """
         if candidates is None:
             candidates = {name: [shapes.make(name, position=hand.grasp_centre)] for name in shapes.SHAPES}
         if not candidates or not all(len(solids) for solids in candidates.values()):
             raise ValueError(f"candidates must give each label at least one solid, got {dict(candidates)!r}")
+        self.none = validate.number("none", none, 0.0, 0.99)
+        if self.none and NONE in candidates:
+            raise ValueError(f"a candidate must not be called {NONE!r} where none > 0, got none={none!r}")
         self.hand = hand
-        self.labels = tuple(candidates)
-        self.samples = validate.integer("samples", samples, 1)
+        self.labels = (*candidates, *([NONE] if self.none else []))
         self.tolerance = validate.number("tolerance", tolerance, above=0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
+        self._skin = skin_of(hand)
+        self.variants = Variants(
+            [solid for solids in candidates.values() for solid in solids],
+            variants,
+            size_jitter=size_jitter,
+            yaw_jitter=yaw_jitter,
+            position_jitter=position_jitter,
+            far=self._skin.ball.max() + CLEAR * self.tolerance + FIELD_RESOLUTION,
+        )
+        if self.none and self.variants.unknown:
+            raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
+        usual = UNKNOWN if self.variants.unknown else KNOWN
+        self.samples = validate.integer("samples", usual["samples"] if samples is None else samples, 1)
         self.temper = validate.number("temper", temper, 0.0, 1.0, above=0.0)
-        self._label_of = np.repeat(np.arange(len(self.labels)), [len(solids) for solids in candidates.values()])
-        self._hypotheses = _hypotheses([solid for solids in candidates.values() for solid in solids])
+        self.stride = validate.integer("stride", usual["stride"] if stride is None else stride, 1)
+        self._solids_of = np.array([len(solids) for solids in candidates.values()])
+        self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
         self._tree = tree_of(hand)
-        self._skin = _skin(hand)
-        self._fingers = [np.flatnonzero(hand.joint_group == group) for group in range(hand.joint_group.max() + 1)]
+        self._joint_group = hand.joint_group.astype(np.int64)
         self.reset()
 
     def reset(self, seed: int | None = None) -> Array:
-        """Start a trial: all labels equally probable; returns that (C,)."""
-        count = len(self._label_of)
+        """Start a trial; returns the prior of the labels (C,): all the same, but for "none"."""
         self._rng = np.random.default_rng(seed)
-        self.log_likelihood = np.zeros(count)
-        self._poses = np.tile(self.hand.rest_pose, (count, self.samples, 1))
-        self._log_weights = np.full((count, self.samples, len(self._fingers)), -np.log(self.samples))
+        self._units = self.variants.draw(self._rng)
+        self._solids = self.variants.place(self._units)
+        # Of each hypothesis: the share of its solid that it stands for times its likelihood.
+        self._log_evidence = np.full(len(self._units), -np.log(self.variants.count))
+        self._poses = np.tile(self.hand.rest_pose, (self.samples, 1)).astype(np.float64)
+        self._weights = np.full((self._joint_group.max() + 1, len(self._units), self.samples), 1.0 / self.samples)
+        self._likelihood = np.empty_like(self._weights)
+        self._habit = Habit(len(self.hand.patches))
+        self._steps = 0
         return self.posterior
 
     @property
+    def log_likelihood(self) -> Array:
+        """(C,) log probability of what was felt so far under each of `labels`, with the exponent `temper`."""
+        result = np.logaddexp.reduceat(self._log_evidence, self._first) - np.log(self._solids_of)
+        return np.append(result, self.temper * self._habit.log_likelihood) if self.none else result
+
+    @property
     def posterior(self) -> Array:
-        """(C,) probability of each of `labels`, uniform before anything was felt."""
-        per_label = [
-            logsumexp(self.log_likelihood[self._label_of == c]) - np.log((self._label_of == c).sum())
-            for c in range(len(self.labels))
-        ]
-        return softmax(np.array(per_label))
+        """(C,) probability of each of `labels`; before anything was felt that of a candidate is the same for all."""
+        log = self.log_likelihood
+        candidates = log[:-1] if self.none else log
+        odds = np.exp(candidates - candidates.max())
+        share = odds / odds.sum()
+        if not self.none:
+            return np.asarray(share)
+        # Per step felt, whatever part of its evidence `temper` and `stride` let count.
+        weight = DOUBT * self.stride / self.temper
+        against = log[-1] - candidates.max() - np.log(odds.mean())
+        none = expit(np.log(self.none / (1.0 - self.none)) + weight * against)
+        return np.append((1.0 - none) * share, none)
 
     def update(self, belief: Belief) -> Array:
         """Take in what `belief` felt at its lagged pose; returns the posterior (C,)."""
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
-        mean, follow, before, rest = belief.transition
-        normals = self._rng.standard_normal(self._poses.shape)
-        self._poses = mean + (self._poses - before) @ follow.T + normals @ square_root(rest).T
-        # Some start anew, so that no hypothesis is stuck where its samples once were.
-        fresh = slice(None, max(1, self.samples // FRESH_SHARE))
-        self._poses[:, fresh] = mean + normals[:, fresh] @ square_root(belief.lagged_covariance).T
-        self._log_weights += self.temper * _contact_log_likelihood(
+        self._propagate(belief)
+        self._steps += 1
+        if self._steps % self.stride:
+            return self.posterior
+        self._habit.update(belief.lagged_contacts)
+        contact_likelihood(
             self._tree,
             self._skin,
-            self._hypotheses,
+            self._solids,
             self._poses,
             belief.lagged_contacts,
             self.tolerance,
             self.surprise,
-            len(self._fingers),
+            self._likelihood,
         )
-        evidence = logsumexp(self._log_weights, axis=1, keepdims=True)
-        self._log_weights -= evidence
-        self.log_likelihood += evidence.sum(axis=(1, 2))
-        self._resample()
+        weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
+        share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
+        uniform = self._rng.random(len(self._weights))
+        resample(self._weights, share / share.sum(), self._poses, self._joint_group, uniform)
+        source = self.variants.move(self._units, self._log_evidence, self._rng)
+        if source is not None:
+            self._weights = np.ascontiguousarray(self._weights[:, source])
+            self._solids = self.variants.place(self._units)
         return self.posterior
 
-    def _resample(self) -> None:
-        """Resample the samples of each hypothesis and finger whose effective number is below half of them."""
-        weights = np.exp(self._log_weights)
-        poor = 1.0 / np.square(weights).sum(axis=1) < 0.5 * self.samples
-        for hypothesis, finger in zip(*np.nonzero(poor), strict=True):
-            counts = resampling.systematic_counts(weights[hypothesis, :, finger], self._rng.random())
-            joints = self._fingers[finger]
-            kept = np.repeat(self._poses[hypothesis][:, joints], counts, axis=0)
-            self._poses[hypothesis][:, joints] = kept
-            self._log_weights[hypothesis, :, finger] = -np.log(self.samples)
+    def _propagate(self, belief: Belief) -> None:
+        """Move the samples on by one step; some start anew, so that none are stuck where they once were."""
+        assert belief.transition is not None
+        mean, follow, before, rest = belief.transition
+        normals = self._rng.standard_normal(self._poses.shape)
+        self._poses = mean + (self._poses - before) @ follow.T + normals @ square_root(rest).T
+        fresh = max(1, self.samples // FRESH_SHARE)
+        self._poses[:fresh] = mean + normals[:fresh] @ square_root(belief.lagged_covariance).T
+        self._weights[:, :, :fresh] = 1.0 / self.samples
+        self._weights /= self._weights.sum(axis=-1, keepdims=True)
 
 
-def _skin(hand: Hand) -> Skin:
-    points = hand.patches.surface(FAR / 5)
-    order = np.argsort(points.patch, kind="stable")
-    begin = np.searchsorted(points.patch[order], np.arange(len(hand.patches) + 1)).astype(np.int64)
-    placed = points.points[order]
-    middle = np.stack([placed[a:b].mean(axis=0) for a, b in itertools.pairwise(begin)])
-    owner = np.repeat(np.arange(len(middle)), np.diff(begin))
-    radius = np.zeros(len(middle))
-    np.maximum.at(radius, owner, np.linalg.norm(placed - middle[owner], axis=1))
-    body = hand.link_bodies[hand.patches.link].astype(np.int64)
-    return Skin(placed, begin, body, hand.link_group[hand.patches.link].astype(np.int64), middle, radius)
+class Habit:
+    """Touch without any object: each patch begins to feel contact, or ceases to, at a rate that is learned from the
+    trial itself. What no candidate explains better than this is none of them.
 
+    A Markov chain with Beta priors; their means are the rates of 48 explorations with random torques (seeds 0 to 11),
+    their weight is that of a few touches.
+    """
 
-def _hypotheses(solids: Sequence[Solid]) -> Hypotheses:
-    """Solids that differ in scale and pose alone share one distance field, drawn at the first one's size."""
-    grid = Grid.around(np.zeros(3), np.full(3, FIELD_EXTENT), FIELD_RESOLUTION)
-    fields: dict[tuple, int] = {}
-    drawn: list[Array] = []
-    reference: list[float] = []
-    index, scale = [], []
-    for solid in solids:
-        proportions = tuple(np.round(np.array(solid.size) / solid.size[0], 6))
-        key = (solid.name, proportions)
-        if key not in fields:
-            fields[key] = len(drawn)
-            drawn.append(solid.shape.signed_distance(grid.centres(), np.array(solid.size)))
-            reference.append(solid.size[0])
-        index.append(fields[key])
-        scale.append(solid.size[0] / reference[fields[key]])
-    return Hypotheses(
-        np.stack(drawn).astype(np.float32),
-        np.array(index),
-        np.array(scale),
-        np.stack([rotation_matrix(solid.quaternion) for solid in solids]),
-        np.array([solid.position for solid in solids]),
-    )
+    BEGIN = (0.7, 250.0)  # pseudo-counts: silent patches that began to feel contact, and all that were silent
+    CEASE = (2.0, 7.5)  # the same for patches in contact that ceased
 
+    def __init__(self, patches: int) -> None:
+        self.log_likelihood = 0.0
+        self._felt = np.zeros(patches, dtype=bool)
+        self._counts = np.array([self.BEGIN, self.CEASE])
 
-@numba.njit(cache=True, inline="always")
-def _distance(hypotheses, h, x, y, z):
-    """Signed distance (m) of hypothesis `h` at a world point; beyond `FAR` outside its field."""
-    at, turn, scale = hypotheses.position[h], hypotheses.rotation[h], hypotheses.scale[h]
-    x, y, z = x - at[0], y - at[1], z - at[2]
-    half = 0.5 * FIELD_EXTENT
-    u = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale + half
-    v = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale + half
-    w = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale + half
-    if min(u, v, w) < 0.0 or max(u, v, w) >= FIELD_EXTENT:
-        return 2.0 * FAR
-    i, j, k = int(u / FIELD_RESOLUTION), int(v / FIELD_RESOLUTION), int(w / FIELD_RESOLUTION)
-    return scale * hypotheses.field[hypotheses.drawn_in[h], i, j, k]
-
-
-@numba.njit(cache=True, inline="always")
-def _gap(hypotheses, h, at, turn, point):
-    """Signed distance (m) of hypothesis `h` at a `point` of a body at `at`, `turn`; beyond `FAR` outside its field."""
-    x = at[0] + turn[0, 0] * point[0] + turn[0, 1] * point[1] + turn[0, 2] * point[2]
-    y = at[1] + turn[1, 0] * point[0] + turn[1, 1] * point[1] + turn[1, 2] * point[2]
-    z = at[2] + turn[2, 0] * point[0] + turn[2, 1] * point[1] + turn[2, 2] * point[2]
-    return _distance(hypotheses, h, x, y, z)
-
-
-@numba.njit(cache=True, parallel=True, error_model="numpy")
-def _contact_log_likelihood(tree, skin, hypotheses, poses, contacts, tolerance, surprise, fingers):
-    """log p(z_g | q, h) (H, S, G) of the contacts of each finger g at each of the `poses` (H, S, J)."""
-    count, samples = poses.shape[0], poses.shape[1]
-    result = np.zeros((count, samples, fingers))
-    for job in numba.prange(count * samples):
-        h, s = job // samples, job % samples
-        position = np.empty((len(tree.parent), 3))
-        rotation = np.empty((len(tree.parent), 3, 3))
-        body_frames(tree, poses[h, s], position, rotation)
-        for patch in range(len(skin.body)):
-            at, turn = position[skin.body[patch]], rotation[skin.body[patch]]
-            gap = _gap(hypotheses, h, at, turn, skin.middle[patch]) - skin.radius[patch]
-            if gap < 6.0 * tolerance:
-                gap = FAR
-                for m in range(skin.begin[patch], skin.begin[patch + 1]):
-                    gap = min(gap, _gap(hypotheses, h, at, turn, skin.points[m]))
-            ratio = gap / tolerance
-            # Silent patches: a normal's distribution function, nearly.
-            fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1.0 / (1.0 + np.exp(-1.7 * ratio))
-            result[h, s, skin.group[patch]] += np.log(surprise + (1.0 - surprise) * fit)
-    return result
+    def update(self, contacts: NDArray[np.bool_]) -> None:
+        """Take in `contacts` (P,)."""
+        for row, had in enumerate((~self._felt, self._felt)):
+            total = int(had.sum())
+            changed = int((had & (contacts != self._felt)).sum())
+            # Patch by patch, each with the rate that those before it have taught: no rate is ever known exactly.
+            of, among = self._counts[row]
+            for i in range(changed):
+                self.log_likelihood += np.log((of + i) / (among + i))
+            for i in range(total - changed):
+                self.log_likelihood += np.log((among - of + i) / (among + changed + i))
+            self._counts[row] += changed, total
+        self._felt = contacts

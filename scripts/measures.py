@@ -177,12 +177,12 @@ def stages(slam: HapticSLAM, shape: ShapePosterior, recording: Recording) -> dic
     belief = slam.reset(seed=0)
     shape.reset(seed=0)
     with watch.on(
-        model=(slam.pose.model, "predict"),
+        model=(slam.pose.model, "predict"),  # type: ignore[attr-defined]
         pose=(slam.pose, "step"),
         propose=(slam, "_propose"),
         match=(slam, "_match_and_map"),
         kernel=(kernels, "advance"),
-        occupancy=(slam, "_keep_snapshot"),
+        occupancy=(slam._maps, "before_change"),
         weigh=(slam, "_weigh"),
         resample=(slam, "_resample"),
         belief=(slam, "_belief"),
@@ -230,9 +230,9 @@ def bytes_touched(slam: HapticSLAM, recording: Recording) -> Array:
     slam.reset(seed=0)
     count, touched = slam.n_particles, np.empty(len(recording.torques))
     for k, each in enumerate(zip(recording.torques, recording.felt, recording.contacts, strict=True)):
-        before = slam._maps.copy()
+        before = slam._maps.log_odds.copy()
         slam.step(*each)
-        changed = (slam._maps != before).reshape(count, -1)
+        changed = (slam._maps.log_odds != before).reshape(count, -1)
         changed = np.pad(changed, ((0, 0), (0, -changed.shape[1] % LINE)))
         touched[k] = 2 * LINE * changed.reshape(-1, LINE).any(axis=1).sum() / count
     return touched

@@ -138,10 +138,15 @@ def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
 
 @lru_cache(maxsize=4)
 def shape_posterior(settings: Settings) -> ShapePosterior:
-    """The namer: the candidates are the explored shapes, each at its default size at the grasp centre, unturned, also
-    where the object varies."""
+    """The namer: the candidates are the explored shapes at the grasp centre; it knows how much they vary, not how."""
     hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
-    return ShapePosterior(hand, {name: [shapes.make(name, position=hand.grasp_centre)] for name in settings.shapes})
+    return ShapePosterior(
+        hand,
+        {name: [shapes.make(name, position=hand.grasp_centre)] for name in settings.shapes},
+        size_jitter=settings.size_jitter,
+        yaw_jitter=settings.yaw_jitter,
+        position_jitter=settings.position_jitter,
+    )
 
 
 def run_exemplar(task: Task) -> None:

@@ -298,3 +298,12 @@ def test_ppo_trains_unchanged(env_id, make):
     assert model.num_timesteps == 2000
     action, _ = model.predict(env.reset(seed=0)[0])
     assert action in env.action_space
+
+
+def test_an_object_that_varies_is_drawn_until_it_fits(env_id):
+    """Where the hand rests the object cannot lie; among many that vary much, some would."""
+    env = gym.make(env_id, shape="cube", size_jitter=0.3, yaw_jitter=45.0, position_jitter=0.01).unwrapped
+    sizes = [env.reset(seed=seed)[0]["contacts"].sum() or env.solid.size[0] for seed in range(60)]
+    assert np.ptp(sizes) > 0.01
+    again = [env.reset(seed=seed) and env.solid.size[0] for seed in range(60)]
+    assert again == sizes

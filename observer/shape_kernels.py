@@ -1,0 +1,158 @@
+"""What contacts say of hypothetical solids: all that `ShapePosterior` computes at every step, compiled.
+
+Shapes: H hypotheses, S pose samples, G fingers, L links, P patches, J joints. Kernels are pure: random numbers come
+in. The only parallel loop runs over samples, each of which is computed in one order: the same bits for any number of
+threads.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from observer.kinematics import body_frames
+from observer.solid_fields import field_distance
+
+CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
+LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
+
+
+@numba.njit(cache=True, inline="always", error_model="numpy")
+def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
+    """Fill `gaps` (P,) of the patches of `link`, at `position` (3,) and `rotation` (3, 3), with their distance from
+    hypothesis `h`, or `clear` m where it is more; whether any is less.
+
+    Distance changes no faster than its place: what a look-up shows to be clear is skipped.
+    """
+    field = solids.field[solids.drawn_in[h]]
+    scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]
+    resolution, half, far = solids.resolution, solids.half, solids.far
+    x, y, z = position[0] - at[0], position[1] - at[1], position[2] - at[2]
+    # The link's frame in that of the field.
+    p0 = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale
+    p1 = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale
+    p2 = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale
+    x, y, z = rotation[0, 2], rotation[1, 2], rotation[2, 2]
+    c0 = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale
+    c1 = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale
+    c2 = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale
+    s = skin.middle[link]
+    gap = scale * field_distance(field, resolution, half, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
+    if gap - skin.ball[link] >= clear:
+        return False
+    x, y, z = rotation[0, 0], rotation[1, 0], rotation[2, 0]
+    a0 = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale
+    a1 = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale
+    a2 = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale
+    x, y, z = rotation[0, 1], rotation[1, 1], rotation[2, 1]
+    b0 = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale
+    b1 = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale
+    b2 = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale
+    for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+        gaps[patch] = clear
+    near = False
+    bead, last = skin.first_bead[link], skin.first_bead[link + 1]
+    while bead < last:
+        s, radius = skin.along[bead], skin.radius[bead]
+        gap = scale * field_distance(field, resolution, half, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
+        upto = s + gap - radius - clear
+        if upto >= s:
+            bead += 1
+            while bead < last and skin.along[bead] < upto and skin.radius[bead] <= radius:
+                bead += 1
+            continue
+        near = True
+        k, end = skin.begin[bead], skin.begin[bead + 1]
+        while k < end:
+            x, y, z = skin.points[k, 0], skin.points[k, 1], skin.points[k, 2]
+            u, v, w = p0 + a0 * x + b0 * y + c0 * z, p1 + a1 * x + b1 * y + c1 * z, p2 + a2 * x + b2 * y + c2 * z
+            gap = scale * field_distance(field, resolution, half, far, u, v, w)
+            gaps[skin.patch[k]] = min(gaps[skin.patch[k]], gap)
+            upto = skin.travel[k] + gap - clear
+            k += 1
+            while k < end and skin.travel[k] < upto:
+                k += 1
+        bead += 1
+    return near
+
+
+@numba.njit(cache=True, parallel=True, error_model="numpy", fastmath=True)
+def contact_likelihood(tree, skin, solids, poses, contacts, tolerance, surprise, out):
+    """Fill `out` (G, H, S) with p(z_g | q, h) of what each finger g feels at each of the `poses` (S, J)."""
+    fingers, count, samples = out.shape
+    links = len(skin.body)
+    clear = CLEAR * tolerance
+    touches = np.zeros(links, dtype=np.int64)
+    for link in range(links):
+        touches[link] = contacts[skin.first_patch[link] : skin.first_patch[link + 1]].sum()
+    for s in numba.prange(samples):
+        position = np.empty((len(tree.parent), 3))
+        rotation = np.empty((len(tree.parent), 3, 3))
+        gaps = np.empty(len(contacts))
+        body_frames(tree, poses[s], position, rotation)
+        for h in range(count):
+            for g in range(fingers):
+                out[g, h, s] = 1.0
+            for link in range(links):
+                body, g = skin.body[link], skin.group[link]
+                if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
+                    for _ in range(touches[link]):
+                        out[g, h, s] *= surprise
+                    continue
+                for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+                    ratio = gaps[patch] / tolerance
+                    fit = 0.0 if contacts[patch] else 1.0
+                    if ratio < CLEAR:
+                        # Silent patches: a normal's distribution function, nearly.
+                        fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1.0 / (1.0 + np.exp(-1.7 * ratio))
+                    out[g, h, s] *= surprise + (1.0 - surprise) * fit
+
+
+@numba.njit(cache=True, error_model="numpy")
+def weigh(weights, likelihood, temper, log_evidence):
+    """Multiply `weights` (G, H, S) by `likelihood` (G, H, S) and normalise them over samples; `temper` times the logs
+    of the sums are added to `log_evidence` (H,)."""
+    fingers, count, samples = weights.shape
+    for g in range(fingers):
+        for h in range(count):
+            total = 0.0
+            for s in range(samples):
+                weights[g, h, s] = max(weights[g, h, s] * likelihood[g, h, s], LEAST)
+                total += weights[g, h, s]
+            for s in range(samples):
+                weights[g, h, s] /= total
+            log_evidence[h] += temper * np.log(total)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def resample(weights, share, poses, joint_group, uniform):
+    """Resample the poses (S, J) of each finger for which the effective number, the mean over hypotheses by their
+    `share` (H,), is below half of the samples; systematically (one of `uniform` (G,) for each), from the mixture of
+    the hypotheses' `weights` (G, H, S), which become what each hypothesis has more than the mixture."""
+    fingers, count, samples = weights.shape
+    source = np.empty(samples, dtype=np.int64)
+    for g in range(fingers):
+        mixture = np.zeros(samples)
+        effective = 0.0
+        for h in range(count):
+            square = 0.0
+            for s in range(samples):
+                mixture[s] += share[h] * weights[g, h, s]
+                square += weights[g, h, s] ** 2
+            effective += share[h] / square
+        if effective >= 0.5 * samples:
+            continue
+        reached, chosen, total = mixture[0], 0, mixture.sum()
+        for s in range(samples):
+            while reached < (s + uniform[g]) / samples * total and chosen < samples - 1:
+                chosen += 1
+                reached += mixture[chosen]
+            source[s] = chosen
+        for j in range(poses.shape[1]):
+            if joint_group[j] == g:
+                poses[:, j] = poses[:, j][source]
+        for h in range(count):
+            kept = weights[g, h][source] / mixture[source]
+            total = kept.sum()
+            # Where the mixture has left a hypothesis no sample worth the name, it starts anew.
+            weights[g, h] = kept / total if total > 1e-200 else np.full(samples, 1.0 / samples)
