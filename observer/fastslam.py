@@ -68,7 +68,7 @@ class HapticSLAM:
 
         Raises `ValueError` for a value out of range.
         """
-        sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, high=90.0, above=0.0, unit="degrees"))
+        sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.hand = hand

@@ -18,6 +18,7 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.patches import patch_at
 from observer.kinematics import body_frames
+from observer.threads import parallel
 
 QUANTUM = 0.05  # log-odds per unit of the int8 maps, which thus reach ±6.35
 LIMIT = 127
@@ -361,7 +362,7 @@ def near_skin(tree, body, lattice, near, pose):
     return result
 
 
-@numba.njit(cache=True, parallel=True, error_model="numpy")
+@parallel(cache=True, error_model="numpy")
 def advance(
     tree,
     body,
@@ -451,7 +452,7 @@ def advance(
     return log_mean, moved
 
 
-@numba.njit(cache=True, parallel=True)
+@parallel(cache=True)
 def mean_probability(maps, weights, cells, probability):
     """Posterior probability (C,) of the voxels `cells` (C,): the particles' own, averaged by `weights` (N,)."""
     particles = maps.shape[0]
@@ -465,7 +466,7 @@ def mean_probability(maps, weights, cells, probability):
     return result
 
 
-@numba.njit(cache=True, parallel=True)
+@parallel(cache=True)
 def copy_maps(maps, source, target):
     """Overwrite the maps `target` (C,) with the maps `source` (C,); no index may be in both."""
     size = maps[0].size

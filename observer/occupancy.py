@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,10 @@ class OccupancySnapshot:
             self._compute = None
         assert self._value is not None
         return self._value
+
+    def __getstate__(self) -> dict[str, Any]:
+        """To another process goes the value."""
+        return {"_compute": None, "_value": self.value()}
 
 
 class Maps:

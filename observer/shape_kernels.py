@@ -12,6 +12,7 @@ import numpy as np
 
 from observer.kinematics import body_frames
 from observer.solid_fields import field_distance
+from observer.threads import parallel
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
@@ -76,7 +77,7 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     return near
 
 
-@numba.njit(cache=True, parallel=True, error_model="numpy", fastmath=True)
+@parallel(cache=True, error_model="numpy", fastmath=True)
 def contact_likelihood(tree, skin, solids, poses, contacts, tolerance, surprise, out):
     """Fill `out` (G, H, S) with p(z_g | q, h) of what each finger g feels at each of the `poses` (S, J)."""
     fingers, count, samples = out.shape

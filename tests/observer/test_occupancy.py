@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -56,4 +58,5 @@ def test_a_held_snapshot_never_changes():
     maps.after_change(weights_changed=False)
     np.testing.assert_allclose(held.value(), before, rtol=1e-12)
     assert not held.value().flags.writeable
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(maps.snapshot(weights))).value(), _expected(maps, weights))
     assert (maps.snapshot(weights).value() != before).any()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from haptic_env import shapes
-from observer import TruePose
+from observer import HapticSLAM, TruePose
 from observer.contact_model import ContactModel
 
 STEPS = 1000  # 20 s
@@ -42,3 +42,12 @@ def test_what_is_occupied_lies_at_the_surface(told):
     assert len(occupied) > 30
     assert (occupied <= 1).mean() >= 0.84
     assert (occupied <= 2).mean() >= 0.9
+
+
+def test_without_noise_the_observer_maps_as_the_true_pose_does(explore):
+    trial = explore("cylinder", 200, sigma_deg=0.0, motor_noise=0.0)
+    slam = HapticSLAM(trial.hand, 0.0, motor_noise=0.0)
+    occupancy = trial.beliefs(slam)[-1].occupancy
+    ceiling = trial.beliefs(TruePose(trial.hand), truth=True)[-1].occupancy
+    assert (np.abs(occupancy - ceiling) > 0.05).mean() < 0.01 * (ceiling > 0.5).mean()
+    assert (ceiling > 0.5).sum() > 10
