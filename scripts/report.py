@@ -27,9 +27,11 @@ TITLES = {
     "coverage_90": "How often the 90 % interval holds the true angle",
     "surface_f_score_1": "Surface F-score at 1 voxel",
     "surface_f_score_2": "Surface F-score at 2 voxels",
+    "occupancy_ece": "Occupancy, expected calibration error over reachable voxels",
     "shape_posterior_correct": "Named right by the shape posterior over the stream of beliefs",
     **{f"correct_{n}s": f"Named right by the shape posterior after {n} s" for n in (2, 5, 10)},
     "shape_likelihood_correct": "Named right by the shape likelihood of the last map",
+    "squared_nearest_neighbour_correct": "Named right by one-shot nearest neighbour (squared distance)",
     "nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Hamming)",
 }
 
