@@ -23,13 +23,13 @@ import ablation
 import calibration
 import numba
 from explore import Parser
-from joblib import cpu_count  # type: ignore[import-untyped]
+from joblib import cpu_count
 from report import print_report, save_picture, save_summary
 from results import Results
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from tasks import MEASURES, Settings, Task, columns, exemplar_tasks, run_exemplar, run_trial, versions
-from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+from threadpoolctl import threadpool_limits
 
 import agents
 import haptic_env
@@ -40,6 +40,7 @@ from observer.variants import ABLATION, VARIANTS
 
 EXAMPLE = "example: python scripts/evaluate.py --shapes cube sphere --sigmas 3 5 --trials 20 --out out/two_shapes"
 FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
+NAMERS = ("nearest_neighbour", "squared_nearest_neighbour")  # one-shot, as the paper's
 WIDTH = 120  # of what is printed to a file
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": 5.0, "exemplars": 1}
 
@@ -89,9 +90,14 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add("--calibration", action="store_true", help="also pictures of how sure each observer is and may be")
     add("--policy", default="random_torque", help=f"{', '.join(agents.POLICIES)} (default random_torque)")
     add("--seconds", type=float, default=10.0, help="of each exploration (default 10)")
-    add("--particles", type=int, default=200, help="of haptic_slam (default 200)")
+    add("--particles", type=int, default=200, help="of the observers that have any (default 200)")
     add("--exemplars", type=int, default=3, help="draws over which one-shot learning is averaged (default 3)")
-    add("--classifiers", nargs="+", default=list(CLASSIFIERS)[:2], help=f"of finished maps: {', '.join(CLASSIFIERS)}")
+    add(
+        "--classifiers",
+        nargs="+",
+        default=list(NAMERS),
+        help=f"of finished maps: {', '.join(CLASSIFIERS)} (default {' '.join(NAMERS)})",
+    )
     add("--size-jitter", type=float, default=0.0, help="how the object's size varies, a fraction (default 0)")
     add("--position-jitter", type=float, default=0.0, help="how far it is off the grasp centre, in m (default 0)")
     add("--yaw-jitter", type=float, default=0.0, help="how far it is turned, in degrees (default 0)")
