@@ -16,6 +16,7 @@ import agents
 import observer
 from observer import OBSERVERS, ContactModel, DeadReckoning, HapticSLAM
 from observer.kinematics import link_frames, tree_of
+from observer.variants import make_observer
 from tests.observer.hands import many_patches, pointer, random_tree
 
 STEPS = 40
@@ -23,8 +24,7 @@ PARTICLES = 16
 
 
 def _make(name: str, hand, **keywords):
-    few = {"particles": PARTICLES} if name in ("haptic_slam", "paper") else {}
-    return OBSERVERS[name](hand, 3.0, **few, **keywords)
+    return make_observer(name, hand, 3.0, PARTICLES, **keywords)
 
 
 @pytest.fixture
