@@ -37,7 +37,7 @@ STAGES = {  # and whether it deals with the present step or with the lagged one
     "forward model": True,
     "pose filter and lag, without it": True,
     "match and map (kernels.advance)": False,
-    "candidates, link spread": False,
+    "candidates, link spread, what is near": False,
     "occupancy of the belief that is held": False,
     "weigh and resample": False,
     "proposal, belief and checks": False,
