@@ -40,7 +40,7 @@ from observer.variants import ABLATION, VARIANTS
 
 EXAMPLE = "example: python scripts/evaluate.py --shapes cube sphere --sigmas 3 5 --trials 20 --out out/two_shapes"
 FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
-NAMERS = ("nearest_neighbour", "squared_nearest_neighbour")  # one-shot, as the paper's
+NAMERS = ("nearest_neighbour", "touched_nearest_neighbour")  # one-shot: the paper's, and what touch has added
 WIDTH = 120  # of what is printed to a file
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": 5.0, "exemplars": 1}
 
