@@ -5,14 +5,17 @@ Both have `share`, for what many calls need, and `run`. A worker is one core's w
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
+import logging
 import multiprocessing
+import pickle
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol
@@ -96,35 +99,46 @@ def cluster_workers(address: str) -> Iterator[Workers]:
     Raises `ValueError` where none answers.
     """
     import distributed
+    from distributed.utils import silence_logging_cmgr
 
-    try:
-        client = distributed.Client(address, timeout=SECONDS_TO_CONNECT, name="haptic-slam")
-    except (OSError, ValueError) as error:
-        raise ValueError(f"no dask scheduler answers at --cluster {address!r} ({error})") from error
-    try:
-        yield ClusterWorkers(client)
-    finally:
-        client.close()
+    with silence_logging_cmgr(logging.CRITICAL):  # what goes wrong is told here, in one line
+        try:
+            asyncio.run(_knock(address))
+            client = distributed.Client(address, timeout=SECONDS_TO_CONNECT, name="haptic-slam")
+        except Exception as error:  # anything at all may answer there
+            told = str(error) or f"no handshake within {SECONDS_TO_CONNECT} s"
+            raise ValueError(f"no dask scheduler answers at --cluster {address!r} ({told})") from error
+        try:
+            yield ClusterWorkers(client)
+        finally:
+            client.close()
 
 
 class ClusterWorkers:
-    """Workers that share no disk with this machine. A call whose worker is lost is run again by another one."""
+    """Workers that share no disk with this machine. A call whose worker is lost is run again by another one.
+
+    All that is sent is pickled here, so that the scheduler need not know this project.
+    """
 
     def __init__(self, client: Any) -> None:
         self._client = client
 
     def share(self, value: Any) -> Any:
         """A future of `value`: it is sent once, handed from worker to worker, and made again when it is lost."""
-        return self._client.submit(_same, value, pure=False)
+        return self._client.submit(bytes, pickle.dumps(value), pure=False)
 
     def run(self, work: Callable[..., Any], calls: Iterable[Call]) -> Iterator[Any]:
         """As `Workers.run`."""
         import distributed
 
-        waiting, expected = iter(calls), signature()
+        waiting, checked, carry = iter(calls), partial(_checked, signature(), work), _carrier()
 
         def submit(count: int) -> list[Any]:
-            return [self._client.submit(_checked, expected, work, *call, pure=False) for call in islice(waiting, count)]
+            sent = [
+                [each if isinstance(each, distributed.Future) else pickle.dumps(each) for each in (checked, *call)]
+                for call in islice(waiting, count)
+            ]
+            return [self._client.submit(carry, *each, pure=False) for each in sent]
 
         under_way = distributed.as_completed(submit(AHEAD))
         try:
@@ -137,13 +151,40 @@ class ClusterWorkers:
             raise WorkersLostError(f"the scheduler is gone ({error})") from error
         except ImportError as error:
             raise ValueError(
-                f"the scheduler or a worker cannot import what it must run ({error}): it needs this project, and "
-                "scripts/ on its PYTHONPATH (docs/clusters.md)"
+                f"a worker cannot import what it must run ({error}): install this project there from the same "
+                "checkout with pip install -e (docs/clusters.md)"
             ) from error
 
 
-def _same(value: Any) -> Any:
-    return value
+async def _knock(address: str) -> None:
+    """Raises where no dask scheduler answers. A client alone would wait for a handshake for ever."""
+    import distributed
+    from distributed.core import connect
+
+    async with asyncio.timeout(SECONDS_TO_CONNECT):
+        secrets = distributed.Security().get_connection_args("client")
+        comm = await connect(address, timeout=SECONDS_TO_CONNECT, **secrets)
+        comm.abort()
+
+
+def _carrier() -> Callable[..., Any]:
+    """What runs pickled work in a worker. A function within a function is itself sent whole, not by its name, so that
+    nothing of this project need be importable before it runs."""
+
+    def carry(*pickled: bytes) -> Any:
+        import pickle
+        import sys
+        from pathlib import Path
+
+        import haptic_env
+
+        scripts = str(Path(str(haptic_env.__file__)).parents[1] / "scripts")
+        if scripts not in sys.path:
+            sys.path.insert(0, scripts)
+        work, *call = [pickle.loads(each) for each in pickled]
+        return work(*call)
+
+    return carry
 
 
 def _checked(expected: dict[str, str], work: Callable[..., Any], *call: Any) -> Any:
