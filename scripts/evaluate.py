@@ -47,6 +47,7 @@ def sweep(given: argparse.Namespace, console: Console) -> None:
     shown = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     progress = Progress(*shown, TextColumn("left"), TimeRemainingColumn(), console=console)
     with progress, workers(given.jobs, given.cluster) as team:
+        console.print(f"Run by {team.told}", highlight=False)
         bar = progress.add_task("exemplars", total=len(exemplars))
         for task, content in team.run(run_exemplar, [(task,) for task in exemplars]):
             with atomic(_file(folder, task)) as place:

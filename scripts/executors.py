@@ -35,7 +35,10 @@ class WorkersLostError(Exception):
 
 
 class Workers(Protocol):
-    """Who runs the calls."""
+    """Who runs the calls; `told` says it."""
+
+    @property
+    def told(self) -> str: ...
 
     def share(self, value: Any) -> Any:
         """What stands for `value` among the arguments of calls."""
@@ -71,6 +74,7 @@ class LocalWorkers:
 
     def __init__(self, executor: Executor, jobs: int) -> None:
         self._executor, self._ahead = executor, 4 * jobs
+        self.told = f"{jobs} processes of this machine" if jobs > 1 else "a process of this machine"
 
     def share(self, value: Any) -> Any:
         """`value` itself."""
@@ -122,6 +126,8 @@ class ClusterWorkers:
 
     def __init__(self, client: Any) -> None:
         self._client = client
+        count = len(client.scheduler_info(n_workers=-1)["workers"])
+        self.told = f"{count or 'no'} workers of {client.scheduler.address} now; further ones may join"
 
     def share(self, value: Any) -> Any:
         """A future of `value`: it is sent once, handed from worker to worker, and made again when it is lost."""
@@ -148,7 +154,7 @@ class ClusterWorkers:
         except distributed.KilledWorker as error:
             raise WorkersLostError("worker after worker died of the same trial (out of memory?)") from error
         except distributed.CancelledError as error:
-            raise WorkersLostError(f"the scheduler is gone ({error})") from error
+            raise WorkersLostError("the connection to the scheduler is lost") from error
         except ImportError as error:
             raise ValueError(
                 f"a worker cannot import what it must run ({error}): install this project there from the same "
@@ -159,7 +165,7 @@ class ClusterWorkers:
 async def _knock(address: str) -> None:
     """Raises where no dask scheduler answers. A client alone would wait for a handshake for ever."""
     import distributed
-    from distributed.core import connect
+    from distributed.comm.core import connect
 
     async with asyncio.timeout(SECONDS_TO_CONNECT):
         secrets = distributed.Security().get_connection_args("client")

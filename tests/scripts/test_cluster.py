@@ -102,10 +102,13 @@ def test_a_worker_is_killed_and_the_table_is_the_serial_one(scheduler: str, tmp_
         assert (tmp_path / "cluster" / name).read_bytes() == (tmp_path / "serial" / name).read_bytes()
 
 
-def test_what_a_cluster_left_undone_this_machine_goes_on_with(scheduler: str, tmp_path: Path) -> None:
+def test_what_a_cluster_left_undone_this_machine_goes_on_with(
+    scheduler: str, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
     quiet = ["--contact-false-alarm", "0", "--jobs", "1"]
     with worker(tmp_path, scheduler, "one"):
         assert run(tmp_path / "out", *quiet, "--trials", "1", "--cluster", scheduler) == 0
+    assert f"workers of {scheduler} now" in capsys.readouterr().out
     assert run(tmp_path / "out", *quiet, "--trials", "2") == 0
     assert run(tmp_path / "serial", *quiet, "--trials", "2") == 0
     assert (tmp_path / "out" / "trials.csv").read_bytes() == (tmp_path / "serial" / "trials.csv").read_bytes()
