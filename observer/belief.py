@@ -63,7 +63,8 @@ class Belief:
 
     @property
     def occupancy(self) -> Array:
-        """(X, Y, Z) posterior probability that each voxel is occupied; 0.5 where nothing is known. Read-only."""
+        """(X, Y, Z) posterior probability that each voxel is occupied; 0.5 where the hand never came near.
+        Read-only."""
         return self.snapshot.value()
 
     def __eq__(self, other: object) -> bool:

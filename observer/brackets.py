@@ -1,6 +1,7 @@
 """What every figure is shown between: the same map update at other poses.
 
-Shapes: J joints, P patches. `DeadReckoning` fed with the true angles and sigma_deg=0 is the ceiling, "true pose".
+Shapes: J joints, P patches. The ceiling, `TruePose`, is the floor, `DeadReckoning`, without noise: whoever runs it
+hands it the true angles.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ class DeadReckoning(OneMap):
 
 
 class TruePose(DeadReckoning):
-    """Ceiling: the map at the true pose. Whoever runs it hands it the true angles as the felt ones."""
+    """Ceiling: the map at the true pose, which it is handed as the felt one; `sigma_deg` is not used."""
 
     def __init__(self, hand: Hand, sigma_deg: float = 0.0, **keywords: Any) -> None:
         super().__init__(hand, 0.0, **keywords)

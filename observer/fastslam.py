@@ -279,7 +279,7 @@ class HapticSLAM:
             snapshot=self._maps.snapshot(weights),
         )
 
-    def _running(self) -> deque[Any]:
+    def _running(self) -> deque[NDArray[np.bool_]]:
         if self._pending is None:
             raise ValueError("the observer is not in a trial: call reset() before step() or flush()")
         return self._pending

@@ -26,7 +26,7 @@ class OccupancySnapshot:
         self._value: Array | None = None
 
     def value(self) -> Array:
-        """(X, Y, Z) posterior probability that each voxel is occupied; read-only."""
+        """(X, Y, Z) posterior probability that each voxel is occupied, 0.5 where the hand never came; read-only."""
         if self._compute is not None:
             self._value = self._compute()
             self._value.flags.writeable = False
@@ -40,7 +40,8 @@ class OccupancySnapshot:
 
 
 class Maps:
-    """`log_odds` (N, X, Y, Z) int8 for the kernels, which set `written` (V,) where they changed any of them."""
+    """`log_odds` (N, X, Y, Z) int8 for the kernels, which set `written` (V,) where they changed any of them; `seen`
+    (V,): the cells that the hand came near. What is neither seen nor written is told as 0.5."""
 
     def __init__(self, particles: int, grid: Grid, probability: Array) -> None:
         """`probability` (256,) that a voxel is occupied, of an entry v at [v + 128]."""

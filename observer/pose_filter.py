@@ -112,11 +112,6 @@ class PoseFilter:
         """(J,) rad: posterior mean of now."""
         return self.mean[: self.joints].copy()
 
-    @property
-    def angle_covariance(self) -> Array:
-        """(J, J) rad²: posterior covariance of now."""
-        return self.covariance[: self.joints, : self.joints].copy()
-
     def lagged(self, steps: int) -> slice:
         """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
         start = 0 if steps == 0 else (steps + 1) * self.joints

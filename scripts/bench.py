@@ -31,14 +31,13 @@ from haptic_env import shapes, validate
 from observer import ShapePosterior
 
 EXAMPLE = "example: python scripts/bench.py --rounds 5 --json out/bench.json"
-CANDIDATES = 8  # of scan matching, by default
 PROCESS = ("import", "make", "first step", "first step into the maps")
 PEER_MICROSECONDS = 250.0  # a particle and observation: MRPT's rbpf-slam, at its best
 STAGES = {  # and whether it deals with the present step or with the lagged one
     "forward model": True,
     "pose filter and lag, without it": True,
     "match and map (kernels.advance)": False,
-    "candidates, link spread": False,
+    "candidates, link spread, what is near": False,
     "occupancy of the belief that is held": False,
     "weigh and resample": False,
     "proposal, belief and checks": False,
@@ -225,7 +224,8 @@ class Bench:
             )
             for name, present in STAGES.items()
         ]
-        poses = self.size.few * (CANDIDATES + 1)  # and the one at which the map is written
+        slam = self.slams[self.size.few, self.size.coarse]
+        poses = slam.n_particles * (slam.n_candidates + 1)  # and the one at which the map is written
         frames = 1e6 * found["kinematics"]
         note = f"{poses} poses: {poses * np.median(frames):.0f} µs, a part of match and map"
         return [*rows, Figure("kinematics of one pose", "µs", *_spread(frames), note)]

@@ -31,8 +31,9 @@ TICKS = (-40, 0, 40)
 def draw_map(
     axes: Axes, occupancy: Array, grid: Grid, solid: Solid, side: str, hand: Hand | None = None, angles: Any = None
 ) -> Any:
-    """The map seen from `side`, one of `SIDES`: the most probable voxel along each line of sight, space felt to be
-    free, the outline of the true `solid`, and `hand` at `angles` (J,) rad. Returns the image that a colour bar needs.
+    """The map seen from `side`, one of `SIDES`: the most probable voxel along each line of sight, space that is
+    probably free, the outline of the true `solid`, and `hand` at `angles` (J,) rad. Returns the image that a colour
+    bar needs.
     """
     across, up = SIDES[side]
     (depth,) = {0, 1, 2} - {across, up}
@@ -65,8 +66,8 @@ def map_legend() -> list[Any]:
     """What the colours of `draw_map` mean, as handles of a legend."""
     return [
         Line2D([], [], color=OUTLINE, linewidth=1.8, label="the true shape"),
-        Patch(color=OCCUPANCY(0.6), label="felt to be solid"),
-        Patch(color=FREE, label="felt to be empty"),
+        Patch(color=OCCUPANCY(0.6), label="probably solid"),
+        Patch(color=FREE, label="probably empty"),
         Patch(color=HAND, label="the fingers at the end, as believed"),
     ]
 

@@ -63,7 +63,7 @@ class Settings:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
         if self.shape is not None:
             validate.choice("--shape", self.shape, shapes.SHAPES)
-        validate.number("--sigma", self.sigma, high=90.0, above=0.0, unit="degrees")
+        validate.number("--sigma", self.sigma, 0.0, 90.0, unit="degrees")
         validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
         validate.integer("--particles", self.particles, 1, 100_000)
         validate.choice("--policy", self.policy, agents.POLICIES)

@@ -200,7 +200,7 @@ def stages(slam: HapticSLAM, shape: ShapePosterior, recording: Recording) -> dic
         "forward model": took["model"],
         "pose filter and lag, without it": took["pose"] - took["model"],
         "match and map (kernels.advance)": took["kernel"],
-        "candidates, link spread": took["match"] - took["kernel"] - took["occupancy"],
+        "candidates, link spread, what is near": took["match"] - took["kernel"] - took["occupancy"],
         "occupancy of the belief that is held": took["occupancy"],
         "weigh and resample": took["weigh"] + took["resample"],
         "proposal, belief and checks": took["step"] - known + took["propose"] + took["belief"],

@@ -173,8 +173,6 @@ def solid_of(truth: Mapping[str, Any]) -> Solid:
     return shapes.make(truth["shape"], truth["object_size"], *place)
 
 
-def make_observers(
-    names: Sequence[str], hand: Hand, sigma_deg: float, particles: int, **keywords: Any
-) -> dict[str, HapticSLAM]:
+def make_observers(names: Sequence[str], hand: Hand, sigma_deg: float, particles: int) -> dict[str, HapticSLAM]:
     """The observers or variants `names` for `hand`; `particles` are those of the ones that have any."""
-    return {name: make_observer(name, hand, sigma_deg, particles, **keywords) for name in names}
+    return {name: make_observer(name, hand, sigma_deg, particles) for name in names}

@@ -11,8 +11,11 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import logit
 
 Array = NDArray[np.float64]
+UNKNOWN = 0.5  # what a map says of a voxel that the hand never came near
+CERTAIN = 0.001, 0.999  # evidence beyond is no more
 
 
 class MapClassifier(ABC):
@@ -51,6 +54,14 @@ class MapClassifier(ABC):
     @abstractmethod
     def _predict_proba(self, map: Array) -> Array:
         """(C,) for one checked `map`."""
+
+
+def touch_evidence(map: Array, prior: float) -> Array:
+    """What touch added to the log-odds of every voxel: those of `map` (...) above the `prior`'s, 0 where there is less
+    than that or nothing is known. How far the free space around an object was swept says nothing of the object.
+    """
+    felt = logit(np.clip(map, *CERTAIN)) - logit(prior)
+    return np.where(map == UNKNOWN, 0.0, np.maximum(felt, 0.0))
 
 
 def _checked(map: ArrayLike) -> Array:

@@ -7,18 +7,25 @@ from numpy.typing import NDArray
 from sklearn.neighbors import KNeighborsClassifier
 
 from haptic_env import validate
-from observer.classifiers.base import Array, MapClassifier
+from observer.classifiers.base import Array, MapClassifier, touch_evidence
+from observer.contact_model import ContactModel
 
-METRICS = {"hamming": "hamming", "squared": "sqeuclidean"}
+METRICS = {"hamming": "hamming", "squared": "sqeuclidean", "touched": "hamming"}
+DOUBLED = np.log(2.0)
 
 
 class NearestNeighbour(MapClassifier):
-    """With one map a class, one-shot learning. `metric` "hamming" compares which voxels are occupied (p > 0.5), as
-    the paper does; "squared" the probabilities, so that what was felt to be empty counts as well."""
+    """With one map a class, one-shot learning.
 
-    def __init__(self, metric: str = "hamming", neighbours: int = 1) -> None:
+    `metric` "hamming" compares which voxels are occupied (p > 0.5), as the paper does; "touched" which of them touch
+    has made at least twice as likely as their `prior` (in odds), which the paper's are where the prior is 0.5;
+    "squared" the probabilities. `prior`: of the maps, `ContactModel.prior`.
+    """
+
+    def __init__(self, metric: str = "hamming", neighbours: int = 1, prior: float = ContactModel.prior) -> None:
         self.metric = validate.choice("metric", metric, METRICS)
         self.neighbours = validate.integer("neighbours", neighbours, 1)
+        self.prior = validate.number("prior", prior, 0.0, 0.999, above=0.0)
 
     def _fit(self, maps: Array, index: NDArray[np.int64]) -> None:
         self._model = KNeighborsClassifier(self.neighbours, metric=METRICS[self.metric], algorithm="brute")
@@ -29,4 +36,6 @@ class NearestNeighbour(MapClassifier):
 
     def _features(self, maps: Array) -> Array:
         flat = maps.reshape(len(maps), -1)
+        if self.metric == "touched":
+            return (touch_evidence(flat, self.prior) >= DOUBLED).astype(np.float64)
         return (flat > 0.5).astype(np.float64) if self.metric == "hamming" else flat

@@ -11,26 +11,29 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
 from haptic_env import validate
-from observer.classifiers.base import Array, MapClassifier
+from observer.classifiers.base import Array, MapClassifier, touch_evidence
+from observer.contact_model import ContactModel
 
 
 class ShapeLikelihood(MapClassifier):
-    """p(map | label) is the mean over the label's maps of a normal density about each, voxels independent.
+    """p(map | label) is the mean over the label's maps of a normal density about each, voxels independent, of what
+    touch added to each voxel's log-odds.
 
-    What was felt to be empty counts as much as what was touched; with one map a label it learns in one shot, and
-    several maps of a label are its variants (sizes, poses, other explorations). `bandwidth`: SD of the squared
-    distance's window, in voxels that differ altogether; it sets how sure the posterior is.
+    With one map a label it learns in one shot, and several maps of a label are its variants (sizes, poses, other
+    explorations). `bandwidth`: SD of the window, in log-odds; it sets how sure the posterior is. `prior`: of the maps,
+    `ContactModel.prior`.
     """
 
-    def __init__(self, bandwidth: float = 2.4) -> None:
-        self.bandwidth = validate.number("bandwidth", bandwidth, above=0.0, unit="voxels")
+    def __init__(self, bandwidth: float = 8.0, prior: float = ContactModel.prior) -> None:
+        self.bandwidth = validate.number("bandwidth", bandwidth, above=0.0, unit="log-odds")
+        self.prior = validate.number("prior", prior, 0.0, 0.999, above=0.0)
 
     def _fit(self, maps: Array, index: NDArray[np.int64]) -> None:
-        self._exemplars = maps.reshape(len(maps), -1)
+        self._exemplars = touch_evidence(maps, self.prior).reshape(len(maps), -1)
         self._index = index
 
     def _predict_proba(self, map: Array) -> Array:
-        square = np.square(self._exemplars - map.ravel()).sum(axis=1)
+        square = np.square(self._exemplars - touch_evidence(map, self.prior).ravel()).sum(axis=1)
         log_likelihood = -0.5 * square / self.bandwidth**2
         per_class = [
             logsumexp(log_likelihood[self._index == c]) - np.log((self._index == c).sum())

@@ -300,10 +300,21 @@ def test_ppo_trains_unchanged(env_id, make):
     assert action in env.action_space
 
 
-def test_an_object_that_varies_is_drawn_until_it_fits(env_id):
+def test_an_object_that_varies_is_drawn_until_it_fits(env_id, make, monkeypatch):
     """Where the hand rests the object cannot lie; among many that vary much, some would."""
-    env = gym.make(env_id, shape="cube", size_jitter=0.3, yaw_jitter=45.0, position_jitter=0.01).unwrapped
-    sizes = [env.reset(seed=seed)[0]["contacts"].sum() or env.solid.size[0] for seed in range(60)]
-    assert np.ptp(sizes) > 0.01
-    again = [env.reset(seed=seed) and env.solid.size[0] for seed in range(60)]
-    assert again == sizes
+    env = make(env_id, shape="cube", size_jitter=0.3, yaw_jitter=45.0, position_jitter=0.01).unwrapped
+    draw, draws = env._draw_solid, []
+    monkeypatch.setattr(env, "_draw_solid", lambda *given: draws.append(1) or draw(*given))
+
+    def sizes() -> list[float]:
+        found = []
+        for seed in range(60):
+            observation, _ = env.reset(seed=seed)
+            assert not observation["contacts"].any()
+            found.append(env.solid.size[0])
+        return found
+
+    first = sizes()
+    assert len(draws) > 60, "none was drawn anew"
+    assert np.ptp(first) > 0.01
+    assert sizes() == first

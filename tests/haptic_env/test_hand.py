@@ -48,9 +48,8 @@ def test_links_are_capsules_of_the_model(hand):
         np.testing.assert_allclose(geom.pos, [0, 0, link.length / 2], atol=1e-12)
 
 
-def test_two_finger_hand_is_as_large_as_an_adults(hand):
-    if hand.name != "two_finger":
-        pytest.skip("written for the two-finger hand")
+def test_two_finger_hand_is_as_large_as_an_adults():
+    hand = hands.make("two_finger")
     assert hand.joints == 8
     np.testing.assert_array_equal(hand.joint_group, [0] * 4 + [1] * 4)
     mass = hand.model.body_subtreemass[0]

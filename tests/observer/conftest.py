@@ -25,6 +25,14 @@ def one_thread() -> Iterator[None]:
     numba.set_num_threads(before)
 
 
+@pytest.fixture
+def both_numbers_of_threads() -> tuple[int, int]:
+    """One and two threads; skipped where there are no two, for one alone would be compared with itself."""
+    if numba.config.NUMBA_NUM_THREADS < 2:
+        pytest.skip("needs two threads: NUMBA_NUM_THREADS is 1")
+    return 1, 2
+
+
 @pytest.fixture(scope="session")
 def two_finger():
     """The two-finger hand."""

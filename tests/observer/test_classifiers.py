@@ -14,6 +14,7 @@ from haptic_env import hands, shapes
 from haptic_env.grid import Grid
 from observer import classifiers
 from observer.classifiers import CLASSIFIERS, NearestNeighbour, ScikitLearn, ShapeLikelihood
+from observer.classifiers.base import touch_evidence
 
 GRID = Grid.around((0, 0, 0), (0.08, 0.08, 0.08), 0.004)
 SHAPE = (4, 5, 6)
@@ -175,24 +176,26 @@ def test_several_neighbours_vote():
         np.testing.assert_allclose(model.predict_proba(probe), [1 - votes, votes])
 
 
-@pytest.mark.parametrize("bandwidth", [0.7, 2.4])
+@pytest.mark.parametrize("bandwidth", [7.0, 15.0])
 def test_the_shape_likelihood_is_bayes_rule(bandwidth):
     """Two variants of one label, one of the other: voxels multiply, variants are averaged, labels are as probable."""
     exemplars = _maps(3)
     model = ShapeLikelihood(bandwidth).fit(exemplars, ["a", "b", "a"])
     for probe in _maps(10, seed=1):
+        felt = touch_evidence(probe, 0.03)
         density = [
             np.prod(
-                [np.exp(-((p - o) ** 2) / (2 * bandwidth**2)) for o, p in zip(each.ravel(), probe.ravel(), strict=True)]
+                [np.exp(-((p - o) ** 2) / (2 * bandwidth**2)) for o, p in zip(each.ravel(), felt.ravel(), strict=True)]
             )
-            for each in exemplars
+            for each in touch_evidence(exemplars, 0.03)
         ]
         a, b = (density[0] + density[2]) / 2, density[1]
         np.testing.assert_allclose(model.predict_proba(probe), [a / (a + b), b / (a + b)], rtol=1e-9)
 
 
 def test_a_map_as_far_from_all_leaves_the_prior():
-    model = ShapeLikelihood().fit(_maps(4).round(), ["a", "b", "c", "a"])
+    touched = np.eye(4, np.prod(SHAPE)).reshape(4, *SHAPE)  # one voxel each
+    model = ShapeLikelihood().fit(touched, ["a", "b", "c", "a"])
     np.testing.assert_allclose(model.predict_proba(np.full(SHAPE, 0.5)), [1 / 3, 1 / 3, 1 / 3])
 
 
@@ -238,3 +241,24 @@ def test_the_hands_grid_is_large_enough_for_every_shape():
         occupancy = shapes.make(name, position=hand.grasp_centre).occupancy(grid)
         assert occupancy.any()
         assert not occupancy[[0, -1]].any()
+
+
+def test_touch_evidence_is_what_touch_added():
+    """Above the prior in log-odds; nothing for what is as likely as before, less likely, or unknown."""
+    map = np.array([0.03, 0.001, 0.5, 0.06 / (0.97 + 0.06), 0.9, 1.0])
+    expected = [0.0, 0.0, 0.0, np.log(2), np.log(9 * 0.97 / 0.03), np.log(999 * 0.97 / 0.03)]
+    np.testing.assert_allclose(touch_evidence(map, 0.03), expected, atol=1e-12)
+
+
+def test_touched_voxels_name_what_swept_ones_hide():
+    """Two maps of a thing whose surroundings were swept differently; by the probabilities the other is nearer."""
+    rng = np.random.default_rng(0)
+    swept, thing, other = (np.full((10, 10, 10), 0.5) for _ in range(3))
+    swept[:, :5] = thing[:, :5] = 0.001
+    swept[4:6, 5, 4:6] = other[4:6, 5, 4:6] = np.where(rng.random((2, 2)) < 0.5, 0.3, 0.4)
+    thing[4:6, 5, 8] = 0.3
+    other[:, 5:, 6:] = 0.001
+    exemplars, labels = [thing, other], ["thing", "other"]
+    assert NearestNeighbour("touched").fit(exemplars, labels).predict(swept) == "other"
+    assert ShapeLikelihood().fit(exemplars, labels).predict(swept) == "other"
+    assert NearestNeighbour("squared").fit(exemplars, labels).predict(swept) == "thing"

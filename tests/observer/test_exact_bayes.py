@@ -102,7 +102,8 @@ def test_pose_map_and_evidence_of_one_joint_are_exact(start):
     assert np.abs(trial.beliefs[-1].occupancy.ravel() - trial.prior).max() > 0.01, "the trial teaches something"
 
 
-def test_resampling_keeps_it_exact():
+def test_resampling_is_part_of_what_is_exact():
+    """The trial of the check above resamples."""
     trial = Trial(30_000, start=KNOWN)
     assert any(belief.resampled for belief in trial.beliefs)
 

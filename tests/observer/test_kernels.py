@@ -248,10 +248,10 @@ def test_what_is_near_is_seen(two_finger):
     np.testing.assert_array_equal(seen.reshape(grid.shape), np.min(heights, axis=0) < near)
 
 
-def test_any_number_of_threads_gives_the_same_bits(two_finger):
+def test_any_number_of_threads_gives_the_same_bits(two_finger, both_numbers_of_threads):
     inputs = Inputs(two_finger, _grid(two_finger), particles=33)
     results = []
-    for number in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
+    for number in both_numbers_of_threads:
         numba.set_num_threads(number)
         weights = np.full(33, 1 / 33)
         cells = np.arange(np.prod(inputs.grid.shape))

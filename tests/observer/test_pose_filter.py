@@ -184,9 +184,7 @@ def test_exact_angles_are_believed(hand):
 def test_what_is_handed_out_is_a_copy(two_finger):
     pose = _filter(two_finger)
     pose.angles[:] = np.nan
-    pose.angle_covariance[:] = np.nan
     assert np.isfinite(pose.mean).all()
-    assert np.isfinite(pose.covariance).all()
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import warnings
 
 import gymnasium as gym
@@ -10,7 +11,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import haptic_env
-from observer import OBSERVERS, Belief, HapticSLAM, ObserverWrapper
+from observer import Belief, HapticSLAM, ObserverWrapper
+from observer.variants import NAMES, make_observer
 from tests.observer.hands import pointer
 
 
@@ -97,18 +99,21 @@ def test_reset_options_pass_through(env):
     assert env.unwrapped.solid.name == "sphere"
 
 
-@pytest.mark.parametrize("mode", ["sync", "async"])
-def test_vectors_of_watched_environments(mode):
-    """`gym.make_vec` with the wrapper: one observer in each environment."""
-    # A process that has run OpenMP must not be forked.
-    context = {"vector_kwargs": {"context": "spawn"}} if mode == "async" else {}
+@pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")  # of Python 3.12
+@pytest.mark.parametrize(
+    ("mode", "keywords"),
+    [("sync", None), *(("async", {"context": context}) for context in multiprocessing.get_all_start_methods())],
+    ids=str,
+)
+def test_vectors_of_watched_environments(mode, keywords):
+    """`gym.make_vec` with the wrapper: one observer in each environment, however its process is started."""
     envs = gym.make_vec(
         "haptic_env:HapticSLAM/TwoFinger-v0",
         num_envs=2,
         vectorization_mode=mode,
+        vector_kwargs=keywords,
         wrappers=[watched],
         episode_seconds=0.2,
-        **context,
     )
     try:
         observation, info = envs.reset(seed=[1, 2])
@@ -123,10 +128,9 @@ def test_vectors_of_watched_environments(mode):
 
 
 def test_any_observer_may_watch():
-    for name, build in OBSERVERS.items():
+    for name in NAMES:
         inner = gym.make("HapticSLAM/TwoFinger-v0", episode_seconds=0.1)
-        few = {"particles": 4} if name in ("haptic_slam", "paper") else {}
-        env = ObserverWrapper(inner, build(inner.unwrapped.hand, 3.0, **few))
+        env = ObserverWrapper(inner, make_observer(name, inner.unwrapped.hand, 3.0, 4))
         env.reset(seed=0)
         for _ in range(5):
             info = env.step(env.action_space.sample())[-1]

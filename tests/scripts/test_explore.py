@@ -69,14 +69,19 @@ def test_without_a_shape_the_object_is_hidden_until_the_end(tmp_path: Path, caps
     assert f"in truth it is a                │ {summary['truth']}" in after
 
 
+def test_angles_may_be_exact(tmp_path: Path) -> None:
+    summary = run(tmp_path, "--sigma", "0")
+    assert summary["pose_error"]["raw angles"] == {"degrees": pytest.approx(0.0, abs=1e-4), "sigmas": None}
+    assert summary["pose_error"]["haptic SLAM, lagged"]["degrees"] < 0.1
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
         (["--shape", "cubee"], "choose from cube, cylinder, pyramid, sphere"),
         (["--policy", "scratch"], "choose from"),
-        (["--sigma", "nan"], r"finite number in (0, 90] degrees"),
-        (["--sigma", "-1"], r"finite number in (0, 90] degrees"),
-        (["--sigma", "0"], r"finite number in (0, 90] degrees"),
+        (["--sigma", "nan"], r"finite number in [0, 90] degrees"),
+        (["--sigma", "-1"], r"finite number in [0, 90] degrees"),
         (["--sigma", "loud"], "invalid float value: 'loud'"),
         (["--particles", "0"], "an integer in [1, 100000]"),
         (["--particles", "1.5"], "invalid int value: '1.5'"),

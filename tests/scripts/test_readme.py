@@ -1,4 +1,4 @@
-"""What the README says runs, and its tables say what the code does."""
+"""What the README says runs, its tables say what the code does, and what the documents name is there."""
 
 from __future__ import annotations
 
@@ -7,13 +7,24 @@ import inspect
 import re
 from pathlib import Path
 
+import command_line
 import pytest
 
 from haptic_env import hands
 from haptic_env.explore import ExploreEnv
 from observer import OBSERVERS, Belief
+from observer.variants import ABLATION
 
-README = (Path(__file__).resolve().parents[2] / "README.md").read_text()
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text()
+EXAMPLES = {  # of files that a reader may add
+    "haptic_env/shapes/egg.py",
+    "haptic_env/hands/three_finger.py",
+    "agents/follow.py",
+    "observer/classifiers/mine.py",
+}
+DASK = {"--nthreads", "--nworkers"}  # of dask worker
+DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 def table(heading: str) -> dict[str, list[str]]:
@@ -29,6 +40,13 @@ def test_every_example_runs(capsys: pytest.CaptureFixture) -> None:
     for block in re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL):
         exec(compile(block, "README.md", "exec"), names)
     assert "cube" in capsys.readouterr().out
+
+
+def test_the_sweep_in_toml_is_one(tmp_path: Path) -> None:
+    (text,) = re.findall(r"```toml\n(.*?)```", README, flags=re.DOTALL)
+    (tmp_path / "sweep.toml").write_text(text)
+    arguments = ["--config", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out")]
+    assert len(command_line.parse(None, arguments).conditions) == 3 * 2 * 2 * 2
 
 
 def test_the_table_of_keywords_is_that_of_the_environment() -> None:
@@ -47,9 +65,32 @@ def test_the_tables_of_brackets_and_of_the_belief_are_complete() -> None:
     assert {"joint_angles", "lagged_joint_angles", "occupancy", "grid", "weights", "particles"} <= fields
 
 
-def test_files_that_it_names_exist() -> None:
-    root = Path(__file__).resolve().parents[2]
-    for name in re.findall(r"\]\(([\w./]+\.\w+|LICENSE)\)", README):
-        assert (root / name).exists(), name
-    for name in re.findall(r"scripts/\w+\.py", README):
-        assert (root / name).exists(), name
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_files_that_it_names_exist(document: Path) -> None:
+    text = document.read_text()
+    for name in re.findall(r"\]\(([\w./]+\.\w+|LICENSE)\)", text):
+        assert (document.parent / name).exists(), name
+    for name in re.findall(r"(?:scripts|tests|observer|haptic_env|agents)/[\w/]+\.py", text):
+        assert (ROOT / name).exists() or name in EXAMPLES, name
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_flags_that_it_names_exist(document: Path) -> None:
+    text = document.read_text()
+    for script, arguments in re.findall(r"python (scripts/\w+\.py)([^\n`]*)", text):
+        assert set(re.findall(r"--[a-z][\w-]*", arguments)) <= flags(script), f"{script}{arguments}"
+    every = set().union(*(flags(f"scripts/{path.name}") for path in (ROOT / "scripts").glob("*.py")))
+    assert set(re.findall(r"--[a-z][\w-]*", text)) <= every | DASK
+
+
+def test_every_variant_of_the_ablation_is_explained() -> None:
+    told = re.findall(r"^\| `(\w+)` \|", (ROOT / "docs" / "observer.md").read_text(), flags=re.MULTILINE)
+    assert told == list(ABLATION[1:])
+
+
+def flags(script: str) -> set[str]:
+    """What the command line of `script` takes."""
+    if script == "scripts/evaluate.py":
+        _, options = command_line.make_parser(None)
+        return {"--help", "--config", *(flag for each in options.values() for flag in each.option_strings)}
+    return {"--help", *re.findall(r'"(--[\w-]+)"', (ROOT / script).read_text())}
