@@ -41,6 +41,8 @@ def sweep(given: argparse.Namespace, console: Console) -> None:
     missing = [task for task in trials if task.key not in results.trials]
     if len(missing) < len(trials):
         console.print(f"{len(trials) - len(missing)} of {len(trials)} trials are in {results.path} already")
+    if not missing:
+        return
     conditions = list(dict.fromkeys(task.condition for task in missing))
     exemplars = [task for each in conditions for draw in exemplar_tasks(settings, each) for task in draw]
     exemplars = [task for task in exemplars if not _file(folder, task).exists()]
@@ -67,12 +69,12 @@ def _file(folder: Path, task: Task) -> Path:
 
 def _calls(team: Workers, trials: Iterable[Task], folder: Path) -> Iterator[tuple[Task, Any]]:
     """Each trial with the exemplars of its condition, which are read when their turn comes."""
-    for condition, group in groupby(trials, key=lambda task: task.condition):
-        first, *others = group
-        draws = exemplar_tasks(first.settings, condition)
+    for condition, of_condition in groupby(trials, key=lambda task: task.condition):
+        group = list(of_condition)
+        draws = exemplar_tasks(group[0].settings, condition)
         files = [[_file(folder, each) for each in draw] for draw in draws]
         exemplars = team.share(tuple(tuple((each.name, each.read_bytes()) for each in draw) for draw in files))
-        for task in (first, *others):
+        for task in group:
             yield task, exemplars
 
 

@@ -127,7 +127,7 @@ class ClusterWorkers:
     def __init__(self, client: Any) -> None:
         self._client = client
         count = len(client.scheduler_info(n_workers=-1)["workers"])
-        self.told = f"{count or 'no'} workers of {client.scheduler.address} now; further ones may join"
+        self.told = f"the workers of {client.scheduler.address} ({count} now; further ones may join)"
 
     def share(self, value: Any) -> Any:
         """A future of `value`: it is sent once, handed from worker to worker, and made again when it is lost."""

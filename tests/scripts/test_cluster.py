@@ -108,8 +108,9 @@ def test_what_a_cluster_left_undone_this_machine_goes_on_with(
     quiet = ["--contact-false-alarm", "0", "--jobs", "1"]
     with worker(tmp_path, scheduler, "one"):
         assert run(tmp_path / "out", *quiet, "--trials", "1", "--cluster", scheduler) == 0
-    assert f"workers of {scheduler} now" in capsys.readouterr().out
+    assert f"Run by the workers of {scheduler} (1 now;" in capsys.readouterr().out
     assert run(tmp_path / "out", *quiet, "--trials", "2") == 0
+    assert run(tmp_path / "out", *quiet, "--trials", "2", "--cluster", "nobody:1") == 0, "nothing is left to do"
     assert run(tmp_path / "serial", *quiet, "--trials", "2") == 0
     assert (tmp_path / "out" / "trials.csv").read_bytes() == (tmp_path / "serial" / "trials.csv").read_bytes()
 
