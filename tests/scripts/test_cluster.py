@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 import evaluate
@@ -44,10 +44,13 @@ def process(log: Path, *arguments: str) -> Iterator[subprocess.Popen]:
         run.wait()
 
 
-def worker(folder: Path, address: str, name: str, threads: int = 1) -> AbstractContextManager[subprocess.Popen]:
-    """A worker of the scheduler at `address`."""
-    options = ["--nthreads", str(threads), "--name", name, "--no-nanny", "--no-dashboard"]
-    return process(folder / f"{name}.log", "distributed.cli.dask_worker", address, *options)
+@contextmanager
+def worker(folder: Path, address: str, name: str, threads: int = 1) -> Iterator[subprocess.Popen]:
+    """A worker that has joined the scheduler at `address`."""
+    log, options = folder / f"{name}.log", ["--nthreads", str(threads), "--no-nanny", "--no-dashboard"]
+    with process(log, "distributed.cli.dask_worker", address, *options) as run:
+        wait_for(lambda: "Registered to" in log.read_text() or None)
+        yield run
 
 
 @pytest.fixture(scope="module")
