@@ -26,7 +26,7 @@ TINY = [
     *("--observers", "floor", "haptic_slam", "--first-seed", "10", "--contact-false-alarm", "0", "0.02"),
     *("--classifiers", "nearest_neighbour"),
 ]
-TRIALS = ["--trials", "10"]  # of each of two shapes and two noises
+TRIALS = ["--trials", "6"]  # of each of two shapes and two noises
 
 
 @contextmanager
@@ -98,9 +98,9 @@ def test_a_worker_is_killed_and_the_table_is_the_serial_one(scheduler: str, tmp_
         assert run(tmp_path / "cluster", *TRIALS, "--cluster", scheduler) == 0
         killer.join()
         assert lost.wait(timeout=10) == -signal.SIGKILL
-    assert 8 <= killed[0] < 60, "it was killed in the middle"
+    assert 8 <= killed[0] < 40, "it was killed in the middle"
     assert run(tmp_path / "serial", *TRIALS, "--jobs", "1") == 0
-    assert rows(tmp_path / "serial") == 2 * 2 * 10 * 2
+    assert rows(tmp_path / "serial") == 2 * 2 * 6 * 2
     for name in ("trials.csv", "summary.csv", "config.json"):
         assert (tmp_path / "cluster" / name).read_bytes() == (tmp_path / "serial" / name).read_bytes()
 
