@@ -48,13 +48,13 @@ def compare(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(lines, columns=names)
 
 
-def save(table: Path) -> None:
-    """Write ablation.csv and ablation.png beside the `table` of trials."""
-    lines = compare(pd.read_csv(table))
-    with atomic(table.parent / "ablation.csv") as place:
+def save(rows: pd.DataFrame, folder: Path) -> None:
+    """Write ablation.csv and ablation.png of a table's `rows` to `folder`."""
+    lines = compare(rows)
+    with atomic(folder / "ablation.csv") as place:
         lines.to_csv(place, index=False)
     figure = draw(lines)
-    with atomic(table.parent / "ablation.png") as place:
+    with atomic(folder / "ablation.png") as place:
         figure.savefig(place)
 
 

@@ -42,17 +42,16 @@ def curves(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(lines, columns=["sigma_deg", "observer", "what", "said", "found", "low", "high", "count"])
 
 
-def save(table: Path) -> list[str]:
-    """Write calibration.csv and a picture for each observer beside the `table` of trials; returns their names."""
-    rows = pd.read_csv(table)
+def save(rows: pd.DataFrame, folder: Path) -> list[str]:
+    """Write calibration.csv and a picture for each observer in a table's `rows` to `folder`; returns their names."""
     lines = curves(rows)
-    with atomic(table.parent / "calibration.csv") as place:
+    with atomic(folder / "calibration.csv") as place:
         lines.to_csv(place, index=False)
     names = ["calibration.csv"]
     for observer in dict.fromkeys(rows["observer"]):
         names.append(f"calibration_{observer}.png")
         figure = draw(lines[lines["observer"] == observer], rows[rows["observer"] == observer])
-        with atomic(table.parent / names[-1]) as place:
+        with atomic(folder / names[-1]) as place:
             figure.savefig(place)
     return names
 

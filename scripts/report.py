@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from conditions import FACTORS
 from files import atomic
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -38,40 +39,41 @@ TITLES = {
 
 
 def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]) -> pd.DataFrame:
-    """One line for each noise, shape (and `ALL`), observer and measure: mean, 95 % interval, number of trials.
+    """One line for each of `FACTORS`, shape (and `ALL`), observer and measure: mean, 95 % interval, number of trials.
 
     Names: Wilson's interval. Everything else: Student's t over trials.
     """
     correct = [f"{namer}_correct" for namer in namers]
     shares = {*correct, *(each for each in measures if each.startswith("correct_"))}
     lines = []
-    for (sigma, shape, observer), group in pd.concat([rows, rows.assign(shape=ALL)]).groupby(
-        ["sigma_deg", "shape", "observer"], sort=False
-    ):
+    groups = [*FACTORS, "shape", "observer"]
+    for names, group in pd.concat([rows, rows.assign(shape=ALL)]).groupby(groups, sort=False):
         for measure in (*measures, *correct):
             values = group[measure].dropna().to_numpy()
             mean, low, high, count = metrics.accuracy(values) if measure in shares else interval(values)
-            lines.append((sigma, shape, observer, measure, mean, low, high, count))
-    return pd.DataFrame(lines, columns=["sigma_deg", "shape", "observer", "measure", "mean", "low", "high", "trials"])
+            lines.append((*names, measure, mean, low, high, count))
+    return pd.DataFrame(lines, columns=[*groups, "measure", "mean", "low", "high", "trials"])
 
 
-def save_summary(table: Path, measures: Sequence[str], namers: Sequence[str]) -> None:
-    """Write summary.csv beside the `table` of trials."""
-    with atomic(table.parent / "summary.csv") as place:
-        summarise(pd.read_csv(table), measures, namers).to_csv(place, index=False)
+def parts(rows: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
+    """The rows of each combination of what varies besides sigma, named like "seconds=5.0"; else all, named ""."""
+    varying = [name for name in FACTORS if name != "sigma_deg" and rows[name].nunique() > 1]
+    if not varying:
+        yield "", rows
+        return
+    for values, part in rows.groupby(varying, sort=False):
+        yield ",".join(f"{name}={value}" for name, value in zip(varying, values, strict=True)), part
 
 
-def save_picture(table: Path, namers: Sequence[str]) -> None:
-    """Write evaluate.png beside the `table` of trials and its summary.csv."""
-    candidates = pd.read_csv(table, usecols=["candidates"], nrows=1)["candidates"].iloc[0].split()
-    figure = draw(pd.read_csv(table.parent / "summary.csv"), namers, chance=1.0 / len(candidates))
-    with atomic(table.parent / "evaluate.png") as place:
+def save_picture(summary: pd.DataFrame, namers: Sequence[str], chance: float, folder: Path) -> None:
+    """Write evaluate.png of a `summary` to `folder`; a name is right by `chance`."""
+    figure = draw(summary, namers, chance)
+    with atomic(folder / "evaluate.png") as place:
         figure.savefig(place)
 
 
-def print_report(summary: Path, console: Console) -> None:
-    """Print the measures of `TITLES`, a table each, the observers side by side."""
-    lines = pd.read_csv(summary)
+def print_report(lines: pd.DataFrame, console: Console) -> None:
+    """Print the measures of `TITLES` in a summary's `lines`, a table each, the observers side by side."""
     for measure, title in TITLES.items():
         mine = lines[lines["measure"] == measure]
         if len(mine) and mine["trials"].max() > 0:

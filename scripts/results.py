@@ -14,11 +14,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from conditions import FACTORS
 from files import atomic, write_json
 
 Row = dict[str, str]
-Key = tuple[float, str, int]  # sigma_deg, shape, seed
-KEY = ("sigma_deg", "shape", "seed", "observer")
+Key = tuple[float | str, ...]  # of a trial: `KEY` but for the observer
+KEY = (*FACTORS, "shape", "seed", "observer")
 
 
 class Results:
@@ -49,17 +50,20 @@ class Results:
     def append(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """Add the rows of one finished trial, in one write that reaches the disk."""
         text = [{name: _text(row[name]) for name in self.columns} for row in rows]
-        self.trials[_key(text[0])] = text
+        self.trials[self._key(text[0])] = text
         with self.path.open("ab") as file:
             file.write(self._lines(text).encode())
             file.flush()
             os.fsync(file.fileno())
 
     def rewrite(self) -> None:
-        """The same table in the order of noise, shape and seed, whatever the order in which trials finished."""
+        """The same table in the order of `KEY`, whatever the order in which trials finished."""
         rows = [row for key in sorted(self.trials) for row in self.trials[key]]
         with atomic(self.path) as place:
             place.write_text(self._lines([dict(zip(self.columns, self.columns, strict=True)), *rows]))
+
+    def _key(self, row: Row) -> Key:
+        return tuple(float(row[name]) if name in self.numbers else row[name] for name in KEY[:-1])
 
     def _lines(self, rows: Sequence[Row]) -> str:
         text = io.StringIO()
@@ -99,7 +103,7 @@ class Results:
             raise ValueError(f"{self.path}, line 1: the columns are not those of this table; choose another --out")
         for number, fields in enumerate(csv.reader(lines[1:]), start=2):
             row = self._checked(number, fields)
-            self.trials.setdefault(_key(row), []).append(row)
+            self.trials.setdefault(self._key(row), []).append(row)
         for key, rows in list(self.trials.items()):
             observers = [row["observer"] for row in rows]
             if observers == self.order:
@@ -124,10 +128,6 @@ class Results:
                     f"{self.path}, line {number}: {name} must be a number, got {row[name]!r}; the table is corrupt"
                 ) from None
         return row
-
-
-def _key(row: Row) -> Key:
-    return float(row["sigma_deg"]), row["shape"], int(row["seed"])
 
 
 def _text(value: Any) -> str:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
+import io
 import platform
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, astuple, dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -13,8 +15,8 @@ from zipfile import BadZipFile
 
 import gymnasium as gym
 import numpy as np
-from files import atomic
-from results import KEY
+from conditions import Condition
+from results import KEY, Key
 from trial import Account, Exploration, Trial, make_observers
 
 import agents
@@ -44,6 +46,7 @@ MEASURES = (
     "step_accuracy",
     *(f"correct_{seconds}s" for seconds in AFTER_SECONDS),
 )
+Exemplars = tuple[tuple[tuple[str, bytes], ...], ...]  # for each draw, name and content of the file of each shape
 HISTOGRAMS = ("ranks_online", "ranks_lagged", "cells", "cells_predicted", "cells_observed")  # numbers with spaces
 
 
@@ -56,8 +59,6 @@ class Settings:
     """
 
     env: str
-    policy: str
-    seconds: float
     particles: int
     shapes: tuple[str, ...]
     observers: tuple[str, ...]
@@ -71,8 +72,6 @@ class Settings:
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
-        validate.choice("--policy", self.policy, agents.POLICIES)
-        validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
         validate.integer("--particles", self.particles, 1, 100_000)
         validate.integer("--exemplars", self.exemplars, 1, 1000)
         validate.integer("--first-seed", self.first_seed, 0, EXEMPLAR_SEED - 1)
@@ -87,6 +86,8 @@ class Settings:
         ):
             for name in given:
                 validate.choice(f"--{what}s", name, valid)
+            if not given and what != "classifier":
+                raise ValueError(f"--{what}s must name at least one of {', '.join(sorted(valid))}")
             if len(set(given)) < len(given):
                 raise ValueError(f"--{what}s must name each {what} once, got {', '.join(given)}")
 
@@ -101,35 +102,40 @@ class Task:
     """One exploration: a trial, or an exemplar that is kept as a map."""
 
     settings: Settings
+    condition: Condition
     shape: str
-    sigma_deg: float
     seed: int
-    folder: Path
 
     @property
-    def exemplar_path(self) -> Path:
-        """Where the maps of an exemplar are kept."""
-        return self.folder / "exemplars" / f"sigma{self.sigma_deg!r}_{self.shape}_{self.seed}.npz"
+    def key(self) -> Key:
+        """What tells it from the other trials of the table."""
+        return (*astuple(self.condition), self.shape, self.seed)
+
+    @property
+    def name(self) -> str:
+        """The same as the name of a file."""
+        told = [f"{name}={value}" for name, value in asdict(self.condition).items()]
+        return "_".join([*told, self.shape, str(self.seed)])
 
 
 def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     """Run the exploration of `task`."""
-    settings = task.settings
+    settings, condition = task.settings, task.condition
     env = gym.make(
         settings.env,
         shape=task.shape,
-        sigma_deg=task.sigma_deg,
-        episode_seconds=settings.seconds,
+        **condition.noise,
+        episode_seconds=condition.seconds,
         size_jitter=settings.size_jitter,
         position_jitter=settings.position_jitter,
         yaw_jitter=settings.yaw_jitter,
         reveal_truth=True,
     )
     hand = env.unwrapped.hand  # type: ignore[attr-defined]
-    told = task.sigma_deg * settings.believed_sigma
+    told = condition.sigma_deg * settings.believed_sigma
     observers = make_observers(settings.observers, hand, told, settings.particles)
     posterior = shape_posterior(settings)
-    trial = Trial(env, settings.policy, observers, posterior, task.seed, naming=None if naming else ())
+    trial = Trial(env, condition.policy, observers, posterior, task.seed, naming=None if naming else ())
     for _ in trial:
         pass
     env.close()
@@ -149,16 +155,17 @@ def shape_posterior(settings: Settings) -> ShapePosterior:
     )
 
 
-def run_exemplar(task: Task) -> None:
-    """Explore once and keep the map that each observer ends with."""
+def run_exemplar(task: Task) -> tuple[Task, bytes]:
+    """Explore once; the map that each observer ends with, as the content of an .npz file."""
     _, accounts = explore(task, naming=False)
     maps: dict[str, Any] = {name: account.belief.occupancy for name, account in accounts.items()}
-    with atomic(task.exemplar_path) as place:
-        np.savez_compressed(place, **maps)
+    file = io.BytesIO()
+    np.savez_compressed(file, **maps)
+    return task, file.getvalue()
 
 
-def run_trial(task: Task) -> list[dict[str, Any]]:
-    """Explore once; a row for each observer."""
+def run_trial(task: Task, exemplars: Exemplars) -> list[dict[str, Any]]:
+    """Explore once; a row for each observer. The classifiers learn from `exemplars`, a tuple for each draw."""
     exploration, accounts = explore(task, naming=True)
     truth = exploration.true_angles
     touching = exploration.contacts.any(axis=1)
@@ -171,10 +178,7 @@ def run_trial(task: Task) -> list[dict[str, Any]]:
         occupancy = account.belief.occupancy
         calibration = metrics.reliability(occupancy, occupied, cells)
         row: dict[str, Any] = {
-            "sigma_deg": task.sigma_deg,
-            "shape": task.shape,
-            "seed": task.seed,
-            "observer": name,
+            **dict(zip(KEY, (*task.key, name), strict=True)),
             "pose_error_online_deg": metrics.pose_rmse_deg(account.joint_angles, truth),
             "pose_error_lagged_deg": metrics.pose_rmse_deg(account.lagged_joint_angles, truth),
             "pose_error_touching_deg": metrics.pose_rmse_deg(account.lagged_joint_angles[touching], truth[touching]),
@@ -205,7 +209,7 @@ def run_trial(task: Task) -> list[dict[str, Any]]:
         row |= {f"p_{label}": float(p) for label, p in zip(account.labels, account.posterior[-1], strict=True)}
         named = {STREAM: [account.name]}
         for namer in task.settings.classifiers:
-            fitted = classifiers(namer, name, task.settings, task.sigma_deg, task.folder)
+            fitted = classifiers(namer, name, task.settings.shapes, exemplars)
             named[namer] = [each.predict(occupancy) for each in fitted]
         for namer, names in named.items():
             row[namer] = " ".join(names)
@@ -228,31 +232,30 @@ def correct_after(exploration: Exploration, account: Account, seconds: float) ->
 
 
 @lru_cache(maxsize=128)
-def classifiers(namer: str, observer: str, settings: Settings, sigma_deg: float, folder: Path) -> list[MapClassifier]:
-    """The classifier `namer`, fitted once on each draw of the observer's exemplars."""
-    names = list(settings.shapes)
+def classifiers(namer: str, observer: str, labels: Sequence[str], exemplars: Exemplars) -> list[MapClassifier]:
+    """The classifier `namer`, fitted once on each draw of the observer's `exemplars`, one for each of `labels`."""
     fitted = []
-    for draw in exemplar_tasks(settings, sigma_deg, folder):
+    for draw in exemplars:
         maps = []
-        for task in draw:
+        for name, content in draw:
             try:
-                with np.load(task.exemplar_path) as kept:
+                with np.load(io.BytesIO(content)) as kept:
                     maps.append(kept[observer])
             except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
-                raise ValueError(f"{task.exemplar_path} is corrupt ({error}); delete it and run again") from error
-        fitted.append(CLASSIFIERS[namer]().fit(maps, names))
+                raise ValueError(f"the exemplar {name} is corrupt ({error}); delete it and run again") from error
+        fitted.append(CLASSIFIERS[namer]().fit(maps, list(labels)))
     return fitted
 
 
-def exemplar_tasks(settings: Settings, sigma_deg: float, folder: Path) -> list[list[Task]]:
-    """For each draw, one exploration of each shape, of seeds that no trial has."""
+def exemplar_tasks(settings: Settings, condition: Condition) -> list[list[Task]]:
+    """For each draw, one exploration of each shape, of seeds that no trial has; none where nothing learns from them."""
     count = len(settings.shapes)
     return [
         [
-            Task(settings, shape, sigma_deg, EXEMPLAR_SEED + draw * count + index, folder)
+            Task(settings, condition, shape, EXEMPLAR_SEED + draw * count + index)
             for index, shape in enumerate(settings.shapes)
         ]
-        for draw in range(settings.exemplars)
+        for draw in range(settings.exemplars if settings.classifiers else 0)
     ]
 
 
@@ -282,4 +285,5 @@ def columns(settings: Settings) -> tuple[list[str], list[str]]:
     """The columns of the table, and those that hold numbers."""
     correct = [f"{namer}_correct" for namer in settings.namers]
     numbers = [*MEASURES, *(f"p_{shape}" for shape in settings.shapes), *correct]
-    return [*KEY, *numbers, *HISTOGRAMS, *settings.namers, *constants(settings)], [*numbers, "sigma_deg", "seed"]
+    keys = [name for name in KEY if name not in ("policy", "shape", "observer")]
+    return [*KEY, *numbers, *HISTOGRAMS, *settings.namers, *constants(settings)], [*numbers, *keys]

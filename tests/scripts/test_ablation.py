@@ -54,8 +54,7 @@ def test_what_is_surely_worse_is_seen() -> None:
 
 
 def test_one_table_and_a_picture(rows: pd.DataFrame, tmp_path) -> None:
-    rows.to_csv(tmp_path / "trials.csv", index=False)
-    ablation.save(tmp_path / "trials.csv")
+    ablation.save(rows, tmp_path)
     assert (tmp_path / "ablation.png").stat().st_size > 1000
     console = Console(width=120, record=True, file=io.StringIO())
     ablation.print_table(tmp_path / "ablation.csv", console)

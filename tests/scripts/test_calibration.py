@@ -73,8 +73,7 @@ def test_every_label_s_probability_counts(rows: pd.DataFrame) -> None:
 
 def test_pictures_and_table_are_written(rows: pd.DataFrame, tmp_path) -> None:
     both = pd.concat([rows, rows.assign(observer="floor", sigma_deg=3.0)])
-    both.to_csv(tmp_path / "trials.csv", index=False)
-    names = calibration.save(tmp_path / "trials.csv")
+    names = calibration.save(both, tmp_path)
     assert names == ["calibration.csv", "calibration_haptic_slam.png", "calibration_floor.png"]
     assert all((tmp_path / name).stat().st_size > 100 for name in names)
     pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "calibration.csv"), calibration.curves(both))

@@ -8,14 +8,19 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from types import SimpleNamespace
 
+import command_line
 import evaluate
+import executors
 import numpy as np
 import pandas as pd
 import pytest
 import tasks
+from conditions import DEFAULTS, Condition
 
 ROOT = Path(__file__).resolve().parents[2]
 TINY = [
@@ -39,7 +44,7 @@ def copied(swept: Path, tmp_path: Path) -> Path:
 def refused(folder: Path, capsys: pytest.CaptureFixture, *arguments: str) -> str:
     """What is told about a command line that makes no sense."""
     with pytest.raises(SystemExit) as ended:
-        evaluate.parse([*TINY, "--out", str(folder), *arguments])
+        command_line.parse(None, [*TINY, "--out", str(folder), *arguments])
     error = capsys.readouterr().err
     assert ended.value.code == 2
     assert error.count("\n") == 1
@@ -77,34 +82,32 @@ def test_killed_half_way_it_goes_on_to_the_same_rows(copied: Path, swept: Path, 
 
 
 def test_a_finished_sweep_runs_nothing_again(copied: Path, swept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def as_results(executor: object, work: object, tasks: list[object]) -> list[object]:
-        assert tasks == []
-        return []
-
-    monkeypatch.setattr(evaluate, "as_results", as_results)
+    monkeypatch.delattr(executors.LocalWorkers, "run")
     assert evaluate.main([*TINY, "--out", str(copied)]) == 0
     assert (copied / "trials.csv").read_bytes() == (swept / "trials.csv").read_bytes()
 
 
 def test_two_configurations_do_not_mix(copied: Path, capsys: pytest.CaptureFixture) -> None:
-    told = refused(copied, capsys, "--seconds", "2", "--particles", "7")
-    assert "seconds is 0.6 there and 2.0 here" in told
+    told = refused(copied, capsys, "--exemplars", "2", "--particles", "7")
+    assert "exemplars is 1 there and 2 here" in told
     assert "particles is 5 there and 7 here" in told
     told = refused(copied, capsys, "--yaw-jitter", "20", "--believed-sigma", "2", "--classifiers", "random_forest")
     assert "yaw_jitter is 0.0 there and 20.0 here" in told
     assert "believed_sigma is 1.0 there and 2.0 here" in told
     assert "classifiers is" in told
-    assert evaluate.parse([*TINY, "--out", str(copied), "--trials", "9", "--sigmas", "1", "3"])  # more of the same
+    more = ["--trials", "9", "--sigmas", "1", "3", "--bias-deg", "2"]
+    assert command_line.parse(None, [*TINY, "--out", str(copied), *more])
 
 
 def test_a_corrupt_table_is_told(copied: Path, capsys: pytest.CaptureFixture) -> None:
     table = copied / "trials.csv"
     whole = table.read_text()
-    table.write_text(whole.replace("3.0,cube,10,", "3.0,cube,ten,"))
+    assert "0.6,cube,10,floor," in whole
+    table.write_text(whole.replace("0.6,cube,10,", "0.6,cube,ten,"))
     assert "seed must be a number, got 'ten'; the table is corrupt" in refused(copied, capsys)
-    table.write_text(whole.replace("3.0,cube,10,floor,", "3.0,cube,10,", 1))
+    table.write_text(whole.replace("0.6,cube,10,floor,", "0.6,cube,10,", 1))
     assert "line 2: " in refused(copied, capsys)
-    table.write_text(whole.replace("3.0,cube,10,floor", "3.0,cube,10,kalman"))
+    table.write_text(whole.replace("0.6,cube,10,floor", "0.6,cube,10,kalman"))
     assert "has rows of kalman, haptic_slam" in refused(copied, capsys)
     table.write_bytes(b"\xff\xfe" + whole.encode())
     assert "trials.csv is corrupt" in refused(copied, capsys)
@@ -143,6 +146,15 @@ def test_a_corrupt_exemplar_is_told(copied: Path, capsys: pytest.CaptureFixture)
         (["--jobs", "0"], "must be an integer in [1, 1024]"),
         (["--exemplars", "0"], "must be an integer in [1, 1000]"),
         (["--out", "/dev/null/here"], "--out must be a folder"),
+        (["--bias-deg", "0", "-1"], "bias_deg must be a finite number in [0, 90] degrees, got -1"),
+        (["--drift-deg", "nan"], "drift_deg must be a finite number"),
+        (["--drift-seconds", "0"], "drift_seconds must be a finite number"),
+        (["--proportional", "2"], "proportional must be a finite number in [0, 1], got 2"),
+        (["--motor-noise", "-0.1"], "motor_noise must be a finite number"),
+        (["--contact-miss", "0.1", "1.5"], "contact_miss must be a finite number in [0, 1], got 1.5"),
+        (["--contact-false-alarm", "2"], "contact_false_alarm must be a finite number in [0, 1], got 2"),
+        (["--policy", "random_torque", "push"], "unknown --policy 'push'; choose from"),
+        (["--seconds", "1", "0"], "--seconds must be a finite number"),
     ],
 )
 def test_bad_input_is_one_clear_line(
@@ -173,15 +185,13 @@ def test_variants_are_observers_too(tmp_path: Path, capsys: pytest.CaptureFixtur
 def test_an_ablation_needs_the_full_observer(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     told = refused(tmp_path, capsys, "--ablation", "--observers", "floor", "paper")
     assert "--ablation compares with haptic_slam, which is not among --observers" in told
-    given = evaluate.parse(["--shapes", "cube", "--ablation", "--out", str(tmp_path)])
-    assert given.settings.observers == evaluate.ABLATION
+    given = command_line.parse(None, ["--shapes", "cube", "--ablation", "--out", str(tmp_path)])
+    assert given.settings.observers == command_line.ABLATION
 
 
-def task_of(**changed: object) -> tasks.Task:
+def task_of(condition: Mapping[str, object] | None = None, **changed: object) -> tasks.Task:
     given = {
         "env": "HapticSLAM/TwoFinger-v0",
-        "policy": "random_torque",
-        "seconds": 0.1,
         "particles": 2,
         "shapes": ("cube", "sphere"),
         "observers": ("floor", "haptic_slam"),
@@ -189,7 +199,8 @@ def task_of(**changed: object) -> tasks.Task:
         "first_seed": 0,
         "classifiers": (),
     }
-    return tasks.Task(tasks.Settings(**given | changed), "cube", 2.0, 3, Path("nowhere"))
+    noise = Condition(**{"sigma_deg": 2.0, "seconds": 0.1, **(condition or {})})
+    return tasks.Task(tasks.Settings(**given | changed), noise, "cube", 3)
 
 
 def test_the_object_varies_as_asked() -> None:
@@ -203,6 +214,41 @@ def test_the_object_varies_as_asked() -> None:
     assert moved.quaternion[0] != 1.0
     np.testing.assert_allclose(moved.size, still.size, rtol=0.2)
     np.testing.assert_allclose(moved.position, still.position, atol=0.01)
+
+
+@pytest.mark.parametrize("name", DEFAULTS)
+def test_every_noise_reaches_the_hand(name: str) -> None:
+    clear = {"drift_deg": 5.0} if name == "drift_seconds" else {}
+    usual, noisy = (
+        tasks.explore(task_of({"seconds": 0.5, **clear, **changed}), naming=False)[0]
+        for changed in ({}, {name: 0.01 if name == "drift_seconds" else 0.5})
+    )
+    told = "contacts" if name.startswith("contact") else "felt_angles"
+    assert (getattr(usual, told) != getattr(noisy, told)).any()
+
+
+def test_a_product_is_a_row_each_and_a_row_runs_again(tmp_path: Path) -> None:
+    several = ["--seconds", "0.2", "0.3", "--bias-deg", "0", "4", "--policy", "random_torque", "--trials", "1"]
+    assert evaluate.main([*TINY, *several, "--classifiers", "--out", str(tmp_path)]) == 0
+    rows = pd.read_csv(tmp_path / "trials.csv")
+    assert len(rows) == 2 * 2 * 2 * 2
+    assert not rows.duplicated([*tasks.KEY]).any()
+    assert not list((tmp_path / "exemplars").iterdir()), "nothing learns from them"
+    error = rows[rows["observer"] == "floor"].groupby("bias_deg")["pose_error_online_deg"].mean()
+    assert error[4.0] > error[0.0]
+    summary = pd.read_csv(tmp_path / "summary.csv")
+    assert len(summary[["bias_deg", "seconds"]].drop_duplicates()) == 4
+    assert summary["trials"].max() == 2
+    assert (tmp_path / "bias_deg=4.0,seconds=0.2" / "evaluate.png").exists()
+
+    told = rows.iloc[-2]
+    condition = Condition(**{each.name: told[each.name] for each in fields(Condition)})
+    names = {"shapes": tuple(told["candidates"].split()), "observers": tuple(told["observers"].split())}
+    plain = {each.name: told[each.name] for each in fields(tasks.Settings) if each.name not in (*names, "classifiers")}
+    settings = tasks.Settings(**plain, **names, classifiers=())
+    again = tasks.run_trial(tasks.Task(settings, condition, told["shape"], int(told["seed"])), ())
+    for name in (*tasks.KEY, *tasks.MEASURES):
+        np.testing.assert_equal(again[0][name], told[name], err_msg=name)
 
 
 def test_observers_may_be_told_another_sigma_than_the_true_one() -> None:

@@ -7,6 +7,7 @@ import inspect
 import re
 from pathlib import Path
 
+import command_line
 import pytest
 
 from haptic_env import hands
@@ -22,6 +23,7 @@ EXAMPLES = {  # of files that a reader may add
     "agents/follow.py",
     "observer/classifiers/mine.py",
 }
+DASK = {"--nthreads", "--nworkers"}  # of dask worker
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -38,6 +40,13 @@ def test_every_example_runs(capsys: pytest.CaptureFixture) -> None:
     for block in re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL):
         exec(compile(block, "README.md", "exec"), names)
     assert "cube" in capsys.readouterr().out
+
+
+def test_the_sweep_in_toml_is_one(tmp_path: Path) -> None:
+    (text,) = re.findall(r"```toml\n(.*?)```", README, flags=re.DOTALL)
+    (tmp_path / "sweep.toml").write_text(text)
+    arguments = ["--config", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out")]
+    assert len(command_line.parse(None, arguments).conditions) == 3 * 2 * 2 * 2
 
 
 def test_the_table_of_keywords_is_that_of_the_environment() -> None:
@@ -71,7 +80,7 @@ def test_flags_that_it_names_exist(document: Path) -> None:
     for script, arguments in re.findall(r"python (scripts/\w+\.py)([^\n`]*)", text):
         assert set(re.findall(r"--[a-z][\w-]*", arguments)) <= flags(script), f"{script}{arguments}"
     every = set().union(*(flags(f"scripts/{path.name}") for path in (ROOT / "scripts").glob("*.py")))
-    assert set(re.findall(r"--[a-z][\w-]*", text)) <= every
+    assert set(re.findall(r"--[a-z][\w-]*", text)) <= every | DASK
 
 
 def test_every_variant_of_the_ablation_is_explained() -> None:
@@ -81,4 +90,7 @@ def test_every_variant_of_the_ablation_is_explained() -> None:
 
 def flags(script: str) -> set[str]:
     """What the command line of `script` takes."""
+    if script == "scripts/evaluate.py":
+        _, options = command_line.make_parser(None)
+        return {"--help", "--config", *(flag for each in options.values() for flag in each.option_strings)}
     return {"--help", *re.findall(r'"(--[\w-]+)"', (ROOT / script).read_text())}

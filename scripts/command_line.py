@@ -1,0 +1,170 @@
+"""The command line of a sweep, and the file that may stand in its place; everything is checked here, once."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import itertools
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+from conditions import DEFAULTS, FACTORS, Condition
+from explore import Parser
+from joblib import cpu_count
+from results import Results
+from tasks import Settings, columns, versions
+
+import agents
+import haptic_env
+from haptic_env import shapes, validate
+from observer import OBSERVERS
+from observer.classifiers import CLASSIFIERS
+from observer.variants import ABLATION, VARIANTS
+
+EXAMPLE = """examples: python scripts/evaluate.py --shapes cube sphere --sigmas 3 5 --trials 20 --out out/two_shapes
+          python scripts/evaluate.py --bias-deg 0 2 --contact-miss 0 0.1 --seconds 5 10 --out out/product
+          python scripts/evaluate.py --config sweep.toml --cluster tcp://10.0.0.1:8786"""
+FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
+NAMERS = ("nearest_neighbour", "touched_nearest_neighbour")  # one-shot: the paper's, and what touch has added
+QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
+KINDS: dict[Any, str] = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
+Options = Mapping[str, argparse.Action]
+
+
+def parse(description: str | None, arguments: list[str] | None) -> argparse.Namespace:
+    """Read and check the command line; ends the program with code 2 where it makes no sense.
+
+    What it returns has also `settings`, `conditions` and the opened `results`.
+    """
+    parser, options = make_parser(description)
+    file: dict[str, Any] = {}
+    given = parser.parse_args(arguments)
+    if given.config is not None:
+        try:
+            file = read(Path(given.config), options)
+            plan(settle(parser, [], file))
+        except (ValueError, OSError) as error:
+            told = re.sub(r"--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), str(error))  # a flag's key
+            parser.error(f"{given.config}: {told}")
+    given = settle(parser, arguments, file)
+    try:
+        plan(given)
+        folder = Path(given.out)
+        (folder / "exemplars").mkdir(parents=True, exist_ok=True)
+        config = asdict(given.settings) | versions()
+        given.results = Results(folder, config, *columns(given.settings), given.settings.observers)
+    except ValueError as error:
+        parser.error(str(error))
+    except OSError as error:
+        parser.error(f"--out must be a folder that can be written to: {error}")
+    return given
+
+
+def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Options]:
+    """The parser, and by its key each option that a file may set."""
+    parser = Parser(description=description, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--config", metavar="FILE", help="TOML: any of these, first_seed = 20 for --first-seed 20")
+    options: dict[str, argparse.Action] = {}
+
+    def add(flag: str, **keywords: Any) -> None:
+        option = parser.add_argument(flag, **keywords)
+        options[option.dest] = option
+
+    add("--env", default="HapticSLAM/TwoFinger-v0", help=f"one of {', '.join(haptic_env.ENVIRONMENTS)}")
+    add("--shapes", nargs="+", default=list(shapes.SHAPES), help="what is explored, and the candidates (default all)")
+    add("--sigmas", nargs="+", type=float, default=[1.0, 3.0, 5.0], help="noise, SD in degrees (default 1 3 5)")
+    for name, value in DEFAULTS.items():
+        flag = "--" + name.replace("_", "-")
+        add(flag, nargs="+", type=float, default=[value], help=f"as the environment's, one or more (default {value:g})")
+    add("--policy", nargs="+", default=["random_torque"], help=f"{', '.join(agents.POLICIES)} (default random_torque)")
+    add("--seconds", nargs="+", type=float, default=[10.0], help="of an exploration, one or more (default 10)")
+    add(
+        "--trials",
+        type=int,
+        default=20,
+        help="explorations for each of these (default 20: with four shapes names are known to ± 10 %%)",
+    )
+    add("--first-seed", type=int, default=FIRST_SEED, help=f"seed of the first trial (default {FIRST_SEED})")
+    add(
+        "--observers",
+        nargs="+",
+        default=list(OBSERVERS),
+        help=f"default: {' '.join(OBSERVERS)}; or {', '.join(VARIANTS)}",
+    )
+    switch = argparse.BooleanOptionalAction
+    add("--ablation", action=switch, default=False, help="haptic_slam with one idea changed at a time, in one table")
+    add("--calibration", action=switch, default=False, help="also pictures of how sure observers are and may be")
+    add("--particles", type=int, default=200, help="of the observers that have any (default 200)")
+    add("--exemplars", type=int, default=3, help="draws over which one-shot learning is averaged (default 3)")
+    add(
+        "--classifiers",
+        nargs="*",
+        default=list(NAMERS),
+        help=f"of finished maps: {', '.join(CLASSIFIERS)} (default {' '.join(NAMERS)})",
+    )
+    add("--size-jitter", type=float, default=0.0, help="how the object's size varies, a fraction (default 0)")
+    add("--position-jitter", type=float, default=0.0, help="how far it is off the grasp centre, in m (default 0)")
+    add("--yaw-jitter", type=float, default=0.0, help="how far it is turned, in degrees (default 0)")
+    add("--believed-sigma", type=float, default=1.0, help="the observers are told so many times sigma (default 1)")
+    add("--jobs", type=int, default=cpu_count(), help="processes of this machine (default: one a core)")
+    add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
+    add("--out", default="out/evaluate", help="folder for the results (default out/evaluate)")
+    quick = ", ".join(
+        f"--{name} {' '.join(map(str, value)) if isinstance(value, list) else value}" for name, value in QUICK.items()
+    )
+    add("--quick", action=switch, default=False, help=f"a first look in under two minutes: {quick}")
+    return parser, options
+
+
+def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: Mapping[str, Any]) -> argparse.Namespace:
+    """Flags win over --quick, that over the file, that over the defaults."""
+    parser.set_defaults(**file)
+    given = parser.parse_args(arguments)
+    if given.ablation and "observers" not in file:
+        parser.set_defaults(observers=list(ABLATION))
+    if given.quick:
+        parser.set_defaults(**QUICK)
+    return parser.parse_args(arguments)
+
+
+def read(path: Path, options: Options) -> dict[str, Any]:
+    """What the TOML file at `path` sets, each of the right type; else raises `ValueError`, or `OSError`."""
+    content = tomllib.loads(path.read_bytes().decode())
+    return {name: _typed(name, value, options) for name, value in content.items()}
+
+
+def _typed(name: str, value: Any, options: Options) -> Any:
+    option = options[validate.choice("key", name, options)]
+    kind: Any = bool if isinstance(option, argparse.BooleanOptionalAction) else option.type or str
+    several = option.nargs in ("+", "*")
+    values = value if several and isinstance(value, list) else [value]
+    if not all(type(each) is kind or (kind is float and type(each) is int) for each in values):
+        raise ValueError(f"{name} must be {KINDS[kind]}{' or a list of such' if several else ''}, got {value!r}")
+    values = [kind(each) for each in values]
+    return values if several else values[0]
+
+
+def plan(given: argparse.Namespace) -> None:
+    """Put `settings`, and `conditions` in their order, into `given`; raises `ValueError` for what makes no sense."""
+    told = {each.name: getattr(given, each.name) for each in fields(Settings)}
+    told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
+    given.settings = Settings(**told)
+    flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}
+    values = {name: sorted(set(getattr(given, flag))) for name, flag in flags.items()}
+    for name, several in values.items():
+        if not several:
+            raise ValueError(f"--{flags[name].replace('_', '-')} must have a value, got []")
+    product = itertools.product(*values.values())
+    given.conditions = [Condition(**dict(zip(FACTORS, each, strict=True))) for each in product]
+    most = values["sigma_deg"][-1] * given.settings.believed_sigma
+    validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
+    validate.integer("--trials", given.trials, 1, 100_000)
+    validate.integer("--jobs", given.jobs, 1, 1024)
+    if given.ablation and ABLATION[0] not in given.observers:
+        raise ValueError(f"--ablation compares with {ABLATION[0]}, which is not among --observers")
+    if given.cluster is not None and importlib.util.find_spec("distributed") is None:
+        raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")

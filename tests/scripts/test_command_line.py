@@ -1,0 +1,99 @@
+"""A sweep that a TOML file describes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import command_line
+import pytest
+
+WHOLE = """
+shapes = ["cube", "sphere"]
+sigmas = [3, 1.5]
+bias_deg = [0, 2]
+seconds = 5
+policy = "random_torque"
+observers = ["floor"]
+classifiers = []
+trials = 7
+calibration = true
+"""
+
+
+def parse(tmp_path: Path, text: str, *arguments: str):
+    """What the command line makes of a file with `text`, and of flags."""
+    file = tmp_path / "sweep.toml"
+    file.write_text(text)
+    return command_line.parse(None, ["--config", str(file), "--out", str(tmp_path / "out"), *arguments])
+
+
+def refused(tmp_path: Path, text: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    """The one line that is told about a file with `text`."""
+    with pytest.raises(SystemExit) as ended:
+        parse(tmp_path, text, *arguments)
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+    return error
+
+
+def test_a_file_says_what_flags_say(tmp_path: Path) -> None:
+    given = parse(tmp_path, WHOLE)
+    flags = ["--shapes", "cube", "sphere", "--sigmas", "3", "1.5", "--bias-deg", "0", "2", "--seconds", "5"]
+    flags += ["--observers", "floor", "--classifiers", "--trials", "7", "--calibration"]
+    same = command_line.parse(None, [*flags, "--out", str(tmp_path / "out")])
+    assert given.settings == same.settings
+    assert given.conditions == same.conditions
+    assert [(each.sigma_deg, each.bias_deg) for each in given.conditions] == [(1.5, 0), (1.5, 2), (3, 0), (3, 2)]
+    assert given.trials == same.trials == 7
+    assert given.calibration
+
+
+def test_flags_win_over_the_file(tmp_path: Path) -> None:
+    given = parse(tmp_path, WHOLE, "--trials", "2", "--sigmas", "4", "--no-calibration", "--seconds", "1", "2")
+    assert given.trials == 2
+    assert not given.calibration
+    assert {each.sigma_deg for each in given.conditions} == {4.0}
+    assert {each.seconds for each in given.conditions} == {1.0, 2.0}
+    assert given.settings.observers == ("floor",)
+    assert parse(tmp_path, WHOLE, "--quick", "--out", str(tmp_path / "quick")).trials == command_line.QUICK["trials"]
+
+
+def test_an_ablation_may_stand_in_the_file(tmp_path: Path) -> None:
+    assert parse(tmp_path, "ablation = true").settings.observers == command_line.ABLATION
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("sigma = 3", "unknown key 'sigma' (did you mean 'sigmas'?); choose from ablation, believed_sigma, bias_deg"),
+        ("[noise]\nbias_deg = 3", "unknown key 'noise'"),
+        ("config = 'other.toml'", "unknown key 'config'"),
+        ("trials = 3.0", "trials must be an integer, got 3.0"),
+        ("trials = [3]", "trials must be an integer, got [3]"),
+        ("trials = true", "trials must be an integer, got True"),
+        ("sigmas = ['3']", "sigmas must be a number or a list of such, got ['3']"),
+        ("sigmas = []", "sigmas must have a value, got []"),
+        ("observers = []", "observers must name at least one of"),
+        ("shapes = 3", "shapes must be a string or a list of such, got 3"),
+        ("calibration = 'yes'", "calibration must be true or false, got 'yes'"),
+        ("first_seed = -1", "first_seed must be an integer in [0, "),
+        ("motor_noise = [0.1, 3]", "motor_noise must be a finite number in [0, 1], got 3"),
+        ("shapes = ['egg']", "unknown shapes 'egg'; choose from cube"),
+        ("policy = ['push']", "unknown policy 'push'; choose from"),
+        ("ablation = true\nobservers = ['floor']", "ablation compares with haptic_slam"),
+        ("trials = 3\nsigmas = 3 4", "(at line 2, column 12)"),
+        ("trials = 3\ntrials = 4", "Cannot overwrite a value"),
+    ],
+)
+def test_a_wrong_file_is_one_clear_line(text: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    error = refused(tmp_path, text, capsys, "--trials", "1")
+    assert f"{tmp_path / 'sweep.toml'}: " in error
+    assert told in error
+
+
+def test_a_file_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit):
+        command_line.parse(None, ["--config", str(tmp_path / "none.toml")])
+    assert "none.toml" in capsys.readouterr().err
