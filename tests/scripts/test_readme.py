@@ -84,8 +84,9 @@ def test_flags_that_it_names_exist(document: Path) -> None:
 
 
 def test_every_variant_of_the_ablation_is_explained() -> None:
-    told = re.findall(r"^\| `(\w+)` \|", (ROOT / "docs" / "observer.md").read_text(), flags=re.MULTILINE)
-    assert told == list(ABLATION[1:])
+    text = (ROOT / "docs" / "observer.md").read_text()
+    table = text.partition("| variant | what is changed |")[2].partition("\n\n")[0]
+    assert re.findall(r"^\| `(\w+)` \|", table, flags=re.MULTILINE) == list(ABLATION[1:])
 
 
 def flags(script: str) -> set[str]:
