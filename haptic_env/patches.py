@@ -156,17 +156,25 @@ class Patches:
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")
+def row_at(length, tip, along, link, z):
+    """The row of patches of `link` at height `z` m along its bone; `along` for those of its tip."""
+    if tip[link] and z > length[link]:
+        return along
+    return min(max(int(z * (along / length[link])), 0), along - 1)
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
 def patch_at(first, length, tip, along, around, rings, link, x, y, z):
     """The patch of `link` that holds a skin point (m, in its frame), by the `Patches.layout` of the hand."""
     # Sector 0 is centred on the palmar side (-x).
     turn = np.arctan2(y, x) * (around / (2 * np.pi)) + (1.5 * around + 0.5)
     sector = int(turn) % around
-    if tip[link] and z > length[link]:
+    row = row_at(length, tip, along, link, z)
+    if row == along:
         polar = np.arctan2(np.hypot(x, y), z - length[link])  # 0 at the pole, pi/2 at the rim
         ring = min(int(polar * (rings / (np.pi / 2))), rings - 1)
         beyond = 0 if ring == 0 else 1 + (ring - 1) * around + sector
         return first[link] + along * around + beyond
-    row = min(max(int(z * (along / length[link])), 0), along - 1)
     return first[link] + row * around + sector
 
 

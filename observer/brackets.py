@@ -54,7 +54,7 @@ class OneMap(HapticSLAM):
     def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
         super().__init__(hand, sigma_deg, particles=1, candidates=1, **keywords)
 
-    def _candidates(self, proposal: Transition, ago: int, count: int) -> tuple[Array, Array, Array]:
+    def _candidates(self, proposal: Transition, count: int) -> tuple[Array, Array, Array]:
         joints = self.hand.joints
         return proposal.mean[None].copy(), np.zeros((joints, joints)), np.zeros((1, 1, joints))
 

@@ -169,7 +169,7 @@ class HapticSLAM:
         rest = covariance[now, now] - follow @ covariance[before, now]
         return Transition(mean[now].copy(), follow, mean[before].copy(), rest)
 
-    def _candidates(self, proposal: Transition, ago: int, count: int) -> tuple[Array, Array, Array]:
+    def _candidates(self, proposal: Transition, count: int) -> tuple[Array, Array, Array]:
         """Where scan matching looks: centres (N, J), a factor (J, J) of their spread, and normals (N, K, J).
 
         To draw one of the candidates they come from the proposal. To average them they come from all that is
@@ -182,8 +182,7 @@ class HapticSLAM:
         half = count // 2
         normals[:, half : 2 * half] = -normals[:, :half]
         normals[:, 2 * half :] = 0.0
-        lagged = self.pose.lagged(ago)
-        return centres, lower_factor(self.pose.covariance[lagged, lagged]), normals
+        return centres, self._drawn[1], normals
 
     def _match_and_map(
         self, proposal: Transition, contacts: NDArray[np.bool_], ago: int
@@ -195,7 +194,7 @@ class HapticSLAM:
         count = self.n_candidates if watched.any() else 1  # effort goes where contact is
         touch = np.where(self._felt, self.contact_model.sustained, self.contact_model.touch)
         self._felt = contacts
-        centres, spread, normals = self._candidates(proposal, ago, count)
+        centres, spread, normals = self._candidates(proposal, count)
         uniform = self._rng.random(self.n_particles)
         lagged = self.pose.lagged(ago)
         mean = self.pose.mean[lagged]

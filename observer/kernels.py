@@ -16,7 +16,7 @@ from scipy.special import log_ndtr
 
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.patches import patch_at
+from haptic_env.patches import patch_at, row_at
 from observer.kinematics import body_frames
 from observer.threads import parallel
 
@@ -234,12 +234,14 @@ def _write(
                 begin, end = _span(dx, dy, turn[:, 2], outer, origin[2] + 0.5 * res - at[2], res, low2, high2)
                 for k in range(begin, end):
                     dz = origin[2] + (k + 0.5) * res - at[2]
-                    z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
-                    along = min(max(z, 0.0), length)
-                    square = dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along
+                    z, square = _from_bone(dx, dy, dz, turn[:, 2], length)
                     if square >= outer:
                         continue
-                    if touching and core <= square < felt and rings[link, _part(body, link, z)]:
+                    if (
+                        touching
+                        and core <= square < felt
+                        and rings[link, row_at(body.length, body.tip, body.along, link, z)]
+                    ):
                         x = turn[0, 0] * dx + turn[1, 0] * dy + turn[2, 0] * dz
                         y = turn[0, 1] * dx + turn[1, 1] * dy + turn[2, 1] * dz
                         patch = patch_at(
@@ -265,6 +267,15 @@ def _write(
 
 
 @numba.njit(cache=True, inline="always")
+def _from_bone(dx, dy, dz, axis, length):
+    """Of a point, from the start of a bone of `length` m along `axis` (3,): its height along it, m, and the square of
+    its distance from it, m²."""
+    z = axis[0] * dx + axis[1] * dy + axis[2] * dz
+    along = min(max(z, 0.0), length)
+    return z, dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along
+
+
+@numba.njit(cache=True, inline="always")
 def _range(start, along, pad, origin, res, count):
     """Voxels along one axis that a capsule from `start` to `start + along` may fill, padded."""
     low = int(np.floor((min(start, start + along) - pad - origin) / res))
@@ -286,14 +297,6 @@ def _span(dx, dy, axis, outer, first, res, low, high):
     begin = int(np.floor(((s * axis[2] - half) / across - first) / res))
     end = int(np.ceil(((s * axis[2] + half) / across - first) / res)) + 1
     return max(begin, low), min(end, high)
-
-
-@numba.njit(cache=True, inline="always")
-def _part(body, link, z):
-    """The row of patches of `link` at height `z` m along its bone; `along` for its tip."""
-    if body.tip[link] and z > body.length[link]:
-        return body.along
-    return min(max(int(z * (body.along / body.length[link])), 0), body.along - 1)
 
 
 @numba.njit(cache=True)
@@ -355,9 +358,7 @@ def near_skin(tree, body, lattice, near, pose):
                 dy = origin[1] + (j + 0.5) * res - at[1]
                 for k in range(low2, high2):
                     dz = origin[2] + (k + 0.5) * res - at[2]
-                    z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
-                    along = min(max(z, 0.0), length)
-                    if dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along < pad * pad:
+                    if _from_bone(dx, dy, dz, turn[:, 2], length)[1] < pad * pad:
                         result[(i * ny + j) * nz + k] = True
     return result
 

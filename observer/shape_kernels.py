@@ -19,6 +19,16 @@ LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to div
 
 
 @numba.njit(cache=True, inline="always", error_model="numpy")
+def _in_field(turn, scale, x, y, z):
+    """A world vector in the frame of a field that is turned by `turn` (3, 3) and `scale` times as large."""
+    return (
+        (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale,
+        (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale,
+        (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale,
+    )
+
+
+@numba.njit(cache=True, inline="always", error_model="numpy")
 def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     """Fill `gaps` (P,) of the patches of `link`, at `position` (3,) and `rotation` (3, 3), with their distance from
     hypothesis `h`, or `clear` m where it is more; whether any is less.
@@ -28,27 +38,15 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     field = solids.field[solids.drawn_in[h]]
     scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]
     resolution, half, far = solids.resolution, solids.half, solids.far
-    x, y, z = position[0] - at[0], position[1] - at[1], position[2] - at[2]
     # The link's frame in that of the field.
-    p0 = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale
-    p1 = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale
-    p2 = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale
-    x, y, z = rotation[0, 2], rotation[1, 2], rotation[2, 2]
-    c0 = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale
-    c1 = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale
-    c2 = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale
+    p0, p1, p2 = _in_field(turn, scale, position[0] - at[0], position[1] - at[1], position[2] - at[2])
+    c0, c1, c2 = _in_field(turn, scale, rotation[0, 2], rotation[1, 2], rotation[2, 2])
     s = skin.middle[link]
     gap = scale * field_distance(field, resolution, half, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
     if gap - skin.ball[link] >= clear:
         return False
-    x, y, z = rotation[0, 0], rotation[1, 0], rotation[2, 0]
-    a0 = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale
-    a1 = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale
-    a2 = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale
-    x, y, z = rotation[0, 1], rotation[1, 1], rotation[2, 1]
-    b0 = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale
-    b1 = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale
-    b2 = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale
+    a0, a1, a2 = _in_field(turn, scale, rotation[0, 0], rotation[1, 0], rotation[2, 0])
+    b0, b1, b2 = _in_field(turn, scale, rotation[0, 1], rotation[1, 1], rotation[2, 1])
     for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
         gaps[patch] = clear
     near = False

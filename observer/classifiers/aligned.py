@@ -31,7 +31,7 @@ REFINEMENTS = {"none": 0, "yaw": 12, "all": 40}  # evaluations at full resolutio
 
 class AlignedNearestNeighbour(MapClassifier):
     """`rotations`: "none", "yaw" (about z, an object that stands), or "all". `reach`: the largest translation along
-    each axis, as a share of the grid. `bandwidth`: as of `ShapeLikelihood`, how sure the probabilities are.
+    each axis, as a share of the grid. `bandwidth`: how sure the probabilities are, in voxels that differ altogether.
 
     All rotations are tried at half of the resolution, and the best is refined at the full one.
     """

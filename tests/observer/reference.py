@@ -52,6 +52,17 @@ def log_likelihood(hand, grid, model, q, contacts, watched, log_odds):
     return total
 
 
+def height(hand, grid, q):
+    """(X, Y, Z) m: how far the centre of each voxel is above the skin at the pose `q` (J,); below 0 inside a link."""
+    at, turn = link_frames(tree_of(hand), q)
+    each = []
+    for index, link in enumerate(hand.links):
+        local = (grid.centres() - at[index]) @ turn[index]
+        bone = np.clip(local[..., 2:], 0, link.length) * [0, 0, 1]
+        each.append(np.linalg.norm(local - bone, axis=-1) - link.radius)
+    return np.min(each, axis=0)
+
+
 def write(hand, grid, model, q, place, contacts, touch, log_odds):
     """The map after one pose: (X, Y, Z) log-odds, and which entries were written.
 

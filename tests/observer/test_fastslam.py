@@ -15,8 +15,8 @@ import pytest
 import agents
 import observer
 from observer import OBSERVERS, ContactModel, DeadReckoning, HapticSLAM
-from observer.kinematics import link_frames, tree_of
 from observer.variants import make_observer
+from tests.observer import reference
 from tests.observer.hands import many_patches, pointer, random_tree
 
 STEPS = 40
@@ -384,13 +384,7 @@ def test_free_space_is_where_the_finger_was_at_a_known_pose(two_finger):
     slam.reset(seed=0)
     for _ in range(30):
         belief = slam.step(np.zeros(8), two_finger.rest_pose, np.zeros(50, dtype=int))
-    at, turn = link_frames(tree_of(two_finger), two_finger.rest_pose)
-    heights = []
-    for index, link in enumerate(two_finger.links):
-        local = (slam.grid.centres() - at[index]) @ turn[index]
-        bone = np.clip(local[..., 2:], 0, link.length) * [0, 0, 1]
-        heights.append((np.linalg.norm(local - bone, axis=-1) - link.radius) / slam.grid.resolution)
-    height = np.min(heights, axis=0)
+    height = reference.height(two_finger, slam.grid, two_finger.rest_pose) / slam.grid.resolution
     assert belief.occupancy[height < -0.5].max() < 0.5 * model.prior
     assert (height < -0.5).sum() > 100
     about = (height > 2 * model.edge) & (height < model.near)

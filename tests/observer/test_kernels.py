@@ -10,7 +10,7 @@ from haptic_env import hands
 from haptic_env.grid import Grid
 from observer import kernels
 from observer.contact_model import ContactModel
-from observer.kinematics import body_frames, link_frames, tree_of
+from observer.kinematics import body_frames, tree_of
 from tests.observer import reference
 from tests.observer.hands import many_patches, random_tree
 from tests.observer.reference import full_weight
@@ -239,13 +239,7 @@ def test_what_is_near_is_seen(two_finger):
     grid, q, near = _grid(two_finger), np.deg2rad([0, 15, 40, 30] * 2), 0.005
     body = kernels.body_of(two_finger, grid.resolution)
     seen = kernels.near_skin(tree_of(two_finger), body, kernels.lattice_of(grid), near, q)
-    at, turn = link_frames(tree_of(two_finger), q)
-    heights = []
-    for index, link in enumerate(two_finger.links):
-        local = (grid.centres() - at[index]) @ turn[index]
-        bone = np.clip(local[..., 2:], 0, link.length) * [0, 0, 1]
-        heights.append(np.linalg.norm(local - bone, axis=-1) - link.radius)
-    np.testing.assert_array_equal(seen.reshape(grid.shape), np.min(heights, axis=0) < near)
+    np.testing.assert_array_equal(seen.reshape(grid.shape), reference.height(two_finger, grid, q) < near)
 
 
 def test_any_number_of_threads_gives_the_same_bits(two_finger, both_numbers_of_threads):
