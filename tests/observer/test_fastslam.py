@@ -390,3 +390,13 @@ def test_free_space_is_where_the_finger_was_at_a_known_pose(two_finger):
     about = (height > 2 * model.edge) & (height < model.near)
     np.testing.assert_allclose(belief.occupancy[about], model.prior)
     np.testing.assert_array_equal(belief.occupancy[height >= model.near], 0.5)
+
+
+@pytest.mark.parametrize("lag", [0, 3])
+def test_particles_that_maps_do_not_move_stay_with_the_filter(explore, lag):
+    """What is felt later tells of the last pose too; particles that were drawn about it have to follow."""
+    trial = explore("cube", 60, sigma_deg=5.0)
+    slam = HapticSLAM(trial.hand, 5.0, particles=3, candidates=1, lag=lag)
+    trial.beliefs(slam)
+    now = slam.pose.mean[slam.pose.lagged(0)]
+    np.testing.assert_allclose(slam._poses, np.tile(now, (3, 1)), atol=1e-9)
