@@ -26,7 +26,7 @@ from haptic_env import shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
 from observer.belief import Belief
-from observer.gaussian import square_root
+from observer.gaussian import lower_factor
 from observer.kinematics import tree_of
 from observer.shape_kernels import CLEAR, contact_likelihood, resample, weigh
 from observer.solid_fields import FIELD_RESOLUTION, skin_of
@@ -175,9 +175,9 @@ class ShapePosterior:
         assert belief.transition is not None
         mean, follow, before, rest = belief.transition
         normals = self._rng.standard_normal(self._poses.shape)
-        self._poses = mean + (self._poses - before) @ follow.T + normals @ square_root(rest).T
+        self._poses = mean + (self._poses - before) @ follow.T + normals @ lower_factor(rest).T
         fresh = max(1, self.samples // FRESH_SHARE)
-        self._poses[:fresh] = mean + normals[:fresh] @ square_root(belief.lagged_covariance).T
+        self._poses[:fresh] = mean + normals[:fresh] @ lower_factor(belief.lagged_covariance).T
         self._weights[:, :, :fresh] = 1.0 / self.samples
         self._weights /= self._weights.sum(axis=-1, keepdims=True)
 

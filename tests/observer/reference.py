@@ -9,8 +9,8 @@ import numpy as np
 from scipy.special import expit, logit
 from scipy.stats import norm
 
+from observer.capsules import BINS, LIMIT, QUANTUM
 from observer.contact_model import ContactModel
-from observer.kernels import BINS, LIMIT, QUANTUM
 from observer.kinematics import link_frames, tree_of
 
 
