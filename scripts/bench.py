@@ -36,8 +36,8 @@ PEER_MICROSECONDS = 250.0  # a particle and observation: MRPT's rbpf-slam, at it
 STAGES = {  # and whether it deals with the present step or with the lagged one
     "forward model": True,
     "pose filter and lag, without it": True,
-    "match and map (kernels.advance)": False,
-    "candidates, link spread, what is near": False,
+    "match and touch, every particle": False,
+    "geometry, sweeps, random numbers": False,
     "occupancy of the belief that is held": False,
     "weigh and resample": False,
     "proposal, belief and checks": False,

@@ -161,23 +161,23 @@ def test_what_is_written_at_the_mean_pose_agrees(hand, seed, alone):
     assert (expected != 0).any()
 
 
-def test_touches_beside_the_mean_pose_are_nearly_those_of_the_reference():
-    """With few patches, for the kernel lets no cell change its patch as the joints turn."""
-    two_finger = hands.make("two_finger", patches_along=1, patches_around=1)
-    grid, worst, from_mean = Grid.around(np.zeros(3), np.full(3, 0.128), 0.004), [], []
-    for seed in range(6):
-        step = Step(two_finger, grid, seed, touches=1.0, candidates=1, empty=True)
-        step.pose, step.touch[:] = np.deg2rad([0, 15, 40, 30] * 2), 40.0  # many share one touch
-        step.deviations[:] = 0.01 * step.rng.standard_normal(step.deviations.shape)
+def test_touches_beside_the_mean_pose_are_nearly_those_of_the_reference(two_finger):
+    """Patch by patch alone; the kernel lets no cell change its patch as the joints turn."""
+    grid, apart, from_mean = Grid.around(np.zeros(3), np.full(3, 0.128), 0.004), 0, 0
+    for patch in range(len(two_finger.patches)):
+        step = Step(two_finger, grid, patch, candidates=1, model=dataclasses.replace(MODEL, free=0.0), empty=True)
+        step.pose, step.touch[:] = np.deg2rad([0, 15, 40, 30] * 2), 9.0
+        step.contacts[:] = np.arange(len(two_finger.patches)) == patch
+        step.deviations[:] = 0.003 * step.rng.standard_normal(step.deviations.shape)
         where = (two_finger, grid, step.model)
         how = (step.place, step.contacts, step.touch, step.log_odds(0))
         mean = reference.write(*where, step.pose, *how)[0].clip(0).astype(int)
         step.match()
         for n in range(3):
             expected = reference.write(*where, step.pose + step.deviations[n], *how)[0].clip(0).astype(int)
-            worst.append(np.abs(step.log_odds(n).clip(0) - expected).sum() / expected.sum())
-            from_mean.append(np.abs(mean - expected).sum() / expected.sum())
-    assert np.mean(worst) < 0.5 * np.mean(from_mean), "a particle's own pose counts"
+            apart += np.abs(step.log_odds(n).clip(0) - expected).sum()
+            from_mean += np.abs(mean - expected).sum()
+    assert apart < 0.7 * from_mean, "a particle's own pose counts"
 
 
 def test_silent_points_are_left_out_only_where_nothing_is_known_to_be_occupied(two_finger):
