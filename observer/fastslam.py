@@ -224,11 +224,13 @@ class HapticSLAM:
         suspects = marginal_kernels.suspects(
             tree, body, lattice, self._evidence, reach, contacts, touch, margin, proposal.mean
         )
-        maps.make_room(suspects.cell)
+        common, where = maps.make_room(suspects.cell)
         normals = self._rng.standard_normal((particles, self.n_candidates // 2, joints))
         result = marginal_kernels.match_and_touch(
             scan,
             suspects,
+            common,
+            where,
             lattice,
             self._evidence,
             self.n_candidates,

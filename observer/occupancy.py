@@ -43,10 +43,11 @@ class OccupancySnapshot:
 class Maps:
     """What the particles believe of every voxel: log-odds in common, and each particle's own, which add to it.
 
-    `sweep` (V,) int8: in common. `own` (N, ≥ T) int8: the particles', for the T cells that have a slot; `slot` (V,)
-    int32 says which, or -1. With `dense` every cell has one, in order. `solid` (V,): the cells that any particle
-    holds for occupied rather than free; `seen` (V,): those that the hand came near, of the others nothing is said,
-    which is told as 0.5; `stale` (V,): those whose mean has changed since it was last asked for.
+    `sweep` (V,) int8: in common. `own` (N, > T) int8: the particles', for the T cells that have a slot; `slot` (V,)
+    int32 says which, and -1 for none: nothing is ever kept in the last one. With `dense` every cell has one, in
+    order. `solid` (V,): the cells that any particle holds for occupied rather than free; `seen` (V,): those that the
+    hand came near, of the others nothing is said, which is told as 0.5; `stale` (V,): those whose mean has changed
+    since it was last asked for.
     """
 
     def __init__(self, particles: int, grid: Grid, probability: Array, dense: bool = False) -> None:
@@ -68,19 +69,20 @@ class Maps:
             snapshot.value()
         self._snapshot = None
 
-    def make_room(self, cells: NDArray[np.int64]) -> None:
-        """Give a slot to each of `cells` (C,) that has none, and take note that they change."""
+    def make_room(self, cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Give a slot to each of `cells` (C,) that has none, and take note that they change; returns (C,) their
+        log-odds in common and their slots."""
         self.seen[cells] = self.stale[cells] = True
         new = np.unique(cells[self.slot[cells] < 0])
-        if new.size == 0:
-            return
-        used = len(self.cells)
-        self.slot[new] = np.arange(used, used + new.size)
-        self.cells = np.concatenate([self.cells, new])
-        if len(self.cells) > self.own.shape[1]:
-            room = np.zeros((len(self.own), 2 * len(self.cells)), dtype=np.int8)
-            room[:, :used] = self.own[:, :used]
-            self.own = room
+        if new.size:
+            used = len(self.cells)
+            self.slot[new] = np.arange(used, used + new.size)
+            self.cells = np.concatenate([self.cells, new])
+            if len(self.cells) >= self.own.shape[1]:
+                room = np.zeros((len(self.own), 2 * len(self.cells)), dtype=np.int8)
+                room[:, :used] = self.own[:, :used]
+                self.own = room
+        return self.sweep[cells].astype(np.int64), self.slot[cells].astype(np.int64)
 
     def weights_changed(self) -> None:
         """Take note that the mean changes wherever particles differ."""

@@ -149,7 +149,8 @@ class ShapePosterior:
         self._steps += 1
         if self._steps % self.stride:
             return self.posterior
-        self._habit.update(belief.lagged_contacts)
+        if self.none:
+            self._habit.update(belief.lagged_contacts)
         contact_likelihood(
             self._tree,
             self._skin,

@@ -75,10 +75,12 @@ class Step:
         suspects = marginal.suspects(
             self.tree, self.body, self.lattice, self.evidence, self.reach, self.contacts, self.touch, 0.002, self.pose
         )
-        self.maps.make_room(suspects.cell)
+        kept = self.maps.make_room(suspects.cell)
         maps = (self.maps.sweep, self.maps.slot, self.maps.own, self.maps.solid)
         about = (self.candidates, self.deviations, self.spread, self.normals)
-        log_mean, moved = marginal.match_and_touch(scan, suspects, self.lattice, self.evidence, *about, *maps, poses)
+        log_mean, moved = marginal.match_and_touch(
+            scan, suspects, *kept, self.lattice, self.evidence, *about, *maps, poses
+        )
         return log_mean, moved, poses
 
     def sweep(self, carve=True):
@@ -203,11 +205,12 @@ def test_silent_points_are_left_out_only_where_nothing_is_known_to_be_occupied(t
         np.zeros(1, dtype=np.int64), *np.zeros((2, 0)), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 0)),
         np.zeros(0, dtype=np.int64),
     )  # fmt: skip
+    nowhere = step.maps.make_room(none.cell)
     step = Step(two_finger, _grid(two_finger), seed=1)
     about = (step.candidates, step.deviations, step.spread, step.normals)
     maps = (step.maps.sweep, step.maps.slot, step.maps.own, step.maps.solid)
     part = marginal.match_and_touch(
-        few, none, step.lattice, step.evidence, *about, *maps, np.empty_like(step.deviations)
+        few, none, *nowhere, step.lattice, step.evidence, *about, *maps, np.empty_like(step.deviations)
     )[0]
     np.testing.assert_allclose(part, whole, rtol=1e-9)
 
