@@ -240,6 +240,7 @@ class HapticSLAM:
             maps.sweep,
             maps.slot,
             maps.own,
+            maps.touched,
             maps.solid,
             self._poses,
         )

@@ -337,7 +337,7 @@ def _score(scan, lattice, evidence, deviation, away, sweep, slot, own, n, place,
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=True)
-def _share(suspects, common, where, evidence, delta, own, n, solid, hits, ring):
+def _share(suspects, common, where, evidence, delta, own, n, touched, solid, hits, ring):
     """Give the evidence of each touch to the cells that may have caused it, in the map of particle n, whose pose is
     `delta` (J,) rad from the mean. At least one of them is occupied: each gets the log of its noisy-OR likelihood
     ratio given what is known of the others, so that a single suspect gets all of the evidence, and one of many next
@@ -367,6 +367,8 @@ def _share(suspects, common, where, evidence, delta, own, n, solid, hits, ring):
                 continue  # less than half a quantum
             new = min(own[n, where[c]] + int(weight * np.log(1.0 + gain / rest) + 0.5), LIMIT)
             own[n, where[c]] = new
+            if not touched[suspects.cell[c]]:
+                touched[suspects.cell[c]] = True
             if new + common[c] >= evidence.solid and not solid[suspects.cell[c]]:
                 solid[suspects.cell[c]] = True
 
@@ -386,6 +388,7 @@ def match_and_touch(
     sweep,
     slot,
     own,
+    touched,
     solid,
     poses,
 ):
@@ -394,7 +397,8 @@ def match_and_touch(
     `common` (C,) log-odds of the suspects and `where` (C,) their slots. `deviations` (N, J) rad of each particle's
     proposal from the mean pose. Candidates come in pairs about it, as far as the Cholesky factor `spread` (J, J) of
     all that is uncertain and `normals` (N, K // 2, J) say; where K is odd, or 1, the last one is the proposal itself.
-    `poses` (N, J) is set to the mean of the K `candidates` by likelihood, rad from the mean pose.
+    `poses` (N, J) is set to the mean of the K `candidates` by likelihood, rad from the mean pose; `touched` and `solid`
+    (V,) where any particle's map was written, and where it says occupied rather than free.
 
     Returns the log of the mean likelihood (N,), an unbiased estimate of log ∫ p(z|q,m) p(q|·) dq before the log, and
     whether the likelihood told the candidates apart, so that the match moved the pose (N,).
@@ -425,22 +429,18 @@ def match_and_touch(
                 poses[n, i] = deviations[n, i]
                 for h in range(pairs):
                     poses[n, i] += (score[2 * h] - score[2 * h + 1]) / total * away[h, i]
-            _share(suspects, common, where, evidence, poses[n], own, n, solid, hits, ring)
+            _share(suspects, common, where, evidence, poses[n], own, n, touched, solid, hits, ring)
     return log_mean, moved
 
 
 @parallel(cache=True)
-def mean_probability(sweep, slot, own, weights, cells, probability):
-    """Posterior probability (C,) of the voxels `cells` (C,): the particles' own, averaged by `weights` (N,);
-    `probability` (256,) is that of an entry v at [v + 128]."""
-    result = np.zeros(len(cells))
-    for block in numba.prange((len(cells) + 511) // 512):
-        begin, end = block * 512, min(block * 512 + 512, len(cells))
-        for c in range(begin, end):
-            if slot[cells[c]] < 0:
-                result[c] = probability[sweep[cells[c]] + 128]
+def mean_probability(common, where, own, weights, probability):
+    """Posterior probability (C,) of voxels of which `common` (C,) is known to all particles and what is kept at
+    `where` (C,) to each, averaged by `weights` (N,); `probability` (256,) is that of an entry v at [v + 128]."""
+    result = np.zeros(len(common))
+    for block in numba.prange((len(common) + 511) // 512):
+        begin, end = block * 512, min(block * 512 + 512, len(common))
         for n in range(own.shape[0]):
             for c in range(begin, end):
-                if slot[cells[c]] >= 0:
-                    result[c] += weights[n] * probability[_entry(sweep[cells[c]], slot[cells[c]], own, n)]
+                result[c] += weights[n] * probability[_entry(common[c], where[c], own, n)]
     return result

@@ -45,9 +45,9 @@ class Maps:
 
     `sweep` (V,) int8: in common. `own` (N, > T) int8: the particles', for the T cells that have a slot; `slot` (V,)
     int32 says which, and -1 for none: nothing is ever kept in the last one. With `dense` every cell has one, in
-    order. `solid` (V,): the cells that any particle holds for occupied rather than free; `seen` (V,): those that the
-    hand came near, of the others nothing is said, which is told as 0.5; `stale` (V,): those whose mean has changed
-    since it was last asked for.
+    order. `touched` (V,): the cells of which any particle has something of its own; `solid` (V,): those that any
+    particle holds for occupied rather than free; `seen` (V,): those that the hand came near, of the others nothing is
+    said, which is told as 0.5; `stale` (V,): those whose mean has changed since it was last asked for.
     """
 
     def __init__(self, particles: int, grid: Grid, probability: Array, dense: bool = False) -> None:
@@ -58,6 +58,7 @@ class Maps:
         self.cells = np.arange(count) if dense else np.empty(0, dtype=np.int64)  # (T,) of the slots
         self.own = np.zeros((particles, count if dense else FIRST_SLOTS), dtype=np.int8)
         self.solid, self.seen, self.stale = np.zeros((3, count), dtype=bool)
+        self.touched = np.full(count, dense)
         self._probability = probability
         self._mean = np.full(grid.shape, 0.5)
         self._snapshot: weakref.ref[OccupancySnapshot] | None = None
@@ -86,7 +87,7 @@ class Maps:
 
     def weights_changed(self) -> None:
         """Take note that the mean changes wherever particles differ."""
-        self.stale[self.cells] |= self.seen[self.cells]
+        self.stale |= self.touched & self.seen
 
     def copy(self, source: NDArray[np.int64], target: NDArray[np.int64]) -> None:
         """Overwrite the maps of the particles `target` (C,) with those of `source` (C,); none may be in both."""
@@ -103,7 +104,12 @@ class Maps:
 
     def _refresh(self, weights: Array) -> Array:
         cells = np.flatnonzero(self.stale)
-        self._mean.flat[cells] = mean_probability(self.sweep, self.slot, self.own, weights, cells, self._probability)
+        common = self.sweep[cells].astype(np.int64)
+        mean = self._probability[common + 128]
+        own = self.touched[cells]
+        where = self.slot[cells[own]]
+        mean[own] = mean_probability(common[own], where, self.own, weights, self._probability)
+        self._mean.flat[cells] = mean
         self.stale[:] = False
         return self._mean
 

@@ -57,7 +57,7 @@ class Step:
             self.maps.sweep[:] = -rng.integers(0, 128, cells)
             self.maps.make_room(np.flatnonzero(rng.random(cells) < 0.3))
             self.maps.own[:, : len(self.maps.cells)] = rng.integers(-127, 128, (particles, len(self.maps.cells)))
-            self.maps.solid[self.maps.cells] = True
+            self.maps.touched[self.maps.cells] = self.maps.solid[self.maps.cells] = True
 
     def log_odds(self, n):
         """(X, Y, Z) the map of particle n, as the kernels read it."""
@@ -76,7 +76,7 @@ class Step:
             self.tree, self.body, self.lattice, self.evidence, self.reach, self.contacts, self.touch, 0.002, self.pose
         )
         kept = self.maps.make_room(suspects.cell)
-        maps = (self.maps.sweep, self.maps.slot, self.maps.own, self.maps.solid)
+        maps = (self.maps.sweep, self.maps.slot, self.maps.own, self.maps.touched, self.maps.solid)
         about = (self.candidates, self.deviations, self.spread, self.normals)
         log_mean, moved = marginal.match_and_touch(
             scan, suspects, *kept, self.lattice, self.evidence, *about, *maps, poses
@@ -200,7 +200,7 @@ def test_silent_points_are_left_out_only_where_nothing_is_known_to_be_occupied(t
     )
     assert nothing.felt.all()
     whole = step.match()[0]
-    maps = (step.maps.sweep, step.maps.slot, step.maps.own, step.maps.solid)
+    maps = (step.maps.sweep, step.maps.slot, step.maps.own, step.maps.touched, step.maps.solid)
     none = marginal.Suspects(
         np.zeros(1, dtype=np.int64), *np.zeros((2, 0)), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 0)),
         np.zeros(0, dtype=np.int64),
@@ -208,7 +208,7 @@ def test_silent_points_are_left_out_only_where_nothing_is_known_to_be_occupied(t
     nowhere = step.maps.make_room(none.cell)
     step = Step(two_finger, _grid(two_finger), seed=1)
     about = (step.candidates, step.deviations, step.spread, step.normals)
-    maps = (step.maps.sweep, step.maps.slot, step.maps.own, step.maps.solid)
+    maps = (step.maps.sweep, step.maps.slot, step.maps.own, step.maps.touched, step.maps.solid)
     part = marginal.match_and_touch(
         few, none, *nowhere, step.lattice, step.evidence, *about, *maps, np.empty_like(step.deviations)
     )[0]
@@ -256,10 +256,11 @@ def test_mean_probability_is_the_weighted_mean(two_finger):
     weights, cells = step.rng.dirichlet(np.ones(7)), step.rng.permutation(step.maps.sweep.size)[:1100]
     maps = np.array([step.log_odds(n).ravel() for n in range(7)])
     expected = (weights @ reference.probability(MODEL, maps))[cells]
-    keep = (step.maps.sweep, step.maps.slot, step.maps.own)
-    got = marginal.mean_probability(*keep, weights, cells, step.evidence.probability)
+    common, where = step.maps.sweep[cells].astype(np.int64), step.maps.slot[cells]
+    got = marginal.mean_probability(common, where, step.maps.own, weights, step.evidence.probability)
     np.testing.assert_allclose(got, expected, rtol=1e-12)
-    assert marginal.mean_probability(*keep, weights, cells[:0], step.evidence.probability).shape == (0,)
+    nothing = marginal.mean_probability(common[:0], where[:0], step.maps.own, weights, step.evidence.probability)
+    assert nothing.shape == (0,)
 
 
 def test_any_number_of_threads_gives_the_same_bits(two_finger, both_numbers_of_threads):
@@ -267,6 +268,6 @@ def test_any_number_of_threads_gives_the_same_bits(two_finger, both_numbers_of_t
     for number in both_numbers_of_threads:
         numba.set_num_threads(number)
         step = Step(two_finger, _grid(two_finger), particles=33, touches=0.3)
-        outputs = (*step.match(), step.maps.own, step.maps.solid)
+        outputs = (*step.match(), step.maps.own, step.maps.touched, step.maps.solid)
         results.append([np.asarray(each).tobytes() for each in outputs])
     assert results[0] == results[1]

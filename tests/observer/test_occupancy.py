@@ -28,6 +28,7 @@ def _change(maps, rng):
     cells = np.flatnonzero(rng.random(maps.sweep.size) < 0.2)
     maps.make_room(cells)
     maps.own[:, maps.slot[cells]] += rng.integers(1, 5, len(cells)).astype(np.int8)
+    maps.touched[cells] = True
     swept = rng.random(maps.sweep.size) < 0.1
     maps.sweep[swept] -= 3
     maps.seen |= swept
