@@ -29,9 +29,9 @@ from joblib import cpu_count
 from plates import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, Plate, save
 from plates.figure6 import TITLES
 from plates.plate import PRINT
-from report import parts
+from report import SLAM, parts
 from rich.console import Console
-from showing import OBSERVER, Showing, file_of, read, run_showing
+from showing import Showing, file_of, read, run_showing
 from tasks import STREAM, Task
 
 from haptic_env import validate
@@ -96,6 +96,10 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
             validate.choice("figure", name, FIGURES)
         validate.integer("--seed", given.seed, 0, 2**32 - 1)
         validate.number("--show-seconds", given.show_seconds, 0.0, 3600.0, above=0.0, unit="s")
+        if given.trials_of is not None and not (Path(given.trials_of) / "trials.csv").exists():
+            raise ValueError(
+                f"--trials-of must be a folder of evaluate.py, with trials.csv in it, got {given.trials_of!r}"
+            )
         given.out = Path(given.out)
         (given.out / "explorations").mkdir(parents=True, exist_ok=True)
     except ValueError as error:
@@ -116,7 +120,7 @@ def _texts(value: Any) -> list[str]:
 def explorations(given: argparse.Namespace, names: Iterable[str], console: Console) -> Plates:
     """Run what the scenes `names` show and is not there yet, then draw them one by one."""
     sweep, folder = given.sweep, given.out / "explorations"
-    settings = replace(sweep.settings, observers=(OBSERVER,), classifiers=(), exemplars=1, first_seed=0)
+    settings = replace(sweep.settings, observers=(SLAM,), classifiers=(), exemplars=1, first_seed=0)
     condition = replace(sweep.conditions[0], seconds=given.show_seconds)
 
     def place(shape: str, sigma: float) -> tuple[Path, Task]:
@@ -150,7 +154,9 @@ def trials(given: argparse.Namespace, names: Iterable[str], console: Console) ->
         folder = Path(given.trials_of)
     rows = pd.read_csv(folder / "trials.csv")
     if len(list(parts(rows))) > 1:
-        raise ValueError(f"{folder} varies more than sigma; a figure shows one such combination")
+        raise ValueError(f"the trials of {folder} vary in more than sigma; a figure shows no more")
+    if SLAM not in set(rows["observer"]):
+        raise ValueError(f"the trials of {folder} are without the observer {SLAM}, which figures are about")
     for name in names:
         yield name, FROM_TRIALS[name](rows)
 

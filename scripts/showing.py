@@ -16,6 +16,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
+from report import SLAM
 from tasks import Task, make_trial, versions
 
 from haptic_env import shapes
@@ -23,7 +24,6 @@ from haptic_env.grid import Grid
 from haptic_env.shapes import Solid
 
 Array = NDArray[np.float64]
-OBSERVER = "haptic_slam"
 FRAMES_PER_SECOND = 10
 
 
@@ -79,7 +79,7 @@ class Showing:
 def run_showing(task: Task) -> tuple[Task, bytes]:
     """Explore, in a worker; a `Showing` as the content of an .npz file."""
     trial = make_trial(task, naming=True)
-    watcher = trial.watchers[OBSERVER]
+    watcher = trial.watchers[SLAM]
     every = max(1, round(1.0 / (FRAMES_PER_SECOND * trial.step_seconds)))
     frames: list[tuple[Any, ...]] = []
     for step in trial:
@@ -90,7 +90,7 @@ def run_showing(task: Task) -> tuple[Task, bytes]:
             frames.append((about, occupancy, belief.lagged_joint_angles, belief.lagged_covariance))
     trial.env.close()
     exploration, accounts = trial.finish()
-    account = accounts[OBSERVER]
+    account = accounts[SLAM]
     belief, solid = account.belief, exploration.solid
     last = belief.occupancy.astype(np.float16), belief.lagged_joint_angles, belief.lagged_covariance
     frames.append((len(exploration.seconds), *last))

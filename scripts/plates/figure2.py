@@ -53,9 +53,10 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         isometric.draw_solid(axes, solid, grid, view)
         isometric.draw_hand(axes, hand, poses, grid, view, solid)
         isometric.draw_hand_outline(axes, hand, showing.true_angles[step], grid, view)
-    isometric.prepare(panels[1, 0], view, f"(c) the map after {showing.seconds[step]:.0f} s")
-    isometric.draw_solid(panels[1, 0], solid, grid, view)
-    isometric.draw_map(panels[1, 0], occupancy, grid, view, solid)
+    near = isometric.NEAR
+    isometric.prepare(panels[1, 0], near, f"(c) the map after {showing.seconds[step]:.0f} s")
+    isometric.draw_solid(panels[1, 0], solid, grid, near)
+    isometric.draw_map(panels[1, 0], occupancy, grid, near, solid)
     _section(panels[1, 1], occupancy, showing)
     figure.legend(
         handles=[
@@ -69,16 +70,15 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         loc="outside lower center",
         ncols=3,
     )
-    return Plate(figure, map_table(occupancy, showing))
+    return Plate(figure, map_table(occupancy, occupancy != 0.5, showing))
 
 
-def map_table(occupancy: np.ndarray, showing: Showing) -> pd.DataFrame:
-    """One line for each voxel about which anything is known: its middle in mm, and how probably it is solid."""
+def map_table(occupancy: np.ndarray, chosen: np.ndarray, showing: Showing) -> pd.DataFrame:
+    """One line for each of the voxels `chosen` (X, Y, Z): its middle in mm, and how probably it is solid."""
     grid = showing.grid
-    known = occupancy != 0.5
-    places = (grid.centres() - grid.centre)[known] * MM
+    places = (grid.centres() - grid.centre)[chosen] * MM
     columns = {f"{axis}_mm": places[:, number].round(3) for number, axis in enumerate(AXES)}
-    return pd.DataFrame({**columns, "probability": occupancy[known].round(4)})
+    return pd.DataFrame({**columns, "probability": occupancy[chosen].round(4)})
 
 
 def _most_touched(showing: Showing) -> int:
@@ -106,7 +106,7 @@ def _section(axes: Axes, occupancy: np.ndarray, showing: Showing) -> None:
     axes.contour(x, z, solid.signed_distance(centres), levels=[0.0], colors=[OUTLINE], linewidths=1.2)
     y = (grid.centres()[0, layer, 0, 1] - grid.centre[1]) * MM
     axes.set(
-        title=f"(d) the section at y = {y:g} mm",
+        title=f"(d) where the object is: section at y = {y:.0f} mm",
         xlabel="x (mm)",
         ylabel="z (mm)",
         xticks=TICKS,

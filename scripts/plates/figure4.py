@@ -14,12 +14,11 @@ from style import OCCUPANCY
 from haptic_env.hand import Hand
 from plates import isometric
 from plates.figure2 import map_table
-from plates.isometric import View
+from plates.isometric import NEAR
 from plates.plate import WIDTH, Find, Plate, Wanted
 
 SHAPE, SIGMA = "pyramid", 1.0
-MOMENTS = (1 / 30, 1 / 15, 1 / 6, 1 / 3, 2 / 3, 1.0)  # of the exploration
-VIEW = View(half=(45.0, 42.0), middle=(0.0, 0.0))
+MOMENTS = (0.1, 1 / 6, 1 / 3, 1 / 2, 2 / 3, 1.0)  # of the exploration
 
 
 def wanted(shapes: Sequence[str]) -> Wanted:
@@ -30,17 +29,18 @@ def wanted(shapes: Sequence[str]) -> Wanted:
 def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
     """The voxels that are more probably solid than not, at `MOMENTS`."""
     showing = find(*wanted[0])
-    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.3), layout="constrained")
     panels = figure.subplots(2, 3)
     tables = []
     for axes, moment in zip(panels.ravel(), MOMENTS, strict=True):
         seconds = moment * showing.seconds[-1]
         frame = showing.frame_at(seconds)
         occupancy = showing.occupancy[frame].astype(float)
-        isometric.prepare(axes, VIEW, f"{seconds:.3g} s", scale=20.0 if axes is panels[0, 0] else 0.0)
-        isometric.draw_solid(axes, showing.solid, showing.grid, VIEW)
-        isometric.draw_map(axes, occupancy, showing.grid, VIEW, showing.solid)
-        tables.append(map_table(occupancy, showing).assign(seconds=float(showing.seconds[showing.step[frame] - 1])))
+        isometric.prepare(axes, NEAR, f"{seconds:.3g} s", scale=20.0 if axes is panels[0, 0] else 0.0)
+        isometric.draw_solid(axes, showing.solid, showing.grid, NEAR)
+        isometric.draw_map(axes, occupancy, showing.grid, NEAR, showing.solid)
+        shown = map_table(occupancy, occupancy > 0.5, showing)
+        tables.append(shown.assign(seconds=showing.seconds[showing.step[frame] - 1]))
     probability_bar(figure, panels)
     figure.suptitle(f"The contact map grows (σ = {showing.sigma_deg:g}°)", fontsize=9, fontweight="bold")
     return Plate(figure, pd.concat(tables))

@@ -11,7 +11,8 @@ from style import SHAPE_COLOURS
 from haptic_env.hand import Hand
 from plates import isometric
 from plates.figure2 import map_table
-from plates.figure4 import VIEW, probability_bar
+from plates.figure4 import probability_bar
+from plates.isometric import NEAR
 from plates.plate import WIDTH, Find, Plate, Wanted
 
 SIGMAS = (1.0, 2.0, 3.0, 5.0)
@@ -25,22 +26,22 @@ def wanted(shapes: Sequence[str]) -> Wanted:
 def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
     """A row for each shape, a column for each noise."""
     shapes = list(dict.fromkeys(shape for shape, _ in wanted))
-    figure = Figure(figsize=(WIDTH, 0.5 + 1.6 * len(shapes)), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 0.5 + 1.4 * len(shapes)), layout="constrained")
     panels = figure.subplots(len(shapes), len(SIGMAS), squeeze=False)
     tables = []
     for axes, (shape, sigma) in zip(panels.ravel(), wanted, strict=True):
         showing = find(shape, sigma)
         occupancy = showing.occupancy[-1].astype(float)
         above = f"σ = {sigma:g}°" if shape == shapes[0] else ""
-        isometric.prepare(axes, VIEW, above, scale=20.0 if axes is panels[0, 0] else 0.0)
-        isometric.draw_solid(axes, showing.solid, showing.grid, VIEW)
-        isometric.draw_map(axes, occupancy, showing.grid, VIEW, showing.solid)
+        isometric.prepare(axes, NEAR, above, scale=20.0 if axes is panels[0, 0] else 0.0)
+        isometric.draw_solid(axes, showing.solid, showing.grid, NEAR)
+        isometric.draw_map(axes, occupancy, showing.grid, NEAR, showing.solid)
         if sigma == SIGMAS[0]:
             axes.text(
                 -0.02, 0.5, shape, transform=axes.transAxes, rotation=90, ha="right", va="center", fontsize=9,
                 fontweight="bold", color=SHAPE_COLOURS[shape],
             )  # fmt: skip
-        tables.append(map_table(occupancy, showing).assign(shape=shape, sigma_deg=sigma))
+        tables.append(map_table(occupancy, occupancy > 0.5, showing).assign(shape=shape, sigma_deg=sigma))
     probability_bar(figure, panels)
     figure.suptitle(f"What {showing.seconds[-1]:g} s of blind touch have mapped", fontsize=9, fontweight="bold")
     return Plate(figure, pd.concat(tables))

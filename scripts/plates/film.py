@@ -17,7 +17,7 @@ from plates import isometric
 from plates.isometric import View
 from plates.plate import Find, Plate, Wanted
 
-SHAPE, SIGMA = "pyramid", 3.0
+SHAPE, SIGMA = "cylinder", 3.0
 LONGEST = 12.0  # seconds
 POSES = 30
 FELT, INFERRED = OBSERVER_COLOURS["floor"], OBSERVER_COLOURS["haptic_slam"]
@@ -60,7 +60,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         isometric.prepare(scene, view, f"{seconds:4.1f} s of blind touch, σ = {showing.sigma_deg:g}°")
         isometric.draw_solid(scene, showing.solid, showing.grid, view)
         isometric.draw_map(scene, showing.occupancy[frame].astype(float), showing.grid, view, showing.solid)
-        isometric.draw_hand(scene, hand, showing.poses(frame, POSES), showing.grid, view, showing.solid)
+        isometric.draw_hand(scene, hand, showing.poses(frame, POSES), showing.grid, view, showing.solid, opacity=0.6)
         until = data.iloc[: step + 1]
         for line, column in curves:
             line.set_data(until["seconds"], until[column])

@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 PIXEL = 0.5
 FAR = 200.0
 HIT = 0.1  # so near a line of sight has met the surface
+LIGHT = np.array([-0.1, -0.6, 0.8])  # from where, as long as 1 about
 FACE_SHADE = (0.72, 0.86, 1.0)  # of the faces across x, y and z
 BEHIND, HAND_BEHIND, OBJECT, BEFORE, HAND_BEFORE, MARKS = 1, 2, 3, 4, 5, 6  # what covers what
 
@@ -65,15 +66,18 @@ class View:
         return np.arange(left + 0.5 * PIXEL, right, PIXEL), np.arange(bottom + 0.5 * PIXEL, top, PIXEL)
 
 
+NEAR = View(half=(44.0, 40.0), middle=(0.0, 0.0))  # the object alone
+
+
 def prepare(axes: Axes, view: View, title: str = "", scale: float = 20.0) -> None:
     """Make `axes` an empty scene with a bar of `scale` mm."""
     left, right, bottom, top = view.extent
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", title=title)
     axes.axis("off")
     if scale > 0:
-        start, height = left + 4.0, bottom + 4.0
+        start, height = left + 4.0, bottom + 6.0
         axes.plot([start, start + scale], [height, height], color=OUTLINE, linewidth=2, zorder=MARKS)
-        axes.text(start + 0.5 * scale, height + 1.5, f"{scale:g} mm", ha="center", va="bottom", fontsize=7)
+        axes.text(start + 0.5 * scale, height - 1.5, f"{scale:g} mm", ha="center", va="top", fontsize=7)
 
 
 def draw_solid(axes: Axes, solid: Solid, grid: Grid, view: View, opacity: float = 0.5) -> None:
@@ -128,21 +132,21 @@ def draw_map(axes: Axes, occupancy: Array, grid: Grid, view: View, solid: Solid 
 
 
 def draw_hand(
-    axes: Axes, hand: Hand, poses: Array, grid: Grid, view: View, solid: Solid | None = None, colour: str = HAND
+    axes: Axes, hand: Hand, poses: Array, grid: Grid, view: View, solid: Solid | None = None, opacity: float = 1.0
 ) -> None:
     """The hand in all `poses` (D, J) rad at once: each pixel is as opaque as a finger is probably there."""
     behind, before = _cloud(hand, poses, grid, view, solid)
     for (cover, light), level in ((behind, HAND_BEHIND), (before, HAND_BEFORE)):
         image = np.ones((*cover.shape, 4))
-        image[..., :3] = np.array(to_rgb(colour)) * (light / np.maximum(cover, 1e-9))[..., None]
-        image[..., 3] = cover
+        image[..., :3] = np.array(to_rgb(HAND)) * (light / np.maximum(cover, 1e-9))[..., None]
+        image[..., 3] = opacity * cover
         axes.imshow(np.clip(image, 0, 1), origin="lower", extent=view.extent, zorder=level, interpolation="bilinear")
 
 
-def draw_hand_outline(axes: Axes, hand: Hand, pose: Array, grid: Grid, view: View, colour: str = OUTLINE) -> None:
+def draw_hand_outline(axes: Axes, hand: Hand, pose: Array, grid: Grid, view: View) -> None:
     """The outline of the hand at `pose` (J,) rad."""
     (_, _), (cover, _) = _cloud(hand, pose[None], grid, view, None)
-    axes.contour(*view.pixels(), cover, levels=[0.5], colors=[colour], linewidths=0.8, linestyles="--", zorder=MARKS)
+    axes.contour(*view.pixels(), cover, levels=[0.5], colors=[OUTLINE], linewidths=0.8, linestyles="--", zorder=MARKS)
 
 
 def _cloud(
@@ -210,8 +214,8 @@ def _seen(solid: Solid, centre: tuple[float, float, float], view: View) -> tuple
     hit = gap < HIT
     normal = np.stack([distance(depth, 0.2 * axis) - distance(depth, -0.2 * axis) for axis in np.eye(3)], axis=-1)
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-9)
-    light = normal @ (np.array([0.35, -0.25, 0.9]) / np.linalg.norm([0.35, -0.25, 0.9]))
-    return np.where(hit, depth, -np.inf), 0.75 + 0.35 * np.clip(light, -0.6, 1.0), gap
+    light = normal @ LIGHT
+    return np.where(hit, depth, -np.inf), 0.68 + 0.4 * np.clip(light, -0.5, 1.0), gap
 
 
 def _depth_at(depth: Array, places: Array, view: View) -> Array:
