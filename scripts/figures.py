@@ -70,6 +70,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add("--seconds", type=float, help="of an exploration of the sweep (default 10, the paper's)")
     add("--first-seed", type=int, help="seed of its first trial (default 30000)")
     add("--exemplars", type=int, help="draws over which one-shot learning is averaged (default 5)")
+    add("--observers", nargs="+", help=f"of the sweep (default {' '.join(DEFAULTS['observers'])})")
     add("--trials-of", metavar="FOLDER", help="take the trials of this sweep of evaluate.py instead")
     add("--seed", type=int, default=0, help="of the explorations that are shown (default 0)")
     add("--show-seconds", type=float, default=30.0, help="how long they are (default 30, the paper's)")

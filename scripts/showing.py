@@ -131,7 +131,7 @@ def file_of(folder: Path, task: Task) -> Path:
 def read(path: Path) -> Showing:
     """The showing that is kept at `path`; raises `ValueError` where the file is corrupt."""
     try:
-        with np.load(path) as kept:
+        with np.load(io.BytesIO(path.read_bytes())) as kept:
             found = {each.name: kept[each.name] for each in fields(Showing)}
             occupancy = np.cumsum(found["occupancy"], axis=0, dtype=np.uint16).view(np.float16)
             return Showing(**{**found, "occupancy": occupancy})
