@@ -28,24 +28,29 @@ def draw(rows: pd.DataFrame) -> Plate:
     namers = [name for name in TITLES if f"{name}_correct" in rows]
     data = summarise(rows, (), namers)[["measure", "observer", "shape", "sigma_deg", "mean", "low", "high", "trials"]]
     shapes = list(dict.fromkeys(rows["shape"]))
-    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
     panels = figure.subplots(2, len(namers), sharex=True, sharey=True, squeeze=False)
     for column, namer in zip(panels.T, namers, strict=True):
         mine = data[data["measure"] == f"{namer}_correct"]
         _average(column[0], mine[mine["shape"] == ALL])
         _shapes(column[1], mine[mine["observer"] == SLAM], shapes)
         for axes in column:
-            axes.axhline(PERCENT / len(shapes), color="#777777", linestyle=":", linewidth=1, label="chance")
+            above = axes is column[0]
+            axes.axhline(
+                PERCENT / len(shapes), color="#777777", linestyle=":", linewidth=1, label="chance" if above else None
+            )
         column[0].set_title(TITLES[namer])
         column[1].set_xlabel("σ of joint noise (°)")
     sigmas = sorted(set(data["sigma_deg"]))
+    count, seconds = data[data["shape"] != ALL]["trials"].max(), rows["seconds"].iloc[0]
+    told = f"{count} explorations of {seconds:g} s for each shape and σ, 95 % intervals"
     panels[0, 0].set(ylim=(0, 104), xticks=sigmas, xticklabels=[f"{each:g}" for each in sigmas])
     panels[0, 0].set_ylabel("named right (%)\naverage of all shapes")
     panels[1, 0].set_ylabel("named right (%)\nhaptic SLAM, each shape")
     for row in (0, 1):
         handles, labels = panels[row, 0].get_legend_handles_labels()
         place: Any = ("outside upper center", "outside lower center")[row]
-        figure.legend(handles, labels, loc=place, ncols=len(labels))
+        figure.legend(handles, labels, loc=place, ncols=len(labels), title=None if row else told)
     return Plate(figure, data)
 
 

@@ -36,10 +36,17 @@ def draw(rows: pd.DataFrame) -> Plate:
     for shape, line in mine.groupby("shape", sort=False):
         errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
         right.errorbar(
-            line["sigma_deg"], line["mean"], errors, marker="o", capsize=2, color=SHAPE_COLOURS[str(shape)], label=shape
+            line["sigma_deg"],
+            line["mean"],
+            errors,
+            marker="o",
+            markersize=4,
+            capsize=2,
+            color=SHAPE_COLOURS[str(shape)],
+            label=shape,
         )
     right.axhline(1, color="#777777", linestyle=":", linewidth=1)
-    right.set(title="Haptic SLAM, each shape (1 is what was felt)", ylabel="RMS error (multiples of σ)")
+    right.set(title="Haptic SLAM, each shape (dotted: felt)", ylabel="RMS error (multiples of σ)")
     right.set_ylim(0, 1.05)
     right.legend()
     for axes in (left, right):

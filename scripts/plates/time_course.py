@@ -16,7 +16,7 @@ from plates.plate import WIDTH, Plate
 PANELS = {
     "correct": ("Named right", "share of explorations (%)"),
     "posterior": ("Probability of the true shape", "mean posterior (%)"),
-    "decided": ("Decided (95 % sure, and stays so)", "share of explorations (%)"),
+    "decided": ("Sure for good (p > 95 %)", "share of explorations (%)"),
 }
 
 
@@ -43,7 +43,7 @@ def draw(rows: pd.DataFrame) -> Plate:
     data = curves(rows)
     sigmas = sorted(set(data["sigma_deg"]))
     colours = noise_colours(sigmas)
-    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
     panels = figure.subplots(1, len(PANELS), sharex=True, sharey=True)
     for axes, (measure, (title, axis)) in zip(panels, PANELS.items(), strict=True):
         mine = data[data["measure"] == measure]
@@ -65,5 +65,5 @@ def draw(rows: pd.DataFrame) -> Plate:
             chance = 100 / len(rows["candidates"].iloc[0].split())
             axes.axhline(chance, color="#777777", linestyle=":", linewidth=1, label="chance")
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), columnspacing=1.2)
+    figure.legend(handles, labels, loc="outside lower center", ncols=(len(labels) + 1) // 2)
     return Plate(figure, data)
