@@ -34,12 +34,13 @@ from rich.console import Console
 from showing import Showing, file_of, read, run_showing
 from tasks import STREAM, Task
 
-from haptic_env import validate
+from haptic_env import shapes, validate
 
 EXAMPLE = """examples: python scripts/figures.py --out out/figures
           python scripts/figures.py figure5 film --seed 3 --show-seconds 60 --out out/long
           python scripts/figures.py figure6 confusion --trials-of out/evaluate"""
 DEFAULTS: dict[str, Any] = {  # of the sweep; flags of evaluate.py
+    "shapes": list(shapes.SHAPES),
     "sigmas": [1.0, 2.0, 3.0, 4.0, 5.0],
     "trials": 72,
     "seconds": 10.0,
@@ -65,6 +66,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add = parser.add_argument
     add("names", nargs="*", metavar="NAME", help=f"which figures (default all): {', '.join(FIGURES)}")
     add("--out", default="out/figures", help="folder for the figures (default out/figures)")
+    add("--shapes", nargs="+", help="what is explored, and the candidates (default all)")
     add("--sigmas", nargs="+", type=float, help="noise of the sweep, SD in degrees (default 1 2 3 4 5)")
     add("--trials", type=int, help="explorations of the sweep for each shape and sigma (default 72, the paper's)")
     add("--seconds", type=float, help="of an exploration of the sweep (default 10, the paper's)")
