@@ -60,7 +60,7 @@ QUICK = {"sigmas": [1.0, 3.0, 5.0], "trials": 2, "seconds": 3.0, "exemplars": 1,
 def parse(arguments: list[str] | None) -> argparse.Namespace:
     """Read and check the command line; ends the program with code 2 where it makes no sense.
 
-    What it returns has also the checked flags of the `sweep`, its results not opened.
+    What it returns has also the checked flags of the `sweep`, with its opened results where a figure needs them.
     """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
@@ -105,6 +105,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
             )
         given.out = Path(given.out)
         (given.out / "explorations").mkdir(parents=True, exist_ok=True)
+        if given.trials_of is None and any(name in FROM_TRIALS for name in given.names):
+            command_line.open_results(given.sweep)
     except ValueError as error:
         parser.error(str(error))
     except OSError as error:
@@ -147,7 +149,6 @@ def explorations(given: argparse.Namespace, names: Iterable[str], console: Conso
 def trials(given: argparse.Namespace, names: Iterable[str], console: Console) -> Plates:
     """Run the sweep, or take the one that there is, then draw what `names` say of it one by one."""
     if given.trials_of is None:
-        command_line.open_results(given.sweep)
         try:
             sweep(given.sweep, console)
         finally:

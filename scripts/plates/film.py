@@ -49,7 +49,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
     names.set(xlim=(0, duration), ylim=(0, 1.02), ylabel="posterior", title="What the object is")
     error.set(xlim=(0, duration), xlabel="time (s)", ylabel="error (°)", title="Where the hand is")
     shown = data[data["seconds"] <= duration]
-    error.set_ylim(0, 1.05 * shown["felt_error_deg"].max())
+    error.set_ylim(0, 1.3 * shown["felt_error_deg"].max())
     names.legend(loc="center right", fontsize=7)
     error.legend(loc="upper right", fontsize=7, ncols=2)
 

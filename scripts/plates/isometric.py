@@ -87,7 +87,7 @@ def draw_solid(axes: Axes, solid: Solid, grid: Grid, view: View, opacity: float 
     image[..., :3] = np.array(to_rgb(TRUTH)) * shade[..., None]
     image[..., 3] = opacity * np.isfinite(depth)
     axes.imshow(image, origin="lower", extent=view.extent, zorder=OBJECT, interpolation="bilinear")
-    axes.contour(*view.pixels(), gap, levels=[HIT], colors=[OUTLINE], linewidths=0.7, zorder=OBJECT)
+    axes.contour(*view.pixels(), gap, levels=[0.6 * PIXEL], colors=[OUTLINE], linewidths=0.7, zorder=OBJECT)
 
 
 def draw_voxels(
@@ -162,22 +162,23 @@ def _cloud(
     tree = tree_of(hand)
     for pose in poses:
         position, rotation = link_frames(tree, pose)
-        nearest, light = np.full(shape, -np.inf), np.zeros(shape)
+        nearest, light, cover = np.full(shape, -np.inf), np.zeros(shape), np.zeros(shape)
         for index, link in enumerate(hand.links):
             ends = np.stack([position[index], position[index] + link.length * rotation[index][:, 2]]) - grid.centre
-            _capsule(nearest, light, view.project(ends * MM), link.radius * MM, columns, rows)
-        there = np.isfinite(nearest)
-        for side, mine in enumerate((there & (nearest < front), there & (nearest >= front))):
-            sums[side, 0] += mine
-            sums[side, 1] += np.where(mine, light, 0.0)
+            _capsule(nearest, light, cover, view.project(ends * MM), link.radius * MM, columns, rows)
+        for side, mine in enumerate((nearest < front, nearest >= front)):
+            sums[side, 0] += mine * cover
+            sums[side, 1] += mine * cover * light
     sums /= len(poses)
     return (sums[0, 0], sums[0, 1]), (sums[1, 0], sums[1, 1])
 
 
-def _capsule(nearest: Array, light: Array, ends: Array, radius: float, columns: Array, rows: Array) -> None:
+def _capsule(
+    nearest: Array, light: Array, cover: Array, ends: Array, radius: float, columns: Array, rows: Array
+) -> None:
     """Put one link, from `ends[0]` to `ends[1]` (projected), over what is farther away. In parallel projection a
     capsule is the flat one about the projected bone; its depth is taken as if the bone lay in the picture's plane."""
-    low, high = ends[:, :2].min(axis=0) - radius, ends[:, :2].max(axis=0) + radius
+    low, high = ends[:, :2].min(axis=0) - radius - PIXEL, ends[:, :2].max(axis=0) + radius + PIXEL
     window = (
         slice(*np.searchsorted(rows, [low[1], high[1]])),
         slice(*np.searchsorted(columns, [low[0], high[0]])),
@@ -189,7 +190,9 @@ def _capsule(nearest: Array, light: Array, ends: Array, radius: float, columns: 
     distance = np.hypot(u - ends[0, 0] - t * along[0], v - ends[0, 1] - t * along[1])
     height = np.sqrt(np.maximum(radius**2 - distance**2, 0.0))
     depth = ends[0, 2] + t * along[2] + height
-    here = (distance <= radius) & (depth > nearest[window])
+    share = np.clip((radius - distance) / PIXEL + 0.5, 0.0, 1.0)  # of a pixel at the rim
+    cover[window] = np.maximum(cover[window], share)
+    here = (share > 0) & (depth > nearest[window])
     nearest[window][here] = depth[here]
     light[window][here] = (0.6 + 0.45 * height / radius)[here]
 
