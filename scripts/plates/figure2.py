@@ -36,7 +36,8 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
     """The hand as felt and as inferred, the map over the true shape, and a section through it."""
     showing = find(*wanted[0])
     frame = _most_touched(showing)
-    grid, solid, view = showing.grid, showing.solid, View()
+    grid, solid = showing.grid, showing.solid
+    view = View.around(grid)
     step = showing.step[frame] - 1
     occupancy = showing.occupancy[frame].astype(float)
     rng = np.random.default_rng(0)
@@ -53,10 +54,8 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         isometric.draw_solid(axes, solid, grid, view)
         isometric.draw_hand(axes, hand, poses, grid, view, solid)
         isometric.draw_hand_outline(axes, hand, showing.true_angles[step], grid, view)
-    near = isometric.NEAR
-    isometric.prepare(panels[1, 0], near, f"(c) the map after {showing.seconds[step]:.0f} s")
-    isometric.draw_solid(panels[1, 0], solid, grid, near)
-    isometric.draw_map(panels[1, 0], occupancy, grid, near, solid)
+    title = f"(c) the map after {showing.seconds[step]:.0f} s"
+    isometric.draw_scene(panels[1, 0], occupancy, grid, solid, isometric.NEAR, title)
     _section(panels[1, 1], occupancy, showing)
     figure.legend(
         handles=[

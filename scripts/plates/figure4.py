@@ -36,9 +36,8 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         seconds = moment * showing.seconds[-1]
         frame = showing.frame_at(seconds)
         occupancy = showing.occupancy[frame].astype(float)
-        isometric.prepare(axes, NEAR, f"{seconds:.3g} s", scale=20.0 if axes is panels[0, 0] else 0.0)
-        isometric.draw_solid(axes, showing.solid, showing.grid, NEAR)
-        isometric.draw_map(axes, occupancy, showing.grid, NEAR, showing.solid)
+        scale = 20.0 if axes is panels[0, 0] else 0.0
+        isometric.draw_scene(axes, occupancy, showing.grid, showing.solid, NEAR, f"{seconds:.3g} s", scale)
         shown = map_table(occupancy, occupancy > 0.5, showing)
         tables.append(shown.assign(seconds=showing.seconds[showing.step[frame] - 1]))
     probability_bar(figure, panels)

@@ -33,9 +33,8 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         showing = find(shape, sigma)
         occupancy = showing.occupancy[-1].astype(float)
         above = f"σ = {sigma:g}°" if shape == shapes[0] else ""
-        isometric.prepare(axes, NEAR, above, scale=20.0 if axes is panels[0, 0] else 0.0)
-        isometric.draw_solid(axes, showing.solid, showing.grid, NEAR)
-        isometric.draw_map(axes, occupancy, showing.grid, NEAR, showing.solid)
+        scale = 20.0 if axes is panels[0, 0] else 0.0
+        isometric.draw_scene(axes, occupancy, showing.grid, showing.solid, NEAR, above, scale)
         if sigma == SIGMAS[0]:
             axes.text(
                 -0.02, 0.5, shape, transform=axes.transAxes, rotation=90, ha="right", va="center", fontsize=9,

@@ -37,7 +37,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
     figure = Figure(figsize=(7.2, 3.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1.35, 1))
     scene, names, error = (figure.add_subplot(each) for each in (grid[:, 0], grid[0, 1], grid[1, 1]))
-    view = View()
+    view = View.around(showing.grid)
     curves = []
     for label in showing.labels:
         really = label == str(showing.shape)
@@ -56,10 +56,9 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
     def show(frame: int) -> None:
         step = showing.step[frame] - 1
         scene.clear()
-        seconds = float(showing.seconds[step])
-        isometric.prepare(scene, view, f"{seconds:4.1f} s of blind touch, σ = {showing.sigma_deg:g}°")
-        isometric.draw_solid(scene, showing.solid, showing.grid, view)
-        isometric.draw_map(scene, showing.occupancy[frame].astype(float), showing.grid, view, showing.solid)
+        occupancy = showing.occupancy[frame].astype(float)
+        title = f"{showing.seconds[step]:4.1f} s of blind touch, σ = {showing.sigma_deg:g}°"
+        isometric.draw_scene(scene, occupancy, showing.grid, showing.solid, view, title)
         isometric.draw_hand(scene, hand, showing.poses(frame, POSES), showing.grid, view, showing.solid, opacity=0.6)
         until = data.iloc[: step + 1]
         for line, column in curves:

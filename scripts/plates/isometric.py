@@ -37,10 +37,16 @@ class View:
     """From where the scene is seen: `azimuth` about z from +x, and `elevation`, degrees; `half` of the picture's width
     and height, and where its `middle` is, mm."""
 
+    half: tuple[float, float]
+    middle: tuple[float, float] = (0.0, 0.0)
     azimuth: float = -62.0
     elevation: float = 22.0
-    half: tuple[float, float] = (71.0, 60.0)
-    middle: tuple[float, float] = (3.0, 2.0)
+
+    @classmethod
+    def around(cls, grid: Grid) -> View:
+        """All that the hand may reach."""
+        edge = float(grid.extent.max()) * MM
+        return cls(half=(0.555 * edge, 0.47 * edge), middle=(0.025 * edge, 0.015 * edge))
 
     @property
     def axes(self) -> Array:
@@ -66,7 +72,7 @@ class View:
         return np.arange(left + 0.5 * PIXEL, right, PIXEL), np.arange(bottom + 0.5 * PIXEL, top, PIXEL)
 
 
-NEAR = View(half=(44.0, 40.0), middle=(0.0, 0.0))  # the object alone
+NEAR = View(half=(44.0, 40.0))  # the object alone
 
 
 def prepare(axes: Axes, view: View, title: str = "", scale: float = 20.0) -> None:
@@ -78,6 +84,15 @@ def prepare(axes: Axes, view: View, title: str = "", scale: float = 20.0) -> Non
         start, height = left + 4.0, bottom + 6.0
         axes.plot([start, start + scale], [height, height], color=OUTLINE, linewidth=2, zorder=MARKS)
         axes.text(start + 0.5 * scale, height - 1.5, f"{scale:g} mm", ha="center", va="top", fontsize=7)
+
+
+def draw_scene(
+    axes: Axes, occupancy: Array, grid: Grid, solid: Solid, view: View, title: str = "", scale: float = 20.0
+) -> None:
+    """The map over the true shape."""
+    prepare(axes, view, title, scale)
+    draw_solid(axes, solid, grid, view)
+    draw_map(axes, occupancy, grid, view, solid)
 
 
 def draw_solid(axes: Axes, solid: Solid, grid: Grid, view: View, opacity: float = 0.5) -> None:

@@ -262,7 +262,7 @@ def test_what_is_kept_of_an_exploration_is_what_was_believed(tmp_path: Path) -> 
 
 def test_a_sphere_is_seen_where_and_as_wide_as_it_is() -> None:
     grid = Grid.around(np.zeros(3), np.full(3, 0.128), 0.004)
-    view = isometric.View(half=(40.0, 40.0), middle=(0.0, 0.0))
+    view = isometric.View(half=(40.0, 40.0))
     solid = shapes.make("sphere", size=(0.05, 0.05, 0.05))
     depth, _, gap = isometric._seen(solid, tuple(grid.centre.tolist()), view)
     columns, rows = view.pixels()
