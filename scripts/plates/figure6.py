@@ -27,7 +27,7 @@ def draw(rows: pd.DataFrame) -> Plate:
     """Above the average over shapes between its brackets, below each shape; a column for each way to name."""
     namers = [name for name in TITLES if f"{name}_correct" in rows]
     data = summarise(rows, (), namers)[["measure", "observer", "shape", "sigma_deg", "mean", "low", "high", "trials"]]
-    shapes = list(dict.fromkeys(rows["shape"]))
+    shapes = rows["candidates"].iloc[0].split()
     figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
     panels = figure.subplots(2, len(namers), sharex=True, sharey=True, squeeze=False)
     for column, namer in zip(panels.T, namers, strict=True):
@@ -44,7 +44,7 @@ def draw(rows: pd.DataFrame) -> Plate:
     sigmas = sorted(set(data["sigma_deg"]))
     count, seconds = data[data["shape"] != ALL]["trials"].max(), rows["seconds"].iloc[0]
     told = f"{count} explorations of {seconds:g} s for each shape and σ, 95 % intervals"
-    panels[0, 0].set(ylim=(0, 104), xticks=sigmas, xticklabels=[f"{each:g}" for each in sigmas])
+    panels[0, 0].set(ylim=(-3, 104), xticks=sigmas, xticklabels=[f"{each:g}" for each in sigmas])
     panels[0, 0].set_ylabel("named right (%)\naverage of all shapes")
     panels[1, 0].set_ylabel("named right (%)\nhaptic SLAM, each shape")
     for row in (0, 1):

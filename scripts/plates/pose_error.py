@@ -33,7 +33,8 @@ def draw(rows: pd.DataFrame) -> Plate:
         )
     left.set_title("Pose error after 200 ms, all shapes")
     mine = data[(data["measure"] == next(iter(relative))) & (data["observer"] == SLAM) & (data["shape"] != ALL)]
-    for shape, line in mine.groupby("shape", sort=False):
+    for shape in rows["candidates"].iloc[0].split():
+        line = mine[mine["shape"] == shape]
         errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
         right.errorbar(
             line["sigma_deg"],
@@ -42,13 +43,13 @@ def draw(rows: pd.DataFrame) -> Plate:
             marker="o",
             markersize=4,
             capsize=2,
-            color=SHAPE_COLOURS[str(shape)],
+            color=SHAPE_COLOURS[shape],
             label=shape,
         )
     right.axhline(1, color="#777777", linestyle=":", linewidth=1)
     right.set(title="Haptic SLAM, each shape (dotted: felt)", ylabel="RMS error (multiples of σ)")
     right.set_ylim(0, 1.05)
-    right.legend()
+    right.legend(loc="center right", bbox_to_anchor=(1.0, 0.75))
     for axes in (left, right):
         axes.set_xlim(0, 1.03 * data["sigma_deg"].max())
         axes.set_xlabel("σ of joint noise (°)")
