@@ -36,10 +36,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         scale = 20.0 if axes is panels[0, 0] else 0.0
         isometric.draw_scene(axes, occupancy, showing.grid, showing.solid, NEAR, above, scale)
         if sigma == SIGMAS[0]:
-            axes.text(
-                -0.02, 0.5, shape, transform=axes.transAxes, rotation=90, ha="right", va="center", fontsize=9,
-                fontweight="bold", color=SHAPE_COLOURS[shape],
-            )  # fmt: skip
+            axes.set_ylabel(shape, color=SHAPE_COLOURS[shape], fontsize=9, fontweight="bold")
         tables.append(map_table(occupancy, occupancy > 0.5, showing).assign(shape=shape, sigma_deg=sigma))
     probability_bar(figure, panels)
     figure.suptitle(f"What {showing.seconds[-1]:g} s of blind touch have mapped", fontsize=9, fontweight="bold")

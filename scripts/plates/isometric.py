@@ -78,8 +78,8 @@ NEAR = View(half=(44.0, 40.0))  # the object alone
 def prepare(axes: Axes, view: View, title: str = "", scale: float = 20.0) -> None:
     """Make `axes` an empty scene with a bar of `scale` mm."""
     left, right, bottom, top = view.extent
-    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", title=title)
-    axes.axis("off")
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", title=title, xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
     if scale > 0:
         start, height = left + 4.0, bottom + 6.0
         axes.plot([start, start + scale], [height, height], color=OUTLINE, linewidth=2, zorder=MARKS)
