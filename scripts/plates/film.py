@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
 import pandas as pd
-from matplotlib.animation import FuncAnimation
 from matplotlib.figure import Figure
-from showing import Showing
+from showing import FRAMES_PER_SECOND, Showing
 from style import OBSERVER_COLOURS, SHAPE_COLOURS
 
 from haptic_env.hand import Hand
 from observer import metrics
 from plates import isometric
 from plates.isometric import View
-from plates.plate import Find, Plate, Wanted
+from plates.plate import Film, Find, Plate, Wanted
 
 SHAPE, SIGMA = "cylinder", 3.0
 LONGEST = 12.0  # seconds
@@ -65,10 +63,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
             line.set_data(until["seconds"], until[column])
 
     show(last)
-    frames = range(last + 1)
-    moving = FuncAnimation(figure, show, frames, init_func=lambda: None, cache_frame_data=False)
-    rate = 1.0 / float(np.median(np.diff(showing.seconds[showing.step - 1]))) if last else 1.0
-    return Plate(figure, shown, moving, rate)
+    return Plate(figure, shown, Film(show, last + 1, 1.0 / FRAMES_PER_SECOND))
 
 
 def course(showing: Showing) -> pd.DataFrame:

@@ -46,7 +46,7 @@ class View:
     def around(cls, grid: Grid) -> View:
         """All that the hand may reach."""
         edge = float(grid.extent.max()) * MM
-        return cls(half=(0.555 * edge, 0.47 * edge), middle=(0.025 * edge, 0.015 * edge))
+        return cls(half=(0.6 * edge, 0.47 * edge), middle=(0.0, 0.015 * edge))
 
     @property
     def axes(self) -> Array:

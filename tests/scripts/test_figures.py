@@ -13,8 +13,11 @@ import pandas as pd
 import pytest
 import tasks
 from conditions import Condition
+from matplotlib.colors import to_rgb
+from PIL import Image
 from plates import FIGURES, FROM_TRIALS, confusion, figure5, isometric, reliability, time_course
 from showing import read, run_showing
+from style import SHAPE_COLOURS
 
 from haptic_env import shapes
 from haptic_env.grid import Grid
@@ -62,10 +65,14 @@ def test_every_figure_is_for_screen_and_print_with_its_data(drawn: Path, name: s
     assert (drawn / f"{name}.gif").exists() == (name == "film")
 
 
-def test_the_film_moves(drawn: Path) -> None:
-    film = (drawn / "film.gif").read_bytes()
-    assert film.startswith(b"GIF89a")
-    assert film.count(b"\x21\xf9\x04") > 2, "frames"
+def test_the_film_moves_in_the_colours_of_the_shapes(drawn: Path) -> None:
+    with Image.open(drawn / "film.gif") as film:
+        assert film.n_frames == 4  # every tenth of a second up to the lag before the end, and the end
+        film.seek(3)
+        pixels = np.asarray(film.convert("RGB"))
+    for name in ("cube", "sphere"):
+        colour = np.round(255 * np.array(to_rgb(SHAPE_COLOURS[name])))
+        assert (pixels == colour).all(axis=-1).sum() > 10
 
 
 @pytest.mark.parametrize("name", ["figure6", "pose_error"])
