@@ -40,6 +40,13 @@ def parse(description: str | None, arguments: list[str] | None) -> argparse.Name
 
     What it returns has also `settings`, `conditions` and the opened `results`.
     """
+    given = check(description, arguments)
+    open_results(given)
+    return given
+
+
+def check(description: str | None, arguments: list[str] | None) -> argparse.Namespace:
+    """The same without `results`; nothing is written."""
     parser, options = make_parser(description)
     file: dict[str, Any] = {}
     given = parser.parse_args(arguments)
@@ -53,15 +60,23 @@ def parse(description: str | None, arguments: list[str] | None) -> argparse.Name
     given = settle(parser, arguments, file)
     try:
         plan(given)
+    except ValueError as error:
+        parser.error(str(error))
+    given.error = parser.error
+    return given
+
+
+def open_results(given: argparse.Namespace) -> None:
+    """Put the opened `results` into what `check` has returned; ends the program where they are not of `given`."""
+    try:
         folder = Path(given.out)
         (folder / "exemplars").mkdir(parents=True, exist_ok=True)
         config = asdict(given.settings) | versions()
         given.results = Results(folder, config, *columns(given.settings), given.settings.observers)
     except ValueError as error:
-        parser.error(str(error))
+        given.error(str(error))
     except OSError as error:
-        parser.error(f"--out must be a folder that can be written to: {error}")
-    return given
+        given.error(f"--out must be a folder that can be written to: {error}")
 
 
 def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Options]:

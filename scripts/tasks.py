@@ -48,6 +48,8 @@ MEASURES = (
 )
 Exemplars = tuple[tuple[tuple[str, bytes], ...], ...]  # for each draw, name and content of the file of each shape
 HISTOGRAMS = ("ranks_online", "ranks_lagged", "cells", "cells_predicted", "cells_observed")  # numbers with spaces
+COURSES = ("course_p", "course_correct")  # likewise: the shape posterior of the truth, and whether it is the largest
+COURSE_SECONDS = 0.25  # from one of these to the next
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,15 @@ class Task:
 
 def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     """Run the exploration of `task`."""
+    trial = make_trial(task, naming)
+    for _ in trial:
+        pass
+    trial.env.close()
+    return trial.finish()
+
+
+def make_trial(task: Task, naming: bool) -> Trial:
+    """The exploration of `task`, not begun."""
     settings, condition = task.settings, task.condition
     env = gym.make(
         settings.env,
@@ -135,11 +146,7 @@ def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     told = condition.sigma_deg * settings.believed_sigma
     observers = make_observers(settings.observers, hand, told, settings.particles)
     posterior = shape_posterior(settings)
-    trial = Trial(env, condition.policy, observers, posterior, task.seed, naming=None if naming else ())
-    for _ in trial:
-        pass
-    env.close()
-    return trial.finish()
+    return Trial(env, condition.policy, observers, posterior, task.seed, naming=None if naming else ())
 
 
 @lru_cache(maxsize=4)
@@ -202,6 +209,7 @@ def run_trial(task: Task, exemplars: Exemplars) -> list[dict[str, Any]]:
             calibration.observed,
         )
         row |= {what: _spaced(numbers) for what, numbers in zip(HISTOGRAMS, histograms, strict=True)}
+        row |= {what: _spaced(numbers) for what, numbers in zip(COURSES, course(exploration, account), strict=True)}
         for n in (1, 2):
             score = metrics.surface_score(occupancy, grid, exploration.solid, touched, n)
             row |= {f"surface_{what}_{n}": value for what, value in score._asdict().items()}
@@ -229,6 +237,14 @@ def correct_after(exploration: Exploration, account: Account, seconds: float) ->
     if steps == len(exploration.seconds):
         return float("nan")
     return float(account.labels[int(np.argmax(account.posterior[steps]))] == exploration.solid.name)
+
+
+def course(exploration: Exploration, account: Account) -> tuple[np.ndarray, np.ndarray]:
+    """After each `COURSE_SECONDS`: the probability of the true shape, and 1 where no other is more probable, else 0."""
+    times = np.arange(COURSE_SECONDS, exploration.seconds[-1] + 1e-9, COURSE_SECONDS)
+    posterior = account.posterior[np.searchsorted(exploration.seconds, times - 1e-9)]
+    truth = account.labels.index(exploration.solid.name)
+    return posterior[:, truth], (posterior.argmax(axis=1) == truth).astype(float)
 
 
 @lru_cache(maxsize=128)
@@ -286,4 +302,4 @@ def columns(settings: Settings) -> tuple[list[str], list[str]]:
     correct = [f"{namer}_correct" for namer in settings.namers]
     numbers = [*MEASURES, *(f"p_{shape}" for shape in settings.shapes), *correct]
     keys = [name for name in KEY if name not in ("policy", "shape", "observer")]
-    return [*KEY, *numbers, *HISTOGRAMS, *settings.namers, *constants(settings)], [*numbers, *keys]
+    return [*KEY, *numbers, *HISTOGRAMS, *COURSES, *settings.namers, *constants(settings)], [*numbers, *keys]
