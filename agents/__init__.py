@@ -7,7 +7,7 @@ from typing import Any
 
 import gymnasium as gym
 
-from agents.policy import Policy
+from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
 from haptic_env import validate
 
@@ -15,13 +15,18 @@ POLICIES: dict[str, type[Policy]] = {
     "random_torque": RandomTorque,
 }
 
-__all__ = ["POLICIES", "Policy", "make"]
+__all__ = ["POLICIES", "Guided", "Policy", "act", "make"]
 
 
 def make(name: str, env: gym.Env[Any, Any], seed: int | None = None, **keywords: Any) -> Policy:
-    """Make the policy `name` for `env`; raises `ValueError` for an unknown name or keyword."""
+    """Make the policy `name` for `env`; raises `ValueError` for an unknown name or keyword.
+
+    Policies that are `guided` need an `env` with an `ObserverWrapper` (`agents.policy.Guided`).
+    """
     policy = POLICIES[validate.choice("policy", name, POLICIES)]
     parameters = inspect.signature(policy).parameters.values()
     valid = [each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY]
     validate.keywords(f"{name} policy", keywords, valid)
-    return policy(env, seed, **keywords)
+    made = policy(env, seed, **keywords)
+    made.name = name
+    return made

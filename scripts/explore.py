@@ -32,7 +32,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 from style import OBSERVER_COLOURS, SHAPE_COLOURS
-from trial import Account, Exploration, Trial, make_observers
+from trial import Account, Exploration, Trial, guided, make_observers
 
 import agents
 import haptic_env
@@ -162,7 +162,9 @@ def explore(settings: Settings, console: Console) -> tuple[Exploration, dict[str
 
     hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
     observers = make_observers((RAW, OBSERVER), hand, settings.sigma, settings.particles)
-    trial = Trial(env, settings.policy, observers, ShapePosterior(hand), settings.seed, naming=(OBSERVER,))
+    shape = ShapePosterior(hand)
+    env = guided(env, settings.policy, settings.sigma, shape)
+    trial = Trial(env, settings.policy, observers, shape, settings.seed, naming=(OBSERVER,))
     usual = signal.signal(signal.SIGINT, interrupt)
     try:
         with Screen(console, trial) as screen:

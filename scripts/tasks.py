@@ -17,7 +17,7 @@ import gymnasium as gym
 import numpy as np
 from conditions import Condition
 from results import KEY, Key
-from trial import Account, Exploration, Trial, make_observers
+from trial import Account, Exploration, Trial, guided, make_observers
 
 import agents
 import haptic_env
@@ -135,6 +135,7 @@ def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     told = condition.sigma_deg * settings.believed_sigma
     observers = make_observers(settings.observers, hand, told, settings.particles)
     posterior = shape_posterior(settings)
+    env = guided(env, condition.policy, told, posterior)
     trial = Trial(env, condition.policy, observers, posterior, task.seed, naming=None if naming else ())
     for _ in trial:
         pass

@@ -11,6 +11,7 @@ from scipy import stats
 
 import agents
 import haptic_env
+from observer import HapticSLAM, ObserverWrapper, ShapePosterior
 
 
 @pytest.fixture(params=[(env_id, name) for env_id in haptic_env.ENVIRONMENTS for name in agents.POLICIES], ids=str)
@@ -164,3 +165,39 @@ def test_deterministic_random_torque_dies_out(env):
 def test_an_unseeded_policy_is_different_each_time(env):
     first, second = (agents.make("random_torque", env).predict(None)[0] for _ in range(2))
     assert (first != second).any()
+
+
+class _Broken(agents.Policy):
+    """Commands what no motor can do."""
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        return np.full(self.joints, np.nan, np.float32), None
+
+
+def test_torques_that_are_not_finite_are_told_with_the_policys_name(env, monkeypatch):
+    monkeypatch.setitem(agents.POLICIES, "broken", _Broken)
+    observation, _ = env.reset(seed=0)
+    with pytest.raises(ValueError, match="policy 'broken' commands torques that are not finite: .nan"):
+        agents.act(agents.make("broken", env), observation)
+
+
+class _Guided(agents.Guided):
+    """Commands the first probability of a name."""
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        return np.full(self.joints, self.shape.posterior[0] * self.belief.n_eff, np.float32), None
+
+
+def test_a_guided_policy_reads_beliefs_through_further_wrappers(env):
+    hand = env.unwrapped.hand
+    with pytest.raises(ValueError, match="guided by beliefs.*wrap it: ObserverWrapper"):
+        _Guided(env)
+    wrapped = gym.wrappers.RecordEpisodeStatistics(ObserverWrapper(env, HapticSLAM(hand, particles=2)))
+    with pytest.raises(ValueError, match=r"nothing infers here; wrap .* ShapePosterior"):
+        agents.act(_Guided(wrapped), wrapped.reset(seed=0)[0])
+    wrapped = gym.wrappers.RecordEpisodeStatistics(
+        ObserverWrapper(env, HapticSLAM(hand, particles=2), ShapePosterior(hand))
+    )
+    observation, info = wrapped.reset(seed=0)
+    action, _ = agents.act(_Guided(wrapped), observation)
+    np.testing.assert_allclose(action, 2 * info["posterior"][0])
