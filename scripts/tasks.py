@@ -29,6 +29,7 @@ from observer.classifiers import CLASSIFIERS, MapClassifier
 EXEMPLAR_SEED = 2_000_000_000
 STREAM = "shape_posterior"  # the name of what names the object from the whole stream of beliefs
 AFTER_SECONDS = (2, 5, 10)  # when the name is asked for
+FIRST_SECONDS = 5  # over which how soon it is right is averaged
 PACKAGES = ("haptic-slam", "gymnasium", "mujoco", "numba", "numpy", "scipy", "scikit-learn")
 MEASURES = (
     "pose_error_online_deg",
@@ -44,6 +45,7 @@ MEASURES = (
     "n_eff",
     "time_to_decision",
     "step_accuracy",
+    f"step_accuracy_{FIRST_SECONDS}s",
     *(f"correct_{seconds}s" for seconds in AFTER_SECONDS),
 )
 Exemplars = tuple[tuple[tuple[str, bytes], ...], ...]  # for each draw, name and content of the file of each shape
@@ -178,6 +180,7 @@ def run_trial(task: Task, exemplars: Exemplars) -> list[dict[str, Any]]:
     for name, account in accounts.items():
         occupancy = account.belief.occupancy
         calibration = metrics.reliability(occupancy, occupied, cells)
+        right = account.posterior.argmax(axis=1) == account.labels.index(task.shape)
         row: dict[str, Any] = {
             **dict(zip(KEY, (*task.key, name), strict=True)),
             "pose_error_online_deg": metrics.pose_rmse_deg(account.joint_angles, truth),
@@ -193,7 +196,8 @@ def run_trial(task: Task, exemplars: Exemplars) -> list[dict[str, Any]]:
             "touching_share": float(touching.mean()),
             "n_eff": float(account.n_eff.mean()),
             "time_to_decision": metrics.time_to_decision(exploration.seconds, account.posterior),
-            "step_accuracy": float((account.posterior.argmax(axis=1) == account.labels.index(task.shape)).mean()),
+            "step_accuracy": float(right.mean()),
+            f"step_accuracy_{FIRST_SECONDS}s": float(right[exploration.seconds <= FIRST_SECONDS + 1e-9].mean()),
         }
         histograms = (
             metrics.rank_counts(account.joint_angles, account.joint_std, truth),

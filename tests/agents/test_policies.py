@@ -177,7 +177,7 @@ class _Broken(agents.Policy):
 def test_torques_that_are_not_finite_are_told_with_the_policys_name(env, monkeypatch):
     monkeypatch.setitem(agents.POLICIES, "broken", _Broken)
     observation, _ = env.reset(seed=0)
-    with pytest.raises(ValueError, match="policy 'broken' commands torques that are not finite: .nan"):
+    with pytest.raises(ValueError, match=r"policy .broken. commands torques that are not finite: .nan"):
         agents.act(agents.make("broken", env), observation)
 
 
@@ -190,7 +190,7 @@ class _Guided(agents.Guided):
 
 def test_a_guided_policy_reads_beliefs_through_further_wrappers(env):
     hand = env.unwrapped.hand
-    with pytest.raises(ValueError, match="guided by beliefs.*wrap it: ObserverWrapper"):
+    with pytest.raises(ValueError, match=r"guided by beliefs.*wrap it: ObserverWrapper"):
         _Guided(env)
     wrapped = gym.wrappers.RecordEpisodeStatistics(ObserverWrapper(env, HapticSLAM(hand, particles=2)))
     with pytest.raises(ValueError, match=r"nothing infers here; wrap .* ShapePosterior"):
