@@ -44,6 +44,8 @@ class InformationGain(Guided):
     curling (`Reach`); the one in force stays a candidate. `horizon` s: how far it looks ahead.
     """
 
+    asks_shape = True
+
     def __init__(
         self,
         env: gym.Env[Any, Any],

@@ -29,6 +29,7 @@ from observer.classifiers import CLASSIFIERS, MapClassifier
 EXEMPLAR_SEED = 2_000_000_000
 STREAM = "shape_posterior"  # the name of what names the object from the whole stream of beliefs
 AFTER_SECONDS = (2, 5, 10)  # when the name is asked for
+GUIDE_VARIANTS = 24  # of each solid: enough to say where to go
 FIRST_SECONDS = 5  # over which how soon it is right is averaged
 PACKAGES = ("haptic-slam", "gymnasium", "mujoco", "numba", "numpy", "scipy", "scikit-learn")
 MEASURES = (
@@ -137,7 +138,7 @@ def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     told = condition.sigma_deg * settings.believed_sigma
     observers = make_observers(settings.observers, hand, told, settings.particles)
     posterior = shape_posterior(settings)
-    env = guided(env, condition.policy, told, posterior)
+    env = guided(env, condition.policy, told, shape_posterior(settings, GUIDE_VARIANTS))
     trial = Trial(env, condition.policy, observers, posterior, task.seed, naming=None if naming else ())
     for _ in trial:
         pass
@@ -145,9 +146,10 @@ def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     return trial.finish()
 
 
-@lru_cache(maxsize=4)
-def shape_posterior(settings: Settings) -> ShapePosterior:
-    """The namer: the candidates are the explored shapes at the grasp centre; it knows how much they vary, not how."""
+@lru_cache(maxsize=8)
+def shape_posterior(settings: Settings, variants: int = 80) -> ShapePosterior:
+    """The namer: the candidates are the explored shapes at the grasp centre; it knows how much they vary, not how, and
+    tries `variants` of each."""
     hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
     return ShapePosterior(
         hand,
@@ -155,6 +157,7 @@ def shape_posterior(settings: Settings) -> ShapePosterior:
         size_jitter=settings.size_jitter,
         yaw_jitter=settings.yaw_jitter,
         position_jitter=settings.position_jitter,
+        variants=variants,
     )
 
 
