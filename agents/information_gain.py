@@ -24,9 +24,9 @@ from observer.solid_fields import skin_of
 
 Array = NDArray[np.float64]
 OBJECTIVES = ("class", "map")
-HYPOTHESES = 8  # of each label: what is felt is told apart between these
+HYPOTHESES = 6  # of each label: what is felt is told apart between these
 WORLDS = 2  # of each label: of these each is taken for the truth in turn
-LOOKS = 5  # within the horizon
+LOOKS = 3  # within the horizon
 UNLIKELY = 0.003  # a label of less is left out
 SPREAD = 0.0015  # metres: how well the skin's place is known; adds to the gap that the observer tolerates
 
@@ -52,7 +52,7 @@ class InformationGain(Guided):
         seed: int | None = None,
         *,
         objective: str = "class",
-        candidates: int = 16,
+        candidates: int = 12,
         seconds: float = 0.2,
         horizon: float = 0.5,
     ) -> None:
