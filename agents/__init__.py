@@ -7,21 +7,34 @@ from typing import Any
 
 import gymnasium as gym
 
-from agents.policy import Policy
+from agents.contour_following import ContourFollowing
+from agents.enclosure import Enclosure
+from agents.information_gain import InformationGain
+from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
+from agents.synergy import Synergy
 from haptic_env import validate
 
 POLICIES: dict[str, type[Policy]] = {
+    "contour_following": ContourFollowing,
+    "enclosure": Enclosure,
+    "information_gain": InformationGain,
     "random_torque": RandomTorque,
+    "synergy": Synergy,
 }
 
-__all__ = ["POLICIES", "Policy", "make"]
+__all__ = ["POLICIES", "Guided", "Policy", "act", "make"]
 
 
 def make(name: str, env: gym.Env[Any, Any], seed: int | None = None, **keywords: Any) -> Policy:
-    """Make the policy `name` for `env`; raises `ValueError` for an unknown name or keyword."""
+    """Make the policy `name` for `env`; raises `ValueError` for an unknown name or keyword.
+
+    Policies that are `guided` need an `env` with an `ObserverWrapper` (`agents.policy.Guided`).
+    """
     policy = POLICIES[validate.choice("policy", name, POLICIES)]
     parameters = inspect.signature(policy).parameters.values()
     valid = [each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY]
     validate.keywords(f"{name} policy", keywords, valid)
-    return policy(env, seed, **keywords)
+    made = policy(env, seed, **keywords)
+    made.name = name
+    return made

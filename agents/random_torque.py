@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import Policy, State
+from agents.policy import EpisodeStart, Policy, State, starts
 from haptic_env import validate
 
 
@@ -31,10 +31,10 @@ class RandomTorque(Policy):
         self,
         observation: Any,
         state: State = None,
-        episode_start: NDArray[np.bool_] | bool | None = None,
+        episode_start: EpisodeStart = None,
         deterministic: bool = False,
     ) -> tuple[NDArray[np.float32], State]:
-        if state is None or np.any(episode_start if episode_start is not None else False):
+        if state is None or starts(episode_start):
             drive = self.sd * self.rng.standard_normal(self.joints) * (not deterministic)
         else:
             fresh = self.rng.standard_normal(self.joints) * (not deterministic)

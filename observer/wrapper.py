@@ -8,13 +8,22 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from observer.belief import Belief
 from observer.fastslam import HapticSLAM
+from observer.shape_posterior import ShapePosterior
 
 
 class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
-    """Puts `info["belief"]` beside every observation; at the end of an episode the lag is flushed first."""
+    """Puts `info["belief"]` beside every observation, and with `shape` `info["posterior"]` (C,) of `shape.labels`; at
+    the end of an episode the lag is flushed first.
 
-    def __init__(self, env: gym.Env[Any, Any], observer: HapticSLAM) -> None:
+    `belief` and `shape` are attributes too, which `env.get_wrapper_attr` finds through further wrappers: policies read
+    them there (`agents.policy.Guided`).
+    """
+
+    belief: Belief | None
+
+    def __init__(self, env: gym.Env[Any, Any], observer: HapticSLAM, shape: ShapePosterior | None = None) -> None:
         gym.Wrapper.__init__(self, env)
         hand = env.unwrapped.hand  # type: ignore[attr-defined]
         if hand.joint_names != observer.hand.joint_names or len(hand.patches) != len(observer.hand.patches):
@@ -22,19 +31,26 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
                 f"the observer knows hand {observer.hand.name!r} with {len(observer.hand.patches)} patches, the "
                 f"environment has {hand.name!r} with {len(hand.patches)}; make the observer from env.unwrapped.hand"
             )
-        gym.utils.RecordConstructorArgs.__init__(self, observer=observer, _disable_deepcopy=True)
-        self.observer = observer
+        gym.utils.RecordConstructorArgs.__init__(self, observer=observer, shape=shape, _disable_deepcopy=True)
+        self.observer, self.shape = observer, shape
+        self.belief = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         observation, info = self.env.reset(seed=seed, options=options)
-        # Its own stream, so that the observer's chance is fixed by the seed and apart from the environment's.
-        seeds = np.random.SeedSequence(seed).generate_state(1) if seed is not None else [None]
-        belief = self.observer.reset(seed=None if seeds[0] is None else int(seeds[0]))
-        return observation, {**info, "belief": belief}
+        # Streams of their own, so that the observer's chance is fixed by the seed and apart from the environment's.
+        mine, shapes = (None, None) if seed is None else map(int, np.random.SeedSequence(seed).generate_state(2))
+        if self.shape is not None:
+            self.shape.reset(seed=shapes)
+        return observation, {**info, **self._told(self.observer.reset(seed=mine))}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         observation, reward, terminated, truncated, info = self.env.step(action)
-        belief = self.observer.step(action, observation["joint_angles"], observation["contacts"])
+        told = self._told(self.observer.step(action, observation["joint_angles"], observation["contacts"]))
         if terminated or truncated:
-            belief = [belief, *self.observer.flush()][-1]
-        return observation, reward, terminated, truncated, {**info, "belief": belief}
+            for belief in self.observer.flush():
+                told = self._told(belief)
+        return observation, reward, terminated, truncated, {**info, **told}
+
+    def _told(self, belief: Belief) -> dict[str, Any]:
+        self.belief = belief
+        return {"belief": belief} if self.shape is None else {"belief": belief, "posterior": self.shape.update(belief)}

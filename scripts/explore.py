@@ -32,7 +32,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 from style import OBSERVER_COLOURS, colours_of, title_of
-from trial import Account, Exploration, Trial, candidates_of, make_observers
+from trial import Account, Exploration, Trial, candidates_of, guided, make_observers
 
 import agents
 import haptic_env
@@ -176,6 +176,7 @@ def explore(settings: Settings, console: Console) -> tuple[Exploration, dict[str
     hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
     observers = make_observers((RAW, OBSERVER), hand, settings.sigma, settings.particles)
     posterior = ShapePosterior(hand, candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale))
+    env = guided(env, settings.policy, settings.sigma, posterior)
     trial = Trial(env, settings.policy, observers, posterior, settings.seed, naming=(OBSERVER,))
     usual = signal.signal(signal.SIGINT, interrupt)
     try:

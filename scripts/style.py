@@ -52,6 +52,9 @@ def colours_of(labels: Iterable[str]) -> dict[str, str]:
     return {label: fixed.get(label) or next(spare) for label in labels}
 
 
+SHAPE_COLOURS = colours_of(SHAPES)
+
+
 def title_of(label: str) -> str:
     """What to call an object: the name of a shape, or that of a mesh file without its folder."""
     return label if label in SHAPES else Path(label).stem

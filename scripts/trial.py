@@ -19,10 +19,11 @@ import haptic_env  # noqa: F401 - registers the environments
 from haptic_env import shapes
 from haptic_env.hand import Hand
 from haptic_env.shapes import Solid
-from observer import Belief, HapticSLAM, ShapePosterior
+from observer import Belief, HapticSLAM, ObserverWrapper, ShapePosterior
 from observer.variants import make_observer
 
 Array = NDArray[np.float64]
+GUIDE = "one_particle"  # of a policy that reads beliefs: names and poses need no more
 TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
 
 
@@ -150,7 +151,7 @@ class Trial:
             watcher.reset(self._observer_seed)
         state = None
         for step in range(1, self.steps + 1):
-            torque, state = self.policy.predict(observation, state)
+            torque, state = agents.act(self.policy, observation, state)
             observation, _, _, _, info = self.env.step(torque)
             felt, contacts, truth = observation["joint_angles"], observation["contacts"], info["truth"]
             for name, watcher in self.watchers.items():
@@ -165,6 +166,20 @@ class Trial:
         seconds = self.step_seconds * np.arange(1, steps + 1)
         exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts)
         return exploration, {name: watcher.account(steps) for name, watcher in self.watchers.items()}
+
+
+def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePosterior) -> gym.Env[Any, Any]:
+    """`env` as `policy` needs it: where it reads beliefs, with an observer of `GUIDE` beside it, and a copy of `shape`
+    where it asks what the object may be.
+
+    They are the policy's own, so that the exploration is the same whichever observers watch it.
+    """
+    kind = agents.POLICIES[policy]
+    if not kind.guided:
+        return env
+    hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    observer = make_observer(GUIDE, hand, sigma_deg, particles=1)
+    return ObserverWrapper(env, observer, copy.copy(shape) if kind.asks_shape else None)
 
 
 def solid_of(truth: Mapping[str, Any]) -> Solid:

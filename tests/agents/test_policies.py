@@ -11,13 +11,20 @@ from scipy import stats
 
 import agents
 import haptic_env
+from observer import HapticSLAM, ObserverWrapper, ShapePosterior
+
+
+def watched(env: gym.Env) -> ObserverWrapper:
+    """`env` with an observer beside it, which policies may ask."""
+    hand = env.unwrapped.hand
+    return ObserverWrapper(env, HapticSLAM(hand, particles=1, lag=2), ShapePosterior(hand, samples=4))
 
 
 @pytest.fixture(params=[(env_id, name) for env_id in haptic_env.ENVIRONMENTS for name in agents.POLICIES], ids=str)
 def pair(request: pytest.FixtureRequest):
     """Every policy with every environment, as (environment, name)."""
     env_id, name = request.param
-    env = gym.make(env_id, shape="cube")
+    env = watched(gym.make(env_id, shape="cube"))
     yield env, name
     env.close()
 
@@ -56,6 +63,35 @@ def test_the_same_seed_is_the_same_bits(pair):
     first, second, other = (_play(agents.make(name, env, seed=seed), env, 50) for seed in (3, 3, 4))
     assert first.tobytes() == second.tobytes()
     assert first.tobytes() != other.tobytes()
+
+
+class Replay(gym.Env):
+    """What was felt once, felt again whatever is commanded, of an object that is nowhere to be found."""
+
+    def __init__(self, env: gym.Env, felt: list) -> None:
+        self.action_space, self.observation_space = env.action_space, env.observation_space
+        self.hand, self.control_hz, self.felt = env.unwrapped.hand, env.unwrapped.control_hz, felt
+
+    def reset(self, *, seed=None, options=None):
+        self.left = iter(self.felt)
+        return next(self.left), {}
+
+    def step(self, action):
+        return next(self.left), 0.0, False, False, {}
+
+
+def test_no_policy_reads_the_truth(pair):
+    """Where there is no object, no state and no truth, the same is felt and the same is done."""
+    env, name = pair
+    policy, state = agents.make(name, env, seed=0), None
+    felt, done = [env.reset(seed=0)[0]], []
+    for _ in range(60):
+        action, state = policy.predict(felt[-1], state)
+        felt.append(env.step(action)[0])
+        done.append(action)
+    blind = watched(Replay(env, felt))
+    again = _play(agents.make(name, blind, seed=0), blind, len(done))
+    np.testing.assert_array_equal(again, done)
 
 
 def test_actions_share_no_memory(pair):
@@ -164,3 +200,39 @@ def test_deterministic_random_torque_dies_out(env):
 def test_an_unseeded_policy_is_different_each_time(env):
     first, second = (agents.make("random_torque", env).predict(None)[0] for _ in range(2))
     assert (first != second).any()
+
+
+class _Broken(agents.Policy):
+    """Commands what no motor can do."""
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        return np.full(self.joints, np.nan, np.float32), None
+
+
+def test_torques_that_are_not_finite_are_told_with_the_policys_name(env, monkeypatch):
+    monkeypatch.setitem(agents.POLICIES, "broken", _Broken)
+    observation, _ = env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"policy .broken. commands torques that are not finite: .nan"):
+        agents.act(agents.make("broken", env), observation)
+
+
+class _Guided(agents.Guided):
+    """Commands the first probability of a name."""
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        return np.full(self.joints, self.shape.posterior[0] * self.belief.n_eff, np.float32), None
+
+
+def test_a_guided_policy_reads_beliefs_through_further_wrappers(env):
+    hand = env.unwrapped.hand
+    with pytest.raises(ValueError, match=r"guided by beliefs.*wrap it: ObserverWrapper"):
+        _Guided(env)
+    wrapped = gym.wrappers.RecordEpisodeStatistics(ObserverWrapper(env, HapticSLAM(hand, particles=2)))
+    with pytest.raises(ValueError, match=r"nothing infers here; wrap .* ShapePosterior"):
+        agents.act(_Guided(wrapped), wrapped.reset(seed=0)[0])
+    wrapped = gym.wrappers.RecordEpisodeStatistics(
+        ObserverWrapper(env, HapticSLAM(hand, particles=2), ShapePosterior(hand))
+    )
+    observation, info = wrapped.reset(seed=0)
+    action, _ = agents.act(_Guided(wrapped), observation)
+    np.testing.assert_allclose(action, 2 * info["posterior"][0])
