@@ -63,14 +63,14 @@ def match_mean(
         log_likelihood, moved = marginal_kernels.match_and_touch(
             scan,
             suspects,
-            *maps.make_room(suspects.cell),
+            maps.make_room(suspects.cell),
             lattice,
             evidence,
             candidates,
             cloud.centres,
             cloud.spread,
             rng.standard_normal((particles, candidates // 2, joints)),
-            maps.sweep,
+            maps.common,
             maps.slot,
             maps.own,
             maps.touched,
@@ -108,7 +108,7 @@ def match_sample(
 
 def _sweep(felt: Felt, cloud: Cloud, maps: Maps, carve: bool) -> None:
     """Take note of what the hand came near, and `carve` the free space out of what all particles have in common."""
-    marginal_kernels.sweep_free(
+    where, loses = marginal_kernels.sweep_free(
         felt.tree,
         felt.body,
         felt.lattice,
@@ -117,10 +117,12 @@ def _sweep(felt: Felt, cloud: Cloud, maps: Maps, carve: bool) -> None:
         felt.contacts,
         carve,
         cloud.mean,
-        maps.sweep,
+        maps.common,
+        maps.slot,
         maps.seen,
         maps.stale,
     )
+    marginal_kernels.lose(where, loses, maps.own)
 
 
 MATCHING: dict[str, Callable[..., tuple[Array, NDArray[np.bool_]]]] = {"mean": match_mean, "sample": match_sample}
