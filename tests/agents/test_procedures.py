@@ -183,7 +183,7 @@ def test_the_rolled_out_hand_stops_at_the_object_as_the_simulated_one_does():
     looks = np.empty((5, hand.joints))
     solids = posterior.hypotheses.solids
     arguments = tree_of(hand), lookahead.spheres_of(hand), solids, 0, line, torque * hand.torque_limits, 5, looks
-    lookahead._roll(*arguments)
+    lookahead.roll(*arguments)
     error = np.abs(looks[-1] - info["truth"]["joint_angles"])
     assert error.max() < np.deg2rad(10.0)
     assert error.mean() < np.deg2rad(3.0)
