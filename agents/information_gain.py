@@ -69,11 +69,7 @@ class InformationGain(Guided):
         self._map = MapLookahead(self.hand)
 
     def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: EpisodeStart = None,
-        deterministic: bool = False,
+        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state` holds the torques in force, how long they stay, and the last pose (J,) rad."""
         pose = self.belief.joint_angles

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import evaluate
 import gymnasium as gym
 import numpy as np
 import pandas as pd
@@ -113,3 +114,31 @@ def test_an_exploration_does_not_depend_on_who_watches_it() -> None:
             pass
         torques.append(trial.finish()[0].torques)
     np.testing.assert_array_equal(*torques)
+
+
+def test_a_sweep_of_several_policies_compares_them(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    tiny = [
+        "--shapes",
+        "cube",
+        "sphere",
+        "--sigmas",
+        "3",
+        "--trials",
+        "1",
+        "--seconds",
+        "0.2",
+        "--observers",
+        "floor",
+        "--classifiers",
+        "--jobs",
+        "1",
+    ]
+    several = ["--bias-deg", "0", "4", "--policy", "random_torque", "enclosure", "--out", str(tmp_path)]
+    assert evaluate.main([*tiny, *several]) == 0
+    rows = pd.read_csv(tmp_path / "trials.csv")
+    assert rows.groupby("policy").size().to_dict() == {"enclosure": 4, "random_torque": 4}
+    for part in ("bias_deg=0.0", "bias_deg=4.0"):
+        lines = pd.read_csv(tmp_path / part / "policies.csv")
+        assert set(lines["policy"]) == {"enclosure", "random_torque"}
+        assert (tmp_path / part / "policies.png").exists()
+    assert "Policies, judged by floor" in capsys.readouterr().out
