@@ -117,22 +117,8 @@ def test_an_exploration_does_not_depend_on_who_watches_it() -> None:
 
 
 def test_a_sweep_of_several_policies_compares_them(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
-    tiny = [
-        "--shapes",
-        "cube",
-        "sphere",
-        "--sigmas",
-        "3",
-        "--trials",
-        "1",
-        "--seconds",
-        "0.2",
-        "--observers",
-        "floor",
-        "--classifiers",
-        "--jobs",
-        "1",
-    ]
+    tiny = ["--shapes", "cube", "sphere", "--sigmas", "3", "--trials", "1", "--seconds", "0.2", "--jobs", "1"]
+    tiny += ["--observers", "floor", "--classifiers"]
     several = ["--bias-deg", "0", "4", "--policy", "random_torque", "enclosure", "--out", str(tmp_path)]
     assert evaluate.main([*tiny, *several]) == 0
     rows = pd.read_csv(tmp_path / "trials.csv")
