@@ -125,10 +125,7 @@ def report(given: argparse.Namespace, console: Console) -> None:
     written, summaries = [str(table), "summary.csv"], []
     all_rows = pd.read_csv(table)
     for name, rows in parts(all_rows):
-        folder = table.parent / name
-        folder.mkdir(exist_ok=True)
-        if name:
-            console.rule(name)
+        folder = _part(table.parent, name, console)
         summaries.append(summarise(rows, MEASURES, settings.namers))
         if given.ablation:
             ablation.save(rows, folder)
@@ -143,15 +140,21 @@ def report(given: argparse.Namespace, console: Console) -> None:
         written += [str(Path(name, each)) for each in names]
     if all_rows["policy"].nunique() > 1:
         for name, rows in parts(all_rows, together=("sigma_deg", "policy")):
-            folder = table.parent / name
-            folder.mkdir(exist_ok=True)
-            if name:
-                console.rule(name)
+            folder = _part(table.parent, name, console)
             written += [str(Path(name, each)) for each in policies.save(rows, folder)]
             policies.print_table(folder / "policies.csv", console)
     with atomic(table.parent / "summary.csv") as place:
         pd.concat(summaries).to_csv(place, index=False)
     console.print(f"Written: {', '.join(written)}", highlight=False)
+
+
+def _part(folder: Path, name: str, console: Console) -> Path:
+    """Where the part `name` of a table is told of, under a heading; "" is the whole."""
+    place = folder / name
+    place.mkdir(exist_ok=True)
+    if name:
+        console.rule(name)
+    return place
 
 
 if __name__ == "__main__":
