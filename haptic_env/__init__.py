@@ -6,6 +6,7 @@ import gymnasium as gym
 
 ENVIRONMENTS = {
     "HapticSLAM/TwoFinger-v0": "two_finger",
+    "HapticSLAM/MyoHand-v0": "myo_hand",
 }
 
 for _id, _hand in ENVIRONMENTS.items():

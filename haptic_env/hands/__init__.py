@@ -8,10 +8,11 @@ from typing import Any
 
 from haptic_env import validate
 from haptic_env.hand import Hand
-from haptic_env.hands import two_finger
+from haptic_env.hands import myo_hand, two_finger
 
 HANDS: dict[str, Callable[..., Hand]] = {
     "two_finger": two_finger.make,
+    "myo_hand": myo_hand.make,
 }
 
 
