@@ -18,12 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from haptic_env.pose import Pose
 from observer import kernels, resampling
 from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
 from observer.gaussian import lower_factor
-from observer.kinematics import link_spread, tree_of
+from observer.kinematics import link_spread, placed, tree_of
 from observer.occupancy import Maps
 from observer.pose_filter import ContactDynamics, PoseFilter
 from observer.pose_source import PoseSource
@@ -86,11 +87,11 @@ class HapticSLAM:
             lag=self.lag + 1,  # the proposal needs the step before the lagged one as well
             dynamics=ContactDynamics() if dynamics is None else dynamics,
         )
-        self._tree = tree_of(hand)
+        self._fixed = tree_of(hand)
         self._body = kernels.body_of(hand, self.grid.resolution)
         self._lattice = kernels.lattice_of(self.grid)
         self._evidence = self.contact_model.evidence(self.grid.resolution)
-        self._pending: deque[NDArray[np.bool_]] | None = None
+        self._pending: deque[tuple[NDArray[np.bool_], Pose | None]] | None = None
 
     @classmethod
     def paper(cls, hand: Hand, sigma_deg: float = 3.0, particles: int = 200, **keywords: Any) -> Self:
@@ -119,8 +120,13 @@ class HapticSLAM:
         self._pending = deque()  # felt, but waiting for the lag
         return self._belief(ago=0)
 
-    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Belief:
+    def step(
+        self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None
+    ) -> Belief:
         """One turn: `torque` (J,) commanded, fractions; `joint_angles` (J,) rad felt; `contacts` (P,) felt.
+
+        `root`: where the frame in which the hand is drawn lies in the grid's, for a hand that moves as a whole about
+        the object; None: where the grid is.
 
         Raises `ValueError` before the first `reset`, after `flush`, and for what is not finite or not binary.
         """
@@ -129,7 +135,7 @@ class HapticSLAM:
         q = validate.array("joint_angles", joint_angles, (self.hand.joints,), "radians")
         z = validate.binary("contacts", contacts, (len(self.hand.patches),))
         self.pose.step(u, q, z)
-        pending.append(z)
+        pending.append((z, root))
         if len(pending) <= self.lag:
             return self._belief(ago=len(pending))
         return self._assimilate(ago=self.lag)
@@ -144,13 +150,14 @@ class HapticSLAM:
 
     def _assimilate(self, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""
-        contacts = self._running().popleft()
+        contacts, root = self._running().popleft()
+        self._tree = placed(self._fixed, root)
         proposal = self._propose(ago)
         log_likelihood, moved = self._match_and_map(proposal, contacts, ago)
         self._weigh(log_likelihood)
         resampled = self._resample()
         self._maps.after_change(weights_changed=resampled or bool(np.ptp(log_likelihood) > 0.0))
-        return self._belief(ago, contacts, proposal, resampled, float(moved.mean()))
+        return self._belief(ago, contacts, proposal, resampled, float(moved.mean()), root)
 
     def _propose(self, ago: int) -> Transition:
         """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles.
@@ -250,6 +257,7 @@ class HapticSLAM:
         transition: Transition | None = None,
         resampled: bool = False,
         moved_share: float = 0.0,
+        root: Pose | None = None,
     ) -> Belief:
         lagged = self.pose.lagged(ago)
         mean, covariance = self.pose.mean, self.pose.covariance
@@ -267,6 +275,7 @@ class HapticSLAM:
             lagged_covariance=lagged_covariance,
             lagged_contacts=contacts,
             transition=transition,
+            lagged_root=root,
             lag_steps=ago,
             grid=self.grid,
             weights=weights,
@@ -278,7 +287,7 @@ class HapticSLAM:
             snapshot=self._maps.snapshot(weights),
         )
 
-    def _running(self) -> deque[NDArray[np.bool_]]:
+    def _running(self) -> deque[tuple[NDArray[np.bool_], Pose | None]]:
         if self._pending is None:
             raise ValueError("the observer is not in a trial: call reset() before step() or flush()")
         return self._pending

@@ -27,7 +27,7 @@ from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
 from observer.belief import Belief
 from observer.gaussian import square_root
-from observer.kinematics import tree_of
+from observer.kinematics import placed, tree_of
 from observer.shape_kernels import CLEAR, contact_likelihood, resample, weigh
 from observer.solid_fields import FIELD_RESOLUTION, skin_of
 from observer.solid_variants import Variants
@@ -151,7 +151,7 @@ class ShapePosterior:
             return self.posterior
         self._habit.update(belief.lagged_contacts)
         contact_likelihood(
-            self._tree,
+            placed(self._tree, belief.lagged_root),
             self._skin,
             self._solids,
             self._poses,
