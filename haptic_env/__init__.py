@@ -7,6 +7,7 @@ import gymnasium as gym
 ENVIRONMENTS = {
     "HapticSLAM/TwoFinger-v0": "two_finger",
     "HapticSLAM/MyoHand-v0": "myo_hand",
+    "HapticSLAM/AdroitHand-v0": "adroit_hand",
 }
 
 for _id, _hand in ENVIRONMENTS.items():

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from haptic_env.composer import mjcf
 from haptic_env.hand import Hand
+from haptic_env.hands.drives import Drive, add_joint
 from haptic_env.patches import Link, Patches
 
 Array = NDArray[np.float64]
@@ -34,18 +35,6 @@ class Bone:
     radius: float
     palmar: ArrayLike
     tip: bool = False
-
-
-@dataclass(frozen=True)
-class Drive:
-    """What moves a joint: `torque` N·m at most, `damping` N·m·s/rad, and passive tissue of `stiffness` N·m/rad that
-    pulls to `relaxed` degrees. `rest`: degrees at which an episode starts."""
-
-    torque: float
-    damping: float
-    stiffness: float
-    relaxed: float
-    rest: float
 
 
 def bone_of_geom(
@@ -67,7 +56,7 @@ def hand_of(
     name: str,
     *,
     root: str,
-    drives: Mapping[str, Drive],
+    joints: Mapping[str, tuple[Drive, float]],
     bones: Sequence[Bone],
     position: ArrayLike,
     quaternion: ArrayLike,
@@ -75,10 +64,11 @@ def hand_of(
     workspace: ArrayLike,
     patches_along: int,
     patches_around: int,
-    rename: Any = str,
+    suffix: str = "",
 ) -> Hand:
     """The hand of `model`: all joints below the body `root`, which is fixed at `position` (3,) m and `quaternion`
-    (4,) wxyz in the world. `drives` by the model's joint names; `rename` makes a hand's joint name of them."""
+    (4,) wxyz in the world. `joints`: what drives each one, and the degrees at which an episode starts; its name is
+    the model's without `suffix`."""
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0
     mujoco.mj_kinematics(model, data)
@@ -107,8 +97,18 @@ def hand_of(
             if not mine:
                 _add_inertia(made[body], model, body)
             for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
-                _add_joint(tree, made[body], frame, model, data, joint, rename, drives)
-                rest.append(drives[model.joint(joint).name].rest)
+                joint_name = model.joint(joint).name.removesuffix(suffix)
+                drive, start = joints[joint_name]
+                add_joint(
+                    tree,
+                    made[body],
+                    joint_name,
+                    drive,
+                    axis=frame[1].T @ data.xaxis[joint],
+                    pos=frame[1].T @ (data.xanchor[joint] - frame[0]),
+                    range=model.jnt_range[joint],
+                )
+                rest.append(start)
         for bone in mine:
             shared = body != base and len(mine) == 1
             owner = (
@@ -176,30 +176,3 @@ def _add_inertia(body: Any, model: mujoco.MjModel, source: int) -> None:
         quat=model.body_iquat[source],
         diaginertia=model.body_inertia[source],
     )
-
-
-def _add_joint(
-    tree: mjcf.RootElement,
-    body: Any,
-    frame: tuple[Array, Array],
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    joint: int,
-    rename: Any,
-    drives: Mapping[str, Drive],
-) -> None:
-    drive, name = drives[model.joint(joint).name], rename(model.joint(joint).name)
-    hinge = body.add(
-        "joint",
-        name=name,
-        axis=frame[1].T @ data.xaxis[joint],
-        pos=frame[1].T @ (data.xanchor[joint] - frame[0]),
-        range=model.jnt_range[joint],
-        damping=drive.damping,
-        stiffness=drive.stiffness,
-        springref=np.deg2rad(drive.relaxed),
-        armature=1e-6,
-        solreflimit=(0.006, 1),
-        solimplimit=(0.98, 0.99, 0.01),
-    )
-    tree.actuator.add("motor", name=name, joint=hinge, gear=[drive.torque], ctrllimited=False)

@@ -5,9 +5,7 @@ physiologically realistic MuJoCo models for musculoskeletal and exoskeletal stud
 its `ulna_r`. Joints are named as there without the "_r", and their signs are the package's: thumbs flex towards
 negative angles.
 
-Damping, stiffness and torque of a finger's joints are those of `two_finger`. Of wrist and forearm: passive stiffness
-of the order that Formica et al. 2012 measured (J. Neurophysiol. 108, 1158-1166), torques that turn them by some ten
-degrees. Weight is taken as borne by posture: there is no gravity.
+Motors and passive tissue: `haptic_env.hands.drives`.
 """
 
 from __future__ import annotations
@@ -19,27 +17,29 @@ import mujoco
 
 from haptic_env import extras
 from haptic_env.hand import Hand
-from haptic_env.skeleton import Bone, Drive, bone_of_geom, hand_of
+from haptic_env.hands import drives
+from haptic_env.skeleton import Bone, bone_of_geom, hand_of
 
 SIDE = "_r"
 DISTAL = (0.0, -1.0, 0.0)
 PALMAR = (0.0, 0.0, -1.0)  # of every bone but the thumb's, in the frames of the package
 THUMB_PALMAR = {"firstmc": (-1.0, 0.0, -0.3), "proximal_thumb": (-0.9, -0.5, -0.2), "distal_thumb": (-0.9, -0.5, -0.3)}
 
-DRIVES = {
-    "pro_sup": Drive(0.15, 0.05, 0.40, 0.0, 0.0),
-    "deviation": Drive(0.15, 0.04, 0.50, 0.0, 0.0),
-    "flexion": Drive(0.15, 0.04, 0.40, 0.0, 0.0),
-    "cmc_flexion": Drive(0.040, 0.0090, 0.040, 0.0, 0.0),
-    "cmc_abduction": Drive(0.040, 0.0090, 0.040, 20.0, 20.0),
-    "mp_flexion": Drive(0.030, 0.0080, 0.030, 0.0, 0.0),
-    "ip_flexion": Drive(0.016, 0.0040, 0.012, -20.0, 0.0),
+# what drives each joint, and the degrees at which an episode starts; {} is a finger's number
+THUMB_AND_WRIST = {
+    "pro_sup": (drives.WRIST, 0.0),
+    "deviation": (drives.WRIST, 0.0),
+    "flexion": (drives.WRIST, 0.0),
+    "cmc_flexion": (drives.THUMB_BASE, 0.0),
+    "cmc_abduction": (drives.THUMB_BASE._replace(relaxed=20.0), 20.0),
+    "mp_flexion": (drives.MCP_FLEXION._replace(relaxed=0.0), 0.0),
+    "ip_flexion": (drives.PIP_FLEXION._replace(relaxed=-20.0), 0.0),
 }
-FINGER_DRIVES = {
-    "mcp{}_flexion": Drive(0.040, 0.0090, 0.025, 30.0, 10.0),
-    "mcp{}_abduction": Drive(0.030, 0.0080, 0.050, 0.0, 0.0),
-    "pm{}_flexion": Drive(0.016, 0.0040, 0.012, 30.0, 10.0),
-    "md{}_flexion": Drive(0.008, 0.0020, 0.008, 25.0, 5.0),
+FINGER = {
+    "mcp{}_flexion": (drives.MCP_FLEXION, 10.0),
+    "mcp{}_abduction": (drives.MCP_ABDUCTION, 0.0),
+    "pm{}_flexion": (drives.PIP_FLEXION, 10.0),
+    "md{}_flexion": (drives.DIP_FLEXION, 5.0),
 }
 FINGERS = {"index": 2, "middle": 3, "ring": 4, "little": 5}  # the package's numbers
 # The package's capsules; {} is the finger's number.
@@ -52,14 +52,12 @@ THUMB = {"metacarpal": "1mcskin", "proximal": "proximal_thumb_coll", "distal": "
 def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
     """The hand: J = 23, P = 157 with the default patches per bone."""
     model = _model()
-    drives = dict(DRIVES)
-    for number in FINGERS.values():
-        drives |= {name.format(number): drive for name, drive in FINGER_DRIVES.items()}
+    fingers = {name.format(number): drive for number in FINGERS.values() for name, drive in FINGER.items()}
     return hand_of(
         model,
         "myo_hand",
         root="ulna" + SIDE,
-        drives={name + SIDE: drive for name, drive in drives.items()},
+        joints=THUMB_AND_WRIST | fingers,
         bones=_bones(model),
         # Palm towards -y, thumb up, the forearm on the side of +x.
         position=(0.355, 0.010, -0.022),
@@ -68,7 +66,7 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
         workspace=(0.2, 0.2, 0.2),
         patches_along=patches_along,
         patches_around=patches_around,
-        rename=lambda name: name.removesuffix(SIDE),
+        suffix=SIDE,
     )
 
 
