@@ -7,6 +7,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from haptic_env import validate
 from haptic_env.shapes.base import rotation_matrix
 
 Array = NDArray[np.float64]
@@ -30,3 +31,11 @@ class Pose(NamedTuple):
     def inverse(self) -> Pose:
         """Of the outer frame in the inner one."""
         return Pose(-self.rotation.T @ self.position, self.rotation.T.copy())
+
+    def checked(self, what: str) -> Pose:
+        """A copy; raises `ValueError` that names `what` for other shapes, or a rotation that is none."""
+        position = validate.array(f"position of {what}", self.position, (3,), "m").copy()
+        rotation = validate.array(f"rotation of {what}", self.rotation, (3, 3)).copy()
+        if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) or np.linalg.det(rotation) < 0:
+            raise ValueError(f"rotation of {what} must be a rotation matrix, got {rotation.tolist()}")
+        return Pose(position, rotation)

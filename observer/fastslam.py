@@ -24,6 +24,7 @@ from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
 from observer.gaussian import lower_factor
+from observer.kinematic_pose import KinematicPose
 from observer.kinematics import link_spread, placed, tree_of
 from observer.occupancy import Maps
 from observer.pose_filter import ContactDynamics, PoseFilter
@@ -32,7 +33,11 @@ from observer.pose_source import PoseSource
 Array = NDArray[np.float64]
 RESOLUTION = 0.004  # metres
 LAG_SECONDS = 0.2
-MOTIONS: dict[str, Callable[..., PoseSource]] = {"forward_model": PoseFilter, "delta_pose": DeltaPose}
+MOTIONS: dict[str, Callable[..., PoseSource]] = {
+    "forward_model": PoseFilter,
+    "delta_pose": DeltaPose,
+    "kinematic": KinematicPose,
+}
 AS_WRITTEN: dict[str, Any] = {
     "motion": "delta_pose",
     "matching": "sample",
@@ -61,7 +66,8 @@ class HapticSLAM:
         dynamics: ContactDynamics | None = None,
     ) -> None:
         """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
-        the hand, its physics ("forward_model") or a line ("delta_pose"); `candidates` K of scan matching; `lag` in
+        the hand, its physics ("forward_model"), a line ("delta_pose") or nothing but that it moves smoothly ("kinematic"),
+        for recordings without torques; `candidates` K of scan matching; `lag` in
         steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
 
         `matching`: a particle takes the "mean" of its candidates by likelihood, which keeps the maps sharp with few
@@ -134,8 +140,9 @@ class HapticSLAM:
         u = validate.array("torque", torque, (self.hand.joints,))
         q = validate.array("joint_angles", joint_angles, (self.hand.joints,), "radians")
         z = validate.binary("contacts", contacts, (len(self.hand.patches),))
+        at = None if root is None else root.checked("root")
         self.pose.step(u, q, z)
-        pending.append((z, root))
+        pending.append((z, at))
         if len(pending) <= self.lag:
             return self._belief(ago=len(pending))
         return self._assimilate(ago=self.lag)

@@ -176,7 +176,8 @@ class ShapePosterior:
         mean, follow, before, rest = belief.transition
         normals = self._rng.standard_normal(self._poses.shape)
         self._poses = mean + (self._poses - before) @ follow.T + normals @ square_root(rest).T
-        fresh = max(1, self.samples // FRESH_SHARE)
+        # Where the first pose was not known, no sample is where it was.
+        fresh = max(1, self.samples // FRESH_SHARE) if self._steps else self.samples
         self._poses[:fresh] = mean + normals[:fresh] @ square_root(belief.lagged_covariance).T
         self._weights[:, :, :fresh] = 1.0 / self.samples
         self._weights /= self._weights.sum(axis=-1, keepdims=True)

@@ -16,8 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 
 import agents
 import haptic_env  # noqa: F401 - registers the environments
+from agents.policy import Policy
 from haptic_env import shapes
 from haptic_env.hand import Hand
+from haptic_env.pose import Pose
 from haptic_env.shapes import Solid
 from observer import Belief, HapticSLAM, ShapePosterior
 from observer.variants import make_observer
@@ -29,7 +31,7 @@ TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
 @dataclass(frozen=True)
 class Exploration:
     """What happened: `seconds` (T,), `torques` (T, J) fractions, `felt_angles` and `true_angles` (T, J) rad,
-    `contacts` (T, P), and the `solid` that was explored."""
+    `contacts` (T, P), and the `solid` that was explored; `roots` (T): where the hand as a whole was, if it moved."""
 
     hand: Hand
     solid: Solid
@@ -38,6 +40,7 @@ class Exploration:
     felt_angles: Array
     true_angles: Array
     contacts: NDArray[np.bool_]
+    roots: tuple[Pose, ...] | None = None
 
 
 @dataclass
@@ -86,9 +89,11 @@ class Watcher:
         if self.shape is not None:
             self.shape.reset(seed)
 
-    def step(self, step: int, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> None:
+    def step(
+        self, step: int, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None
+    ) -> None:
         """One turn, step number `step`."""
-        self.belief = self.observer.step(torque, joint_angles, contacts)
+        self.belief = self.observer.step(torque, joint_angles, contacts, root)
         posterior = self._take_in(step, self.belief)
         self.beliefs.append((self.belief.joint_angles, self.belief.joint_std, self.belief.n_eff, posterior))
 
@@ -117,7 +122,7 @@ class Trial:
     def __init__(
         self,
         env: gym.Env[Any, Any],
-        policy: str,
+        policy: str | Policy,
         observers: Mapping[str, HapticSLAM],
         shape: ShapePosterior,
         seed: int,
@@ -134,13 +139,14 @@ class Trial:
         self.step_seconds = 1.0 / base.control_hz  # type: ignore[attr-defined]
         self.steps: int = base.episode_steps  # type: ignore[attr-defined]
         self._policy_seed, self._observer_seed = map(int, np.random.SeedSequence(seed).generate_state(2))
-        self.policy = agents.make(policy, env, seed=self._policy_seed)
+        self.policy = agents.make(policy, env, seed=self._policy_seed) if isinstance(policy, str) else policy
         # Copies share the tables of the candidates, which are never changed.
         self.watchers = {
             name: Watcher(each, copy.copy(shape) if naming is None or name in naming else None)
             for name, each in observers.items()
         }
         self._record: list[tuple[NDArray[Any], ...]] = []
+        self._roots: list[Pose | None] = []
 
     def __iter__(self) -> Iterator[int]:
         """Explore; yields the number of the step just taken, from 1."""
@@ -153,9 +159,11 @@ class Trial:
             torque, state = self.policy.predict(observation, state)
             observation, _, _, _, info = self.env.step(torque)
             felt, contacts, truth = observation["joint_angles"], observation["contacts"], info["truth"]
+            root = info.get("root")
             for name, watcher in self.watchers.items():
-                watcher.step(step, torque, truth["joint_angles"] if name == TRUE_POSE else felt, contacts)
+                watcher.step(step, torque, truth["joint_angles"] if name == TRUE_POSE else felt, contacts, root)
             self._record.append((torque, felt, truth["joint_angles"], contacts.astype(bool)))
+            self._roots.append(root)
             yield step
 
     def finish(self) -> tuple[Exploration, dict[str, Account]]:
@@ -163,7 +171,8 @@ class Trial:
         torques, felt, true, contacts = (np.array(each) for each in zip(*self._record, strict=True))
         steps = len(self._record)
         seconds = self.step_seconds * np.arange(1, steps + 1)
-        exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts)
+        roots = tuple(root for root in self._roots if root is not None) or None
+        exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts, roots)
         return exploration, {name: watcher.account(steps) for name, watcher in self.watchers.items()}
 
 
