@@ -37,8 +37,8 @@ class SmoothMotion:
     The defaults have the highest evidence on recordings that are not among those to be explained (docs/recordings.md).
     """
 
-    speeds: tuple[float, ...] = (0.3, 0.6, 1.2, 2.4, 4.8)
-    seconds: float = 0.04
+    speeds: tuple[float, ...] = (0.1, 0.3, 1.0, 3.0, 9.0)
+    seconds: float = 0.03
     dwell: float = 0.2
 
     def __post_init__(self) -> None:

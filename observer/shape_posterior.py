@@ -56,6 +56,7 @@ class ShapePosterior:
         none: float = 0.0,
         samples: int | None = None,
         tolerance: float = 0.001,
+        press: float = 0.0,
         surprise: float = 0.001,
         temper: float = 0.05,
         stride: int | None = None,
@@ -68,6 +69,7 @@ class ShapePosterior:
         of one label more, "none": the object is none of the candidates (only without jitter); 0: no such label.
 
         `samples` S of the pose; `tolerance` m: SD of the gap between a patch that feels contact and the surface;
+        `press` m: how deep a link that feels contact may lie inside, as in recordings that were fitted to markers;
         `surprise`: probability of what the model cannot explain; `temper`: exponent of the evidence of one step;
         only one step in `stride` is taken in. None: 32 samples and stride 1 for solids that are known exactly, 16 and 3
         for others.
@@ -84,6 +86,7 @@ class ShapePosterior:
         self.hand = hand
         self.labels = (*candidates, *([NONE] if self.none else []))
         self.tolerance = validate.number("tolerance", tolerance, above=0.0, unit="m")
+        self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
         self._skin = skin_of(hand)
         self.variants = Variants(
@@ -157,6 +160,7 @@ class ShapePosterior:
             self._poses,
             belief.lagged_contacts,
             self.tolerance,
+            self.press,
             self.surprise,
             self._likelihood,
         )
