@@ -5,15 +5,17 @@ Shapes: J joints, L links, P patches.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from haptic_env.composer import mjcf
 from haptic_env.patches import Link, Patches
+
+USUAL_SIZE = 0.05  # metres: of an object at the grasp centre
 
 
 def parse(xml: str) -> mjcf.RootElement:
@@ -27,7 +29,8 @@ class Hand:
 
     `xml` is the MJCF of the hand alone, its base fixed in the world, with one torque motor per joint in the order of
     `joint_names`; `rest_pose` (J,) rad is where every episode starts; `grasp_centre` (3,) m is where objects are
-    placed, and `workspace` (3,) m the box about it that a map covers.
+    placed, and `workspace` (3,) m the box about it that a map covers. `opening` (3,): the direction in which a large
+    object is moved out of the palm; zero where there is none.
     """
 
     name: str
@@ -37,6 +40,7 @@ class Hand:
     rest_pose: NDArray[np.float64]
     grasp_centre: NDArray[np.float64]
     workspace: NDArray[np.float64]
+    opening: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
 
     @cached_property
     def model(self) -> mujoco.MjModel:
@@ -62,6 +66,12 @@ class Hand:
     def torque_limits(self) -> NDArray[np.float64]:
         """(J,) N·m: the torque that an action of 1 commands."""
         return self.model.actuator_gear[:, 0].copy()
+
+    def place(self, size: ArrayLike) -> NDArray[np.float64]:
+        """(3,) m: where the middle of an upright object of full extents `size` (3,) m belongs, the side that faces the
+        palm as near to it as that of an object of `USUAL_SIZE`."""
+        beyond = 0.5 * (np.abs(self.opening) @ np.asarray(size) - USUAL_SIZE)
+        return self.grasp_centre + max(beyond, 0.0) * self.opening
 
     @cached_property
     def link_bodies(self) -> NDArray[np.int64]:

@@ -46,9 +46,9 @@ def bone_of_geom(
     axis = np.empty(9)
     mujoco.mju_quat2Mat(axis, capsule.quat)
     half = axis.reshape(3, 3)[:, 2] * capsule.size[1]
-    ends = sorted((capsule.pos - half, capsule.pos + half), key=lambda end: float(end @ distal))
+    start, end = sorted((capsule.pos - half, capsule.pos + half), key=lambda each: float(each @ distal))
     body = model.body(capsule.bodyid[0]).name
-    return Bone(name, body, *ends, radius=float(capsule.size[0]), palmar=palmar, tip=tip)
+    return Bone(name, body, start, end, float(capsule.size[0]), palmar, tip)
 
 
 def hand_of(
@@ -62,6 +62,7 @@ def hand_of(
     quaternion: ArrayLike,
     grasp_centre: ArrayLike,
     workspace: ArrayLike,
+    opening: ArrayLike,
     patches_along: int,
     patches_around: int,
     suffix: str = "",
@@ -134,6 +135,7 @@ def hand_of(
         rest_pose=np.deg2rad(rest),
         grasp_centre=np.asarray(grasp_centre, dtype=np.float64),
         workspace=np.asarray(workspace, dtype=np.float64),
+        opening=np.asarray(opening, dtype=np.float64),
     )
 
 

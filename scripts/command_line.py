@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from conditions import DEFAULTS, FACTORS, Condition
-from explore import Parser
+from explore import HANDS_OR_IDS, Parser, environment
 from joblib import cpu_count
 from results import Results
 from tasks import Settings, columns, versions
 
 import agents
-import haptic_env
 from haptic_env import shapes, validate
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
@@ -70,12 +69,18 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     parser.add_argument("--config", metavar="FILE", help="TOML: any of these, first_seed = 20 for --first-seed 20")
     options: dict[str, argparse.Action] = {}
 
-    def add(flag: str, **keywords: Any) -> None:
-        option = parser.add_argument(flag, **keywords)
+    def add(*flags: str, **keywords: Any) -> None:
+        option = parser.add_argument(*flags, **keywords)
         options[option.dest] = option
 
-    add("--env", default="HapticSLAM/TwoFinger-v0", help=f"one of {', '.join(haptic_env.ENVIRONMENTS)}")
-    add("--shapes", nargs="+", default=list(shapes.SHAPES), help="what is explored, and the candidates (default all)")
+    add("--env", "--hand", default="two_finger", help=f"{HANDS_OR_IDS} (default two_finger)")
+    add(
+        "--shapes",
+        nargs="+",
+        default=list(shapes.SHAPES),
+        help=f"what is explored, and the candidates: {', '.join(shapes.SHAPES)}, mesh files (default the former)",
+    )
+    add("--scale", type=float, default=1.0, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigmas", nargs="+", type=float, default=[1.0, 3.0, 5.0], help="noise, SD in degrees (default 1 3 5)")
     for name, value in DEFAULTS.items():
         flag = "--" + name.replace("_", "-")
@@ -151,6 +156,7 @@ def _typed(name: str, value: Any, options: Options) -> Any:
 def plan(given: argparse.Namespace) -> None:
     """Put `settings`, and `conditions` in their order, into `given`; raises `ValueError` for what makes no sense."""
     told = {each.name: getattr(given, each.name) for each in fields(Settings)}
+    told["env"] = environment(given.env)
     told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
     given.settings = Settings(**told)
     flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}

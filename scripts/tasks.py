@@ -17,7 +17,7 @@ import gymnasium as gym
 import numpy as np
 from conditions import Condition
 from results import KEY, Key
-from trial import Account, Exploration, Trial, make_observers
+from trial import Account, Exploration, Trial, candidates_of, make_observers
 
 import agents
 import haptic_env
@@ -65,6 +65,7 @@ class Settings:
     exemplars: int
     first_seed: int
     classifiers: tuple[str, ...]
+    scale: float = 1.0
     size_jitter: float = 0.0
     position_jitter: float = 0.0
     yaw_jitter: float = 0.0
@@ -79,8 +80,11 @@ class Settings:
         validate.number("--position-jitter", self.position_jitter, 0.0, 0.05, unit="m")
         validate.number("--yaw-jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
         validate.number("--believed-sigma", self.believed_sigma, 0.1, 10.0)
+        validate.number("--scale", self.scale, above=0.0, unit="m")
+        for name in self.shapes:
+            shapes.default_size(shapes.check("--shapes", name), self.scale)
         for what, given, valid in (
-            ("shape", self.shapes, shapes.SHAPES),
+            ("shape", self.shapes, self.shapes or tuple(shapes.SHAPES)),
             ("observer", self.observers, variants.NAMES),
             ("classifier", self.classifiers, CLASSIFIERS),
         ):
@@ -115,7 +119,10 @@ class Task:
     def name(self) -> str:
         """The same as the name of a file."""
         told = [f"{name}={value}" for name, value in asdict(self.condition).items()]
-        return "_".join([*told, self.shape, str(self.seed)])
+        shape = self.shape
+        if shape not in shapes.SHAPES:  # a path: its name alone may be that of another file too
+            shape = f"{Path(shape).stem}-{hashlib.sha256(shape.encode()).hexdigest()[:8]}"
+        return "_".join([*told, shape, str(self.seed)])
 
 
 def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
@@ -124,6 +131,7 @@ def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     env = gym.make(
         settings.env,
         shape=task.shape,
+        scale=settings.scale,
         **condition.noise,
         episode_seconds=condition.seconds,
         size_jitter=settings.size_jitter,
@@ -148,7 +156,7 @@ def shape_posterior(settings: Settings) -> ShapePosterior:
     hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
     return ShapePosterior(
         hand,
-        {name: [shapes.make(name, position=hand.grasp_centre)] for name in settings.shapes},
+        candidates_of(hand, settings.shapes, scale=settings.scale),
         size_jitter=settings.size_jitter,
         yaw_jitter=settings.yaw_jitter,
         position_jitter=settings.position_jitter,

@@ -30,8 +30,8 @@ THUMB_AND_WRIST = {
     "pro_sup": (drives.WRIST, 0.0),
     "deviation": (drives.WRIST, 0.0),
     "flexion": (drives.WRIST, 0.0),
-    "cmc_flexion": (drives.THUMB_BASE, 0.0),
-    "cmc_abduction": (drives.THUMB_BASE._replace(relaxed=20.0), 20.0),
+    "cmc_flexion": (drives.THUMB_BASE._replace(relaxed=-20.0), 20.0),
+    "cmc_abduction": (drives.THUMB_BASE._replace(relaxed=20.0), -20.0),
     "mp_flexion": (drives.MCP_FLEXION._replace(relaxed=0.0), 0.0),
     "ip_flexion": (drives.PIP_FLEXION._replace(relaxed=-20.0), 0.0),
 }
@@ -55,7 +55,7 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
     fingers = {name.format(number): drive for number in FINGERS.values() for name, drive in FINGER.items()}
     return hand_of(
         model,
-        "myo_hand",
+        "myo",
         root="ulna" + SIDE,
         joints=THUMB_AND_WRIST | fingers,
         bones=_bones(model),
@@ -63,7 +63,8 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
         position=(0.355, 0.010, -0.022),
         quaternion=(0.5, -0.5, -0.5, -0.5),
         grasp_centre=(0.0, 0.0, 0.0),
-        workspace=(0.2, 0.2, 0.2),
+        workspace=(0.16, 0.16, 0.16),
+        opening=(0.0, -1.0, 0.0),
         patches_along=patches_along,
         patches_around=patches_around,
         suffix=SIDE,

@@ -32,8 +32,8 @@ WRIST_AND_THUMB = {
     "WRJ1": (drives.WRIST, 0.0),
     "WRJ0": (drives.WRIST, 0.0),
     "LFJ4": (drives.MCP_ABDUCTION, 0.0),
-    "THJ4": (drives.THUMB_BASE, 0.0),
-    "THJ3": (drives.THUMB_BASE._replace(relaxed=20.0), 10.0),
+    "THJ4": (drives.THUMB_BASE._replace(relaxed=40.0), 45.0),
+    "THJ3": (drives.THUMB_BASE._replace(relaxed=45.0), 5.0),
     "THJ2": (drives.MCP_ABDUCTION, 0.0),
     "THJ1": (drives.MCP_FLEXION._replace(relaxed=0.0), 0.0),
     "THJ0": (drives.PIP_FLEXION._replace(relaxed=-20.0), 0.0),
@@ -53,15 +53,16 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
     fingers = {name.format(letter): drive for letter in "FMRL" for name, drive in FINGER.items()}
     return hand_of(
         model,
-        "adroit_hand",
+        "adroit",
         root="forearm",
         joints=WRIST_AND_THUMB | fingers,
         bones=_bones(model),
         # Palm towards -y, thumb up, the forearm on the side of +x.
         position=(0.545, 0.052, 0.0),
-        quaternion=(0.70710678, 0.0, -0.70710678, 0.0),
+        quaternion=(1.0, 0.0, -1.0, 0.0),
         grasp_centre=(0.0, 0.0, 0.0),
-        workspace=(0.2, 0.2, 0.2),
+        workspace=(0.16, 0.16, 0.16),
+        opening=(0.0, -1.0, 0.0),
         patches_along=patches_along,
         patches_around=patches_around,
     )
