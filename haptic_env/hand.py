@@ -79,13 +79,35 @@ class Hand:
         return np.array([self.model.body(link.body).id for link in self.links])
 
     @cached_property
+    def moves(self) -> NDArray[np.bool_]:
+        """(L, J): whether each joint moves each link."""
+        result = np.zeros((len(self.links), self.joints), dtype=bool)
+        for link, body in enumerate(self.link_bodies):
+            while body > 0:
+                first = self.model.body_jntadr[body]
+                result[link, first : first + self.model.body_jntnum[body]] = True
+                body = self.model.body_parentid[body]
+        return result
+
+    @cached_property
     def joint_group(self) -> NDArray[np.int64]:
-        """(J,) the finger that each joint belongs to: the joints that hang from one base move together."""
-        roots = self.model.body_rootid[self.model.jnt_bodyid]
-        return np.unique(roots, return_inverse=True)[1]
+        """(J,) numbers of the hand's parts, each a finger or what several fingers hang from: joints are of one part
+        that move the same fingers. A finger is a chain of joints that is no part of a longer one."""
+        chains = np.unique(self.moves, axis=0)
+        longest = [not any((each <= other).all() and (each < other).any() for other in chains) for each in chains]
+        parts: dict[bytes, int] = {}
+        return np.array([parts.setdefault(of.tobytes(), len(parts)) for of in chains[longest].T])
 
     @cached_property
     def link_group(self) -> NDArray[np.int64]:
-        """(L,) the finger that each link belongs to, in the numbering of `joint_group`."""
-        of_root = dict(zip(self.model.body_rootid[self.model.jnt_bodyid], self.joint_group, strict=True))
-        return np.array([of_root[self.model.body_rootid[body]] for body in self.link_bodies])
+        """(L,) the part that each link belongs to, in the numbering of `joint_group`: that of its own last joint. What
+        no joint moves is a part of its own."""
+        fixed = self.joint_group.max() + 1
+        return np.array([self.joint_group[of][-1] if of.any() else fixed for of in self.moves])
+
+    @cached_property
+    def stopped_by(self) -> NDArray[np.bool_]:
+        """(L, J): whether a contact at each link may stop each joint: those of its part, and of all that it hangs
+        from."""
+        same = self.joint_group[:, None] == self.joint_group
+        return self.moves @ same

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import logging
 import warnings
+from functools import lru_cache
 
 import mujoco
 
@@ -60,7 +61,7 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
         joints=THUMB_AND_WRIST | fingers,
         bones=_bones(model),
         # Palm towards -y, thumb up, the forearm on the side of +x.
-        position=(0.355, 0.010, -0.022),
+        position=(0.355, 0.010, -0.032),
         quaternion=(0.5, -0.5, -0.5, -0.5),
         grasp_centre=(0.0, 0.0, 0.0),
         workspace=(0.16, 0.16, 0.16),
@@ -71,6 +72,7 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
     )
 
 
+@lru_cache(maxsize=1)
 def _model() -> mujoco.MjModel:
     myo_sim = extras.load("myo_sim", "hands", "MyoHand")
     logger = logging.getLogger("absl")
