@@ -1,7 +1,7 @@
 """Environments that repeat a recording: what the hand does is fixed, an action changes nothing.
 
-Shapes: J joints, P patches. Both tell in `info["root"]` where the frame in which the hand is drawn lies in the
-object's, which is where maps of a hand that moves as a whole belong; and the truth is in the object's frame.
+Shapes: J joints, P patches. Of a hand that moves as a whole they tell in `info["root"]` where the frame in which it is
+drawn lies in the object's, which is where its map belongs; the truth is then in the object's frame.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import gymnasium as gym
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +22,11 @@ from haptic_env.recordings import Recording, resample
 from haptic_env.shapes.base import Solid
 
 
-class Replay(ExploreEnv):
+class KinematicReplay(ExploreEnv):
     """The hand follows a recording, and the object its own: contacts come from the physics, noise is added.
 
-    Episodes begin at the first frame of the recording and end at its last. All keyword arguments of the environment
-    that concern the senses and the rendering are valid.
+    Episodes begin at the first frame of the recording and last for `episode_seconds`, at most to its end. The other
+    keyword arguments of the environment that concern the senses and the rendering are valid too.
     """
 
     def __init__(self, hand: str, recording: Recording, solid: Solid, **keywords: Any) -> None:
@@ -33,17 +34,17 @@ class Replay(ExploreEnv):
 
         Raises `ValueError` where the recording lacks joints of the hand, or the path of hand or object.
         """
-        super().__init__(hand, reveal_truth=True, **keywords)
-        at_rate = resample(recording, self.control_hz)
-        self._angles = at_rate.joint_angles[:, at_rate.columns_of(self.hand)]
-        self._hand_in_object = roots(at_rate, self.hand)
+        super().__init__(hand, reveal_truth=True, **{"episode_seconds": recording.seconds, **keywords})
+        self.recording = resample(recording, self.control_hz)
+        self._angles = self.recording.joint_angles[:, self.recording.columns_of(self.hand)]
+        self._hand_in_object = roots(self.recording, self.hand)
         self._explored = solid
-        self.episode_steps = len(at_rate) - 1
+        self.episode_steps = min(self.episode_steps, len(self.recording) - 1)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Go to the next frame, whatever the `action`."""
         if self._model is None:
-            raise RuntimeError("call reset() before step()")
+            raise gym.error.ResetNeeded("call reset() before step()")
         self._steps += 1
         self._follow()
         observation = self._observe()
@@ -72,6 +73,56 @@ class Replay(ExploreEnv):
 
     def _info(self) -> dict[str, Any]:
         return {**super()._info(), "root": self._hand_in_object[self._steps]}
+
+
+class Playback(gym.Env[Observation, NDArray[np.float32]]):
+    """What was felt in an exploration, once more, bit for bit; nothing is simulated."""
+
+    def __init__(self, hand: Hand, recording: Recording, solid: Solid) -> None:
+        """`solid`: the object that was explored. Raises `ValueError` where the recording does not tell what was felt,
+        or with other joints or patches."""
+        if recording.felt is None:
+            raise ValueError(f"{recording.source}: the recording does not tell what was felt")
+        columns = recording.columns_of(hand)
+        if recording.felt.contacts.shape[1] != len(hand.patches):
+            raise ValueError(
+                f"{recording.source}: contacts of {recording.felt.contacts.shape[1]} patches; hand {hand.name!r} has "
+                f"{len(hand.patches)}"
+            )
+        self.hand, self.solid = hand, solid
+        self.control_hz = (len(recording) - 1) / recording.seconds
+        self.episode_steps = len(recording) - 1
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (hand.joints,), np.float32)
+        self._angles = recording.joint_angles[:, columns]
+        self._felt = recording.felt._replace(joint_angles=recording.felt.joint_angles[:, columns])
+        self._roots = roots(recording, hand) if recording.root is not None else None
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """The first frame."""
+        super().reset(seed=seed)
+        self._steps = 0
+        return self._observe(), self._info()
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """The next frame, whatever the `action`."""
+        self._steps += 1
+        return self._observe(), 0.0, False, self._steps >= self.episode_steps, self._info()
+
+    def _observe(self) -> Observation:
+        felt = self._felt.joint_angles[self._steps].astype(np.float32)
+        return {"joint_angles": felt, "contacts": self._felt.contacts[self._steps].astype(np.int8)}
+
+    def _info(self) -> dict[str, Any]:
+        truth = {
+            "joint_angles": self._angles[self._steps].copy(),
+            "shape": self.solid.name,
+            "object_position": np.array(self.solid.position),
+            "object_quaternion": np.array(self.solid.quaternion),
+            "object_size": np.array(self.solid.size),
+        }
+        return {"truth": truth} | ({} if self._roots is None else {"root": self._roots[self._steps]})
 
 
 def roots(recording: Recording, hand: Hand) -> list[Pose]:

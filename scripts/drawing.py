@@ -18,8 +18,9 @@ from style import FREE, HAND, OCCUPANCY, OUTLINE, colours_of, title_of
 
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from haptic_env.pose import Pose
 from haptic_env.shapes import Solid
-from observer.kinematics import link_frames, tree_of
+from observer.kinematics import link_frames, placed, tree_of
 
 Array = NDArray[np.float64]
 SIDES = {"from the front": (0, 2), "from the side": (1, 2), "from above": (0, 1)}  # title: axes across and up
@@ -29,11 +30,18 @@ TICKS = (-40, 0, 40)
 
 
 def draw_map(
-    axes: Axes, occupancy: Array, grid: Grid, solid: Solid, side: str, hand: Hand | None = None, angles: Any = None
+    axes: Axes,
+    occupancy: Array,
+    grid: Grid,
+    solid: Solid,
+    side: str,
+    hand: Hand | None = None,
+    angles: Any = None,
+    root: Pose | None = None,
 ) -> Any:
     """The map seen from `side`, one of `SIDES`: the most probable voxel along each line of sight, space that is
-    probably free, the outline of the true `solid`, and `hand` at `angles` (J,) rad. Returns the image that a colour
-    bar needs.
+    probably free, the outline of the true `solid`, and `hand` at `angles` (J,) rad and `root`. Returns the image
+    that a colour bar needs.
     """
     across, up = SIDES[side]
     (depth,) = {0, 1, 2} - {across, up}
@@ -47,7 +55,7 @@ def draw_map(
     axes.imshow(np.ma.masked_equal(free.T, False), cmap=ListedColormap([FREE]), zorder=0, **shown)
     image = axes.imshow(np.ma.masked_less_equal(highest.T, 0.5), cmap=OCCUPANCY, vmin=0.5, vmax=1.0, zorder=2, **shown)
     if hand is not None:
-        _draw_hand(axes, hand, angles, across, up, middle, extent)
+        _draw_hand(axes, hand, angles, root, across, up, middle, extent)
     _draw_outline(axes, solid, grid, across, up, depth)
     axes.set(
         title=side,
@@ -122,10 +130,17 @@ def _draw_outline(axes: Axes, solid: Solid, grid: Grid, across: int, up: int, de
 
 
 def _draw_hand(
-    axes: Axes, hand: Hand, angles: Any, across: int, up: int, middle: Array, extent: tuple[float, ...]
+    axes: Axes,
+    hand: Hand,
+    angles: Any,
+    root: Pose | None,
+    across: int,
+    up: int,
+    middle: Array,
+    extent: tuple[float, ...],
 ) -> None:
     """Each link as a line as wide as the link."""
-    position, rotation = link_frames(tree_of(hand), angles)
+    position, rotation = link_frames(placed(tree_of(hand), root), angles)
     figure = axes.figure
     points_per_mm = axes.get_window_extent().width * 72 / figure.dpi / (extent[1] - extent[0])
     for index, link in enumerate(hand.links):

@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
@@ -28,10 +28,19 @@ Array = NDArray[np.float64]
 TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
 
 
+class Moment(NamedTuple):
+    """One step: `true_angles` and `felt_angles` (J,) rad, `contacts` (P,)."""
+
+    true_angles: Array
+    felt_angles: Array
+    contacts: NDArray[np.bool_]
+
+
 @dataclass(frozen=True)
 class Exploration:
     """What happened: `seconds` (T,), `torques` (T, J) fractions, `felt_angles` and `true_angles` (T, J) rad,
-    `contacts` (T, P), and the `solid` that was explored; `roots` (T): where the hand as a whole was, if it moved."""
+    `contacts` (T, P), and the `solid` that was explored; `start`: the reset; `roots` (T): where the hand as a
+    whole was, if it moved."""
 
     hand: Hand
     solid: Solid
@@ -40,6 +49,7 @@ class Exploration:
     felt_angles: Array
     true_angles: Array
     contacts: NDArray[np.bool_]
+    start: Moment
     roots: tuple[Pose, ...] | None = None
 
 
@@ -152,6 +162,9 @@ class Trial:
         """Explore; yields the number of the step just taken, from 1."""
         observation, info = self.env.reset(seed=self.seed)
         self.solid = solid_of(info["truth"])
+        self._start = Moment(
+            info["truth"]["joint_angles"], observation["joint_angles"], observation["contacts"].astype(bool)
+        )
         for watcher in self.watchers.values():
             watcher.reset(self._observer_seed)
         state = None
@@ -172,7 +185,7 @@ class Trial:
         steps = len(self._record)
         seconds = self.step_seconds * np.arange(1, steps + 1)
         roots = tuple(root for root in self._roots if root is not None) or None
-        exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts, roots)
+        exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts, self._start, roots)
         return exploration, {name: watcher.account(steps) for name, watcher in self.watchers.items()}
 
 
@@ -196,6 +209,9 @@ def candidates_of(
     return {like: [shapes.make(like, size, place)], **others}
 
 
-def make_observers(names: Sequence[str], hand: Hand, sigma_deg: float, particles: int) -> dict[str, HapticSLAM]:
-    """The observers or variants `names` for `hand`; `particles` are those of the ones that have any."""
-    return {name: make_observer(name, hand, sigma_deg, particles) for name in names}
+def make_observers(
+    names: Sequence[str], hand: Hand, sigma_deg: float, particles: int, **keywords: Any
+) -> dict[str, HapticSLAM]:
+    """The observers or variants `names` for `hand`; `particles` are those of the ones that have any, `keywords` for
+    all."""
+    return {name: make_observer(name, hand, sigma_deg, particles, **keywords) for name in names}
