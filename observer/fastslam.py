@@ -66,9 +66,9 @@ class HapticSLAM:
         dynamics: ContactDynamics | None = None,
     ) -> None:
         """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
-        the hand, its physics ("forward_model"), a line ("delta_pose") or nothing but that it moves smoothly ("kinematic"),
-        for recordings without torques; `candidates` K of scan matching; `lag` in
-        steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
+        the hand, its physics ("forward_model"), a line ("delta_pose") or nothing but that it moves smoothly
+        ("kinematic", for recordings without torques); `candidates` K of scan matching; `lag` in steps (None: 200 ms);
+        `grid` (None: 4 mm voxels over the hand's workspace).
 
         `matching`: a particle takes the "mean" of its candidates by likelihood, which keeps the maps sharp with few
         particles, or one "sample" of them, which is exact Bayes as N grows (tests/observer/test_exact_bayes.py).
@@ -126,9 +126,7 @@ class HapticSLAM:
         self._pending = deque()  # felt, but waiting for the lag
         return self._belief(ago=0)
 
-    def step(
-        self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None
-    ) -> Belief:
+    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
         """One turn: `torque` (J,) commanded, fractions; `joint_angles` (J,) rad felt; `contacts` (P,) felt.
 
         `root`: where the frame in which the hand is drawn lies in the grid's, for a hand that moves as a whole about

@@ -399,7 +399,9 @@ def main(arguments: list[str] | None = None) -> int:
         kept = {name: getattr(settings, name) for name in DEFAULTS}
         recordings.write(place, recorded.as_recording(exploration, kept, session.followed))
     console.print(table(summary))
-    console.print(f"Picture, figures and trace: {out / 'explore.png'}, explore.json, explore.npz, recording.npz", highlight=False)
+    console.print(
+        f"Picture, figures and trace: {out / 'explore.png'}, explore.json, explore.npz, recording.npz", highlight=False
+    )
     if stopped:
         console.print("Stopped early: this is what was explored until then.", highlight=False)
     return 130 if stopped else 0

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from haptic_env import validate
-from haptic_env.recordings import adroit_demonstrations, archive, cyberglove
+from haptic_env.recordings import archive, cyberglove
 from haptic_env.recordings.cyberglove import Calibration, calibration_for, read_calibration
 from haptic_env.recordings.recording import LARGEST_GAP, Felt, Recording, Track
 from haptic_env.recordings.resampling import resample

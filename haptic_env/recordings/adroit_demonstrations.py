@@ -36,9 +36,7 @@ def pick(path: Path, content: Mapping[str, NDArray[Any]], part: str | None) -> R
     seen = content[name + SUFFIX]
     first = len(ARM)
     if seen.ndim != 2 or seen.shape[1] < first + len(JOINTS):
-        raise ValueError(
-            f"{path}: {name}{SUFFIX} must have shape (T, {first + len(JOINTS)} or more), got {seen.shape}"
-        )
+        raise ValueError(f"{path}: {name}{SUFFIX} must have shape (T, {first + len(JOINTS)} or more), got {seen.shape}")
     return Recording(
         source=f"{path} ({name})",
         time=np.arange(len(seen)) / RATE,

@@ -13,7 +13,7 @@
 get to each frame and what was felt there; the first frame is its reset |
 | `settings` | text, JSON | what that exploration was |
 
-`forearm_position` and `forearm_quaternion` may stand for those of the root: they are the pose of the body `ulna_r` of MyoHand.
+`forearm_position` and `forearm_quaternion` may stand for those of the root: they are the pose of MyoHand's body `ulna_r`.
 """
 
 from __future__ import annotations
