@@ -102,10 +102,7 @@ class KinematicPose:
         squares = np.square(self.smooth.speeds)
         self._noise = squares[:, None, None] * self.smooth.noise(step)  # (M, 3, 3)
         self._switch = self.smooth.switching(step)
-        self._start = squares[:, None] * [
-            1.0,
-            self.smooth.seconds**-2,
-        ]  # (M, 2): variances of velocity and acceleration
+        self._start = squares[:, None] * [1.0, self.smooth.seconds**-2]  # (M, 2): of velocity and acceleration
         self.reset()
 
     def reset(self) -> None:

@@ -123,7 +123,8 @@ def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
     add("--out", default="out/explore", help="folder for the results (default out/explore)")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("calibration")
-    recording, usual = None, dict(DEFAULTS)
+    recording: Recording | None = None
+    usual = dict(DEFAULTS)
     try:
         if given["env"] is not None:
             given["env"] = environment(given["env"])
@@ -134,7 +135,8 @@ def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
                 usual["env"] = recorded.environment_of(recording)
         elif any(source):
             raise ValueError("--part and --calibration say how to read a --recording, which is not given")
-        settings = Settings(**{name: usual.get(name) if value is None else value for name, value in given.items()})
+        told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
+        settings = Settings(**told)
     except ValueError as error:
         parser.error(str(error))
     except OSError as error:
@@ -321,7 +323,7 @@ def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], 
     sides = above.subplots(1, 3)
     figure.draw_without_rendering()  # the hand's lines need the size of the panels
     for axes, side in zip(sides, SIDES, strict=True):
-        hand, root = exploration.hand, exploration.roots and exploration.roots[-1]
+        hand, root = exploration.hand, None if exploration.roots is None else exploration.roots[-1]
         angles = slam.joint_angles[-1]
         image = draw_map(axes, belief.occupancy, belief.grid, exploration.solid, side, hand, angles, root)
     above.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
@@ -399,9 +401,8 @@ def main(arguments: list[str] | None = None) -> int:
         kept = {name: getattr(settings, name) for name in DEFAULTS}
         recordings.write(place, recorded.as_recording(exploration, kept, session.followed))
     console.print(table(summary))
-    console.print(
-        f"Picture, figures and trace: {out / 'explore.png'}, explore.json, explore.npz, recording.npz", highlight=False
-    )
+    files = "explore.json, explore.npz, recording.npz"
+    console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
     if stopped:
         console.print("Stopped early: this is what was explored until then.", highlight=False)
     return 130 if stopped else 0

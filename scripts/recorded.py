@@ -34,7 +34,7 @@ MARGIN = 0.03  # metres of a map about the object
 GLOVE = "adroit"  # the hand that a glove moves where nothing is said
 # Hands fitted to markers sink into what they hold, fingertips by 5 to 13 mm, and all of their skin with them.
 SINKING = ContactModel(give=3.0, deep=1.0)
-SINKING_NAMER = {"press": 0.05, "tolerance": 0.003}
+SINKING_NAMER: dict[str, Any] = {"press": 0.05, "tolerance": 0.003}
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Session:
     @property
     def hand(self) -> Hand:
         """The hand that explores."""
-        return self.env.unwrapped.hand  # type: ignore[attr-defined, no-any-return]
+        return self.env.unwrapped.hand  # type: ignore[attr-defined]
 
 
 def load(path: str, part: str | None, calibration: str | None, hand: str | None) -> Recording:

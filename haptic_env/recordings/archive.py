@@ -9,11 +9,11 @@
 | `root_body` | text | a body of the hand; where it is missing, the frame in which the hand's model is drawn |
 | `object_position`, `object_quaternion` | (T, 3) m, (T, 4) wxyz | where known, the world pose of the object |
 | `object_mesh` | text | its mesh, in its own frame |
-| `torques`, `felt_angles`, `contacts` | (T, J) fractions, (T, J) rad, (T, P) | of an exploration, what was commanded to
-get to each frame and what was felt there; the first frame is its reset |
+| `torques` | (T, J) fractions | of an exploration, commanded to get to each frame; the first is its reset |
+| `felt_angles`, `contacts` | (T, J) rad, (T, P) | of an exploration, felt at each frame |
 | `settings` | text, JSON | what that exploration was |
 
-`forearm_position` and `forearm_quaternion` may stand for those of the root: they are the pose of MyoHand's body `ulna_r`.
+`forearm_position` and `forearm_quaternion` may stand for those of the root: the pose of MyoHand's body `ulna_r`.
 """
 
 from __future__ import annotations
