@@ -61,7 +61,7 @@ def read(path: Path, *, part: str | None, largest_gap: float, **_: Any) -> Recor
 def load(path: Path) -> Content:
     """All arrays of an `.npz` file; raises `ValueError` where it is none, or cut short."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
     except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, AttributeError) as error:
         raise ValueError(f"{path}: not a whole .npz file ({error})") from error
