@@ -159,13 +159,13 @@ def test_servos_repeat_a_recording_in_free_air(hand: Any) -> None:
 def test_servos_do_not_pierce_an_object(hand: Any) -> None:
     env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", sigma_deg=3.0, reveal_truth=True)
     policy, state = FollowRecording(env, closing(hand, 100, time=0.02 * np.arange(100))), None
-    observation, info = env.reset(seed=0)
+    observation, _ = env.reset(seed=0)
     base: Any = env.unwrapped
     touched, deepest = 0, 0.0
     for _ in range(policy.steps):
         action, state = policy.predict(observation, state)
         assert np.abs(action).max() <= 1.0
-        observation, *_, info = env.step(action)
+        observation, *_ = env.step(action)
         touched += observation["contacts"].any()
         deepest = min([deepest, *base._data.contact.dist])
     assert touched > 30
