@@ -41,6 +41,14 @@ class KinematicReplay(ExploreEnv):
         self._explored = solid
         self.episode_steps = min(self.episode_steps, len(self.recording) - 1)
 
+    @property
+    def simulation(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """For pictures: the hand where its model is drawn, the object as it lies in that frame."""
+        if self._model is None:
+            raise gym.error.ResetNeeded("call reset() before drawing")
+        scene.light(self._model, self.hand, self._touched)
+        return self._model, self._data
+
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Go to the next frame, whatever the `action`."""
         if self._model is None:

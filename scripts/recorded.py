@@ -83,13 +83,14 @@ def environment_of(recording: Recording) -> str:
     )
 
 
-def session(settings: Any, recording: Recording) -> Session:
-    """The replay of `recording` with the `Settings` of explore.py; raises `ValueError` where they do not fit."""
+def session(settings: Any, recording: Recording, render_mode: str | None = None) -> Session:
+    """The replay of `recording` with the `Settings` of explore.py, drawn as `render_mode` says where the hand is
+    simulated; raises `ValueError` where they do not fit."""
     if recording.felt is not None:
         return _playback(settings, recording)
     if recording.root is not None and recording.object is not None:
-        return _kinematic(settings, recording)
-    return _driven(settings, recording)
+        return _kinematic(settings, recording, render_mode)
+    return _driven(settings, recording, render_mode)
 
 
 def _playback(settings: Any, recording: Recording) -> Session:
@@ -106,7 +107,7 @@ def _playback(settings: Any, recording: Recording) -> Session:
     return Session(env, policy, candidates, ShapePosterior(hand, candidates))
 
 
-def _kinematic(settings: Any, recording: Recording) -> Session:
+def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> Session:
     if settings.shape is None:
         known = f" ({recording.mesh})" if recording.mesh else ""
         raise ValueError(f"{recording.source}: say what was held{known}: --mesh FILE or --shape NAME")
@@ -119,6 +120,7 @@ def _kinematic(settings: Any, recording: Recording) -> Session:
         solid,
         sigma_deg=settings.sigma,
         episode_seconds=recording.seconds if settings.seconds is None else settings.seconds,
+        render_mode=render_mode,
     )
     return Session(env, RepeatTorques(env, []), *_in_object_frame(env.hand, solid), env.recording)
 
@@ -133,13 +135,14 @@ def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosteri
     return candidates, ShapePosterior(hand, candidates, **SINKING_NAMER), told
 
 
-def _driven(settings: Any, recording: Recording) -> Session:
+def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Session:
     env = gym.make(
         settings.env,
         shape=settings.shape,
         scale=settings.scale,
         sigma_deg=settings.sigma,
         episode_seconds=recording.seconds + LEAD_SECONDS if settings.seconds is None else settings.seconds,
+        render_mode=render_mode,
         reveal_truth=True,  # for the observer's judge alone
     )
     policy = FollowRecording(env, recording)
