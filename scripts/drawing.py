@@ -6,6 +6,7 @@ Shapes: T steps, C labels, (X, Y, Z) voxels. Pictures are in millimetres about t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -122,11 +123,19 @@ def draw_posterior(axes: Axes, seconds: Array, posterior: Array, labels: Sequenc
 
 
 def _draw_outline(axes: Axes, solid: Solid, grid: Grid, across: int, up: int, depth: int) -> None:
-    fine = Grid.around(solid.position, np.full(3, 1.1 * np.linalg.norm(solid.size)), 0.001)
-    distance = solid.signed_distance(fine.centres()).min(axis=depth)
+    fine, distance = _distances(solid)
+    distance = distance.min(axis=depth)
     places = fine.centres() - grid.centre
     lines = [np.moveaxis(places[..., axis], axis, 0)[:, 0, 0] * MM for axis in (across, up)]
     axes.contour(*lines, distance.T, levels=[0.0], colors=[OUTLINE], linewidths=1.8, zorder=4)
+
+
+@lru_cache(maxsize=1)
+def _distances(solid: Solid) -> tuple[Grid, Array]:
+    """A grid about `solid`, and its signed distance (X, Y, Z) m there: the same for all sides, and slow for a mesh."""
+    reach = 1.1 * float(np.linalg.norm(solid.size))
+    fine = Grid.around(solid.position, np.full(3, reach), max(0.001, reach / 64))
+    return fine, solid.signed_distance(fine.centres())
 
 
 def _draw_hand(

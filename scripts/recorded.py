@@ -197,7 +197,7 @@ def truth_among(solid: Solid, candidates: Candidates) -> str:
     if solid.name in candidates:
         return solid.name
     reach = max(max(each.size) for several in candidates.values() for each in (*several, solid))
-    points = Grid.around(solid.position, np.full(3, 1.1 * reach), reach / 60).centres()
+    points = Grid.around(solid.position, np.full(3, 1.1 * reach), reach / 30).centres()
     inside = solid.signed_distance(points) < 0
 
     def common(other: Solid) -> float:
