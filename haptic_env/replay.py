@@ -49,6 +49,11 @@ class KinematicReplay(ExploreEnv):
         scene.light(self._model, self.hand, self._touched)
         return self._model, self._data
 
+    @property
+    def touched(self) -> NDArray[np.bool_]:
+        """(P,): the patches that really touch the object."""
+        return self._touched.copy()
+
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Go to the next frame, whatever the `action`."""
         if self._model is None:

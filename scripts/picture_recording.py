@@ -23,9 +23,10 @@ from haptic_env.pose import Pose
 from haptic_env.replay import KinematicReplay
 from observer import Belief, metrics
 
-EXAMPLE = "example: python scripts/picture_recording.py --recording inspect.npz --mesh cube.stl --at 0.8 1.2 2"
-WIDTH, HEIGHT = 480, 420  # pixels of one panel
-GLASS = 0.2  # how much of the object is seen in a picture of the map
+EXAMPLE = "example: python scripts/picture_recording.py --recording inspect.npz --mesh cube.stl --at 0.8 1.3 2"
+WIDTH, HEIGHT = 480, 400  # pixels of one panel
+THIN, GLASS = 0.6, 0.2  # how much of the object is seen beneath a hand, and about a map
+LARGER = 1.7  # a touching patch in a picture this small
 UNKNOWN = 0.5  # where the hand never came near
 LEAST = 0.15  # probability from which on a voxel is drawn; that of one that was never touched is 0.03 or 0.5
 
@@ -36,10 +37,10 @@ def main(arguments: list[str] | None = None) -> int:
     add = parser.add_argument
     add("--recording", required=True, metavar="FILE", help="motion capture, .npz")
     add("--mesh", "--shape", required=True, metavar="FILE", help="the object that was held")
-    add("--at", nargs="+", type=float, default=[0.8, 1.2, 2.0], help="moments, s (default 0.8 1.2 2)")
+    add("--at", nargs="+", type=float, default=[0.8, 1.3, 2.0], help="moments, s (default 0.8 1.3 2)")
     add("--sigma", type=float, default=3.0, help="noise of the felt joint angles, SD in degrees (default 3)")
     add("--seed", type=int, default=0, help="of the noise (default 0)")
-    add("--view", nargs=2, type=float, default=[-60.0, 25.0], help="azimuth and elevation, degrees (default -60 25)")
+    add("--view", nargs=2, type=float, default=[150.0, 30.0], help="azimuth and elevation, degrees (default 150 30)")
     add("--out", default="out/recording.png", help="the picture (default out/recording.png)")
     given = parser.parse_args(arguments)
     try:
@@ -59,21 +60,21 @@ def main(arguments: list[str] | None = None) -> int:
 def picture(
     path: Path, session: recorded.Session, settings: Settings, moments: list[float], azimuth: float, elevation: float
 ) -> None:
-    """Replay `session`, and draw it at `moments` (s), seen from `azimuth` and `elevation` (degrees) about the object."""
+    """Replay `session`, and draw it at `moments` (s) from `azimuth` and `elevation` (degrees) about the object."""
     env: Any = session.env
     observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **session.told)
     trial = Trial(env, session.policy, observers, session.namer, settings.seed)
     steps = {min(max(1, round(moment * env.control_hz)), trial.steps) for moment in moments}
-    drawn = []
+    drawn: list[tuple[int, NDArray[np.uint8], NDArray[np.uint8]]] = []
     for step in trial:
         if step in steps:
             belief = trial.watchers[OBSERVER].belief
-            drawn.append((step, *(render(env, azimuth, elevation, each) for each in (None, belief))))
+            drawn.append((step, render(env, azimuth, elevation, None), render(env, azimuth, elevation, belief)))
     exploration, accounts = trial.finish()
     account = accounts[OBSERVER]
     wrong = metrics.pose_rmse_deg(account.lagged_joint_angles, exploration.true_angles)
     raw = metrics.pose_rmse_deg(exploration.felt_angles, exploration.true_angles)
-    figure = Figure(figsize=(3.2 * len(drawn), 5.9), layout="constrained")
+    figure = Figure(figsize=(3.2 * len(drawn), 5.6), layout="constrained")
     panels = figure.subplots(2, len(drawn), squeeze=False)
     for column, (step, hand, seen) in enumerate(drawn):
         above, below = panels[:, column]
@@ -99,12 +100,15 @@ def picture(
 def render(env: Any, azimuth: float, elevation: float, belief: Belief | None) -> NDArray[np.uint8]:
     """(H, W, 3): the hand on the object, or in place of the hand the voxels that `belief` holds for occupied."""
     model, data = env.simulation
-    kept = model.geom_rgba.copy(), model.site_rgba.copy()
-    if belief is not None:
-        own = model.geom_bodyid == model.body("object").id
-        model.geom_rgba[:, 3] = np.where(own, GLASS, 0.0)
-        model.site_rgba[:, 3] = 0.0
     body = model.body("object").id
+    kept = model.geom_rgba.copy(), model.site_rgba.copy()
+    model.site_size[env.touched, 0] *= LARGER
+    model.geom_rgba[model.geom_bodyid == body, 3] = THIN if belief is None else GLASS
+    if belief is not None:
+        model.geom_rgba[model.geom_bodyid != body, 3] = model.site_rgba[:, 3] = 0.0
+    # The scene's own light stands still while the object turns.
+    model.light_active[:] = False
+    model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.55, 0.5
     solid = Pose.of(env.solid.position, env.solid.quaternion)
     frame = Pose(data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()) @ solid.inverse()
     with mujoco.Renderer(model, HEIGHT, WIDTH, max_geom=20_000) as renderer:
@@ -122,7 +126,7 @@ def look_from(scene: mujoco.MjvScene, frame: Pose, solid: Any, azimuth: float, e
     turn, rise = np.deg2rad([azimuth, elevation])
     away = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
     up = np.array([-np.sin(rise) * np.cos(turn), -np.sin(rise) * np.sin(turn), np.cos(rise)])
-    eye = np.asarray(solid.position) + 4.2 * max(solid.size) * away
+    eye = np.asarray(solid.position) + 3.9 * max(solid.size) * away
     for camera in scene.camera:
         camera.pos[:] = frame.position + frame.rotation @ eye
         camera.forward[:] = frame.rotation @ -away
