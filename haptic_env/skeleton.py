@@ -20,6 +20,7 @@ from haptic_env.hands.drives import Drive, add_joint
 from haptic_env.patches import Link, Patches
 
 Array = NDArray[np.float64]
+Frame = tuple[Array, Array]  # position (3,) m and rotation (3, 3) in the model's world
 DENSITY = 1160.0  # kg/m³: hand; Winter 2009, Biomechanics and Motor Control of Human Movement, table 4.1
 
 
@@ -70,66 +71,26 @@ def hand_of(
     """The hand of `model`: all joints below the body `root`, which is fixed at `position` (3,) m and `quaternion`
     (4,) wxyz in the world. `joints`: what drives each one, and the degrees at which an episode starts; its name is
     the model's without `suffix`."""
-    data = mujoco.MjData(model)
-    data.qpos[:] = 0.0
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    base = model.body(root).id
-    moving = [b for b in range(base + 1, model.nbody) if model.body_jntnum[b] and _below(model, b, base)]
-    moved_by = {b: _first_up(model, b, {base, *moving}) for b in range(base, model.nbody) if _below(model, b, base)}
-    of_body: dict[int, list[Bone]] = {b: [] for b in (base, *moving)}
+    skeleton = _Skeleton(model, name, root, position, quaternion)
+    on: dict[int, list[Bone]] = {body: [] for body in skeleton.bodies}
     for bone in bones:
-        of_body[moved_by[model.body(bone.body).id]].append(bone)
-
-    tree = mjcf.RootElement(model=name)
-    tree.option.gravity = (0, 0, 0)
-    tree.compiler.angle = "radian"
-    frames = {base: (data.xpos[base], data.xmat[base].reshape(3, 3))}
-    made = {base: tree.worldbody.add("body", name=model.body(base).name, pos=position, quat=quaternion)}
+        on[skeleton.carrier(model.body(bone.body).id)].append(bone)
     rest, links = [], []
-    for body in (base, *moving):
-        mine = of_body[body]
-        if body != base:
-            # A body with one bone has its frame, so that skin and joints share one body.
-            frame = _frame(data, model, mine[0]) if len(mine) == 1 else (data.xpos[body], data.xmat[body].reshape(3, 3))
-            frames[body] = frame
-            above = _first_up(model, model.body_parentid[body], frames)
-            made[body] = _add_body(made[above], frames[above], frame, model.body(body).name)
-            if not mine:
-                _add_inertia(made[body], model, body)
-            for joint in range(model.body_jntadr[body], model.body_jntadr[body] + model.body_jntnum[body]):
-                joint_name = model.joint(joint).name.removesuffix(suffix)
-                drive, start = joints[joint_name]
-                add_joint(
-                    tree,
-                    made[body],
-                    joint_name,
-                    drive,
-                    axis=frame[1].T @ data.xaxis[joint],
-                    pos=frame[1].T @ (data.xanchor[joint] - frame[0]),
-                    range=model.jnt_range[joint],
-                )
-                rest.append(start)
-        for bone in mine:
-            shared = body != base and len(mine) == 1
-            owner = (
-                made[body]
-                if shared
-                else _add_body(made[body], frames[body], _frame(data, model, bone), f"{bone.name}_bone")
-            )
-            length = float(np.linalg.norm(np.subtract(bone.end, bone.start)))
-            owner.add(
-                "geom",
-                name=bone.name,
-                type="capsule",
-                fromto=(0, 0, 0, 0, 0, length),
-                size=[bone.radius],
-                density=DENSITY,
-            )
-            links.append(Link(bone.name, owner.name, bone.radius, length, tip=bone.tip))
+    for body, mine in on.items():
+        # A body with one bone has its frame, so that skin and joints share one body.
+        shared = len(mine) == 1 and body != skeleton.base
+        skeleton.add_body(body, mine[0] if shared else None)
+        if body != skeleton.base and not mine:
+            skeleton.add_inertia(body)
+        for joint in skeleton.joints_of(body):
+            joint_name = model.joint(joint).name.removesuffix(suffix)
+            drive, start = joints[joint_name]
+            skeleton.add_joint(body, joint, joint_name, drive)
+            rest.append(start)
+        links += [skeleton.add_bone(body, bone, shared) for bone in mine]
     return Hand(
         name=name,
-        xml=tree.to_xml_string(),
+        xml=skeleton.tree.to_xml_string(),
         links=tuple(links),
         patches=Patches(tuple(links), patches_along, patches_around),
         rest_pose=np.deg2rad(rest),
@@ -139,42 +100,94 @@ def hand_of(
     )
 
 
-def _below(model: mujoco.MjModel, body: int, top: int) -> bool:
-    while body > top:
-        body = int(model.body_parentid[body])
-    return body == top
+class _Skeleton:
+    """The hand while it grows: for each body that moves, and the fixed one, its frame in the model's world and the body
+    made for it."""
 
+    def __init__(self, model: mujoco.MjModel, name: str, root: str, position: ArrayLike, quaternion: ArrayLike) -> None:
+        self.model, self.data = model, mujoco.MjData(model)
+        self.data.qpos[:] = 0.0
+        mujoco.mj_kinematics(model, self.data)
+        mujoco.mj_comPos(model, self.data)
+        self.tree = mjcf.RootElement(model=name)
+        self.tree.option.gravity = (0, 0, 0)
+        self.tree.compiler.angle = "radian"
+        self.base = int(model.body(root).id)
+        below = [body for body in range(self.base + 1, model.nbody) if self._hangs(body)]
+        self.bodies = [self.base, *(body for body in below if model.body_jntnum[body])]
+        self._frames: dict[int, Frame] = {}
+        self._made: dict[int, Any] = {}
+        self._place = {"pos": position, "quat": quaternion}
 
-def _first_up(model: mujoco.MjModel, body: int, among: Any) -> int:
-    while body not in among:
-        body = int(model.body_parentid[body])
-    return int(body)
+    def carrier(self, body: int) -> int:
+        """The first of `bodies` on the way from `body` to the root: itself, or what it is fixed to."""
+        while body not in self.bodies:
+            body = int(self.model.body_parentid[body])
+        return body
 
+    def joints_of(self, body: int) -> range:
+        """The model's joints of `body`; those that would move the root are left out."""
+        first = int(self.model.body_jntadr[body])
+        return range(0) if body == self.base else range(first, first + int(self.model.body_jntnum[body]))
 
-def _frame(data: mujoco.MjData, model: mujoco.MjModel, bone: Bone) -> tuple[Array, Array]:
-    """Position (3,) and rotation (3, 3) of a bone in the model's world: z along it, x dorsal."""
-    body = model.body(bone.body).id
-    turn = data.xmat[body].reshape(3, 3)
-    along = np.subtract(bone.end, bone.start)
-    z = along / np.linalg.norm(along)
-    x = -np.asarray(bone.palmar, dtype=np.float64)
-    x = x - (x @ z) * z
-    x /= np.linalg.norm(x)
-    return data.xpos[body] + turn @ np.asarray(bone.start), turn @ np.stack([x, np.cross(z, x), z], axis=1)
+    def add_body(self, body: int, bone: Bone | None) -> None:
+        """Make `body`, with the frame of `bone` or its own."""
+        name = self.model.body(body).name
+        if body == self.base:
+            self._frames[body] = self._frame(body)
+            self._made[body] = self.tree.worldbody.add("body", name=name, **self._place)
+        else:
+            self._frames[body] = self._frame(body) if bone is None else self._bone_frame(bone)
+            above = self.carrier(int(self.model.body_parentid[body]))
+            self._made[body] = self._fix(above, self._frames[body], name)
 
+    def add_inertia(self, body: int) -> None:
+        """The model's own mass, for a body without a bone."""
+        model = self.model
+        self._made[body].add(
+            "inertial",
+            mass=model.body_mass[body],
+            pos=model.body_ipos[body],
+            quat=model.body_iquat[body],
+            diaginertia=model.body_inertia[body],
+        )
 
-def _add_body(parent: Any, above: tuple[Array, Array], frame: tuple[Array, Array], name: str) -> Any:
-    quaternion = np.empty(4)
-    mujoco.mju_mat2Quat(quaternion, (above[1].T @ frame[1]).ravel())
-    return parent.add("body", name=name, pos=above[1].T @ (frame[0] - above[0]), quat=quaternion)
+    def add_joint(self, body: int, joint: int, name: str, drive: Drive) -> None:
+        """The hinge `joint` of the model and its motor."""
+        place, turn = self._frames[body]
+        anchor = turn.T @ (self.data.xanchor[joint] - place)
+        axis, limits = turn.T @ self.data.xaxis[joint], self.model.jnt_range[joint]
+        add_joint(self.tree, self._made[body], name, drive, axis=axis, pos=anchor, range=limits)
 
+    def add_bone(self, body: int, bone: Bone, shared: bool) -> Link:
+        """The capsule of `bone`; on a body of its own, fixed to `body`, unless that one's frame is `shared`."""
+        owner = self._made[body] if shared else self._fix(body, self._bone_frame(bone), f"{bone.name}_bone")
+        length = float(np.linalg.norm(np.subtract(bone.end, bone.start)))
+        ends = (0, 0, 0, 0, 0, length)
+        owner.add("geom", name=bone.name, type="capsule", fromto=ends, size=[bone.radius], density=DENSITY)
+        return Link(bone.name, owner.name, bone.radius, length, tip=bone.tip)
 
-def _add_inertia(body: Any, model: mujoco.MjModel, source: int) -> None:
-    """The model's own mass, for a body without a bone."""
-    body.add(
-        "inertial",
-        mass=model.body_mass[source],
-        pos=model.body_ipos[source],
-        quat=model.body_iquat[source],
-        diaginertia=model.body_inertia[source],
-    )
+    def _hangs(self, body: int) -> bool:
+        while body > self.base:
+            body = int(self.model.body_parentid[body])
+        return body == self.base
+
+    def _frame(self, body: int) -> Frame:
+        return self.data.xpos[body], self.data.xmat[body].reshape(3, 3)
+
+    def _bone_frame(self, bone: Bone) -> Frame:
+        """z along the bone, x dorsal."""
+        place, turn = self._frame(self.model.body(bone.body).id)
+        along = np.subtract(bone.end, bone.start)
+        z = along / np.linalg.norm(along)
+        dorsal = -np.asarray(bone.palmar, dtype=np.float64)
+        x = dorsal - (dorsal @ z) * z
+        x /= np.linalg.norm(x)
+        return place + turn @ np.asarray(bone.start), turn @ np.stack([x, np.cross(z, x), z], axis=1)
+
+    def _fix(self, above: int, frame: Frame, name: str) -> Any:
+        """A new body at `frame` on the one made for `above`."""
+        place, turn = self._frames[above]
+        quaternion = np.empty(4)
+        mujoco.mju_mat2Quat(quaternion, (turn.T @ frame[1]).ravel())
+        return self._made[above].add("body", name=name, pos=turn.T @ (frame[0] - place), quat=quaternion)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import joblib
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,7 +45,7 @@ def _beyond(solid: Any, hull: Any) -> float:
 
 def _remembered(vertices: Array, faces: NDArray[np.int64]) -> list[Array]:
     """`_decompose`, kept in the user's cache folder: it takes seconds to minutes."""
-    joblib, platformdirs = extras.load("joblib", "meshes", "a mesh"), extras.load("platformdirs", "meshes", "a mesh")
+    platformdirs = extras.load("platformdirs", "meshes", "a concave mesh")
     memory = joblib.Memory(platformdirs.user_cache_dir("haptic_slam"), verbose=0)
     return memory.cache(_decompose)(vertices, faces)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import gymnasium as gym
 import mujoco
 import numpy as np
 import pytest
@@ -99,6 +100,17 @@ def test_without_the_package_one_is_told_what_to_install(monkeypatch, module):
         ImportError, match=rf"a hand needs the package '{module}': pip install 'haptic-slam\[{extra}\]'"
     ):
         extras.load(module, extra, "a hand")
+
+
+@pytest.mark.parametrize(("env_id", "package"), [("MyoHand", "myo_sim"), ("AdroitHand", "gymnasium_robotics")])
+def test_making_the_environment_says_so_too(monkeypatch, env_id, package):
+    for module in (myo, adroit):
+        module._model.cache_clear()
+    monkeypatch.setattr(extras.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(
+        ImportError, match=rf"{env_id} needs the package '{package}': pip install 'haptic-slam\[hands\]'"
+    ):
+        gym.make(f"HapticSLAM/{env_id}-v0")
 
 
 def test_importing_imports_none_of_the_packages():
