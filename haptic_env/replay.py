@@ -103,7 +103,7 @@ class Playback(gym.Env[Observation, NDArray[np.float32]]):
                 f"{len(hand.patches)}"
             )
         self.hand, self.solid = hand, solid
-        self.control_hz = (len(recording) - 1) / recording.seconds
+        self.control_hz = round((len(recording) - 1) / recording.seconds, 6)  # stamps are rounded
         self.episode_steps = len(recording) - 1
         self.action_space = gym.spaces.Box(-1.0, 1.0, (hand.joints,), np.float32)
         self._angles = recording.joint_angles[:, columns]

@@ -10,7 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from haptic_env import shapes
 from haptic_env.pose import Pose
-from observer import DeadReckoning, HapticSLAM, ShapePosterior, metrics
+from haptic_env.recordings import Recording, Track
+from haptic_env.replay import KinematicReplay
+from observer import DeadReckoning, HapticSLAM, ObserverWrapper, ShapePosterior, metrics
 from observer.kinematics import link_frames, placed, tree_of
 from tests.observer.hands import random_tree
 
@@ -132,3 +134,17 @@ def test_samples_start_where_the_pose_was_found(explore) -> None:
     name.update(belief)
     spread = np.sqrt(np.diag(belief.lagged_covariance))
     assert np.abs(name._poses - angles).max() < 6 * spread.max()
+
+
+def test_the_wrapper_passes_the_root_on(two_finger) -> None:
+    still = np.tile([1.0, 0, 0, 0], (9, 1))
+    away = Track(np.tile([0.1, 0.2, 0.3], (9, 1)), still)
+    angles = np.tile(two_finger.rest_pose, (9, 1))
+    recording = Recording(
+        "still", 0.02 * np.arange(9), two_finger.joint_names, angles, root=away, object=Track(np.zeros((9, 3)), still)
+    )
+    replay = KinematicReplay("two_finger", recording, shapes.make("cube"))
+    env = ObserverWrapper(replay, HapticSLAM(two_finger, particles=1, motion="kinematic", lag=0))
+    env.reset(seed=0)
+    belief = env.step(np.zeros(two_finger.joints))[-1]["belief"]
+    np.testing.assert_allclose(belief.lagged_root.position, [0.1, 0.2, 0.3])
