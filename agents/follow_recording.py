@@ -8,11 +8,9 @@ it, with a filter against the noise. An object in the way is thus pressed, not p
 
 from __future__ import annotations
 
-import copy
 from typing import Any
 
 import gymnasium as gym
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
@@ -49,7 +47,7 @@ class FollowRecording(Policy):
         angles = _smooth(at_rate.joint_angles[:, at_rate.columns_of(hand)], rate)
         low, high = hand.joint_limits.T
         self.reference = _led_in(hand.rest_pose, np.clip(angles, low, high), rate)
-        self.command = _inverse_dynamics(hand.model, self.reference, rate) / hand.torque_limits
+        self.command = hand.torques_along(self.reference, rate) / hand.torque_limits
         self.steps = len(self.reference) - 1
         self._keep = float(np.exp(-1.0 / (rate * SENSE_SECONDS)))
 
@@ -82,18 +80,3 @@ def _led_in(rest: Array, angles: Array, rate: float) -> Array:
     share = np.linspace(0.0, 1.0, max(2, round(LEAD_SECONDS * rate)), endpoint=False)[:, None]
     way = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
     return np.concatenate([rest + way * (angles[0] - rest), angles])
-
-
-def _inverse_dynamics(shared: mujoco.MjModel, path: Array, rate: float) -> Array:
-    """Torques (T, J) N·m that move the hand alone along `path` (T, J) in free air."""
-    model = copy.copy(shared)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
-    data = mujoco.MjData(model)
-    velocity = np.gradient(path, 1.0 / rate, axis=0)
-    acceleration = np.gradient(velocity, 1.0 / rate, axis=0)
-    torques = np.empty(path.shape)
-    for frame in range(len(path)):
-        data.qpos[:], data.qvel[:], data.qacc[:] = path[frame], velocity[frame], acceleration[frame]
-        mujoco.mj_inverse(model, data)
-        torques[frame] = data.qfrc_inverse
-    return torques
