@@ -9,7 +9,6 @@ import gymnasium as gym
 import mujoco
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import agents
 from agents.follow_recording import LEAD_SECONDS, FollowRecording
@@ -18,6 +17,7 @@ from haptic_env import hands, recordings, shapes
 from haptic_env.pose import Pose
 from haptic_env.recordings import Felt, Recording, Track
 from haptic_env.replay import KinematicReplay, Playback, roots
+from tests.haptic_env.movements import closing
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 CAPTURED = {"cubemedium": ("cube", 0.08), "spheremedium": ("sphere", 0.08), "cylinderlarge": ("cylinder", 0.12)}
@@ -29,23 +29,6 @@ def hand():
     return hands.make("two_finger")
 
 
-def closing(hand: Any, frames: int = 40, **changes: Any) -> Recording:
-    """Two fingers that close about an object, while both are carried about and turned together."""
-    share = np.linspace(0.0, 1.0, frames)[:, None]
-    fist = hand.rest_pose + np.deg2rad([0, 60, 20, 10] * 2)
-    turns = Rotation.from_rotvec(share * [0.3, -0.5, 0.8]).as_quat(scalar_first=True)
-    track = Track(share * [0.2, 0.1, -0.3], turns)
-    whole: dict[str, Any] = {
-        "source": "closing",
-        "time": 0.02 * np.arange(frames),
-        "joint_names": hand.joint_names,
-        "joint_angles": (1 - share) * hand.rest_pose + share * fist,
-        "root": track,
-        "object": track,
-    }
-    return Recording(**(whole | changes))
-
-
 def replayed(env: Any, seed: int = 0) -> list[tuple]:
     observation, info = env.reset(seed=seed)
     result = [(observation, 0.0, False, False, info)]
@@ -55,7 +38,7 @@ def replayed(env: Any, seed: int = 0) -> list[tuple]:
 
 
 def test_hand_and_object_follow_the_recording(hand: Any) -> None:
-    recording = closing(hand)
+    recording = closing()
     env = KinematicReplay("two_finger", recording, shapes.make("cube", (0.04,) * 3), sigma_deg=0.0)
     steps = replayed(env)
     assert len(steps) == 40
@@ -70,9 +53,9 @@ def test_hand_and_object_follow_the_recording(hand: Any) -> None:
 
 def test_contacts_are_those_of_a_fixed_object_where_both_are_carried_about(hand: Any) -> None:
     cube = shapes.make("cube", (0.05,) * 3)
-    carried = replayed(KinematicReplay("two_finger", closing(hand), cube, sigma_deg=0.0))
+    carried = replayed(KinematicReplay("two_finger", closing(), cube, sigma_deg=0.0))
     still = Track(np.zeros((40, 3)), np.tile([1.0, 0, 0, 0], (40, 1)))
-    fixed = replayed(KinematicReplay("two_finger", closing(hand, root=still, object=still), cube, sigma_deg=0.0))
+    fixed = replayed(KinematicReplay("two_finger", closing(root=still, object=still), cube, sigma_deg=0.0))
     for a, b in zip(carried, fixed, strict=True):
         np.testing.assert_array_equal(a[0]["contacts"], b[0]["contacts"])
 
@@ -83,7 +66,7 @@ def test_the_root_is_that_of_the_named_body(hand: Any) -> None:
     body = hand.model.body("index_base").id
     place = Track(np.tile(data.xpos[body], (3, 1)), np.tile(data.xquat[body], (3, 1)))
     there = Track(np.tile([0.1, 0.0, 0.2], (3, 1)), np.tile([0.5, 0.5, 0.5, 0.5], (3, 1)))
-    recording = closing(hand, 3, root=place, root_body="index_base", object=there)
+    recording = closing(3, root=place, root_body="index_base", object=there)
     for root in roots(recording, hand):  # the hand is where it is drawn: the root is the object's pose undone
         expected = Pose.of(*(each[0] for each in there)).inverse()
         np.testing.assert_allclose(root.position, expected.position, atol=1e-12)
@@ -91,13 +74,13 @@ def test_the_root_is_that_of_the_named_body(hand: Any) -> None:
     with pytest.raises(
         ValueError, match="'tail' is no body by which hand 'two_finger' is held; choose from thumb_base"
     ):
-        roots(closing(hand, root_body="tail"), hand)
+        roots(closing(root_body="tail"), hand)
     with pytest.raises(ValueError, match="does not say where the hand and the object were"):
-        roots(closing(hand, object=None), hand)
+        roots(closing(object=None), hand)
 
 
 def test_noise_is_added_and_fixed_by_the_seed(hand: Any) -> None:
-    env = KinematicReplay("two_finger", closing(hand), shapes.make("cube", (0.04,) * 3), sigma_deg=3.0)
+    env = KinematicReplay("two_finger", closing(), shapes.make("cube", (0.04,) * 3), sigma_deg=3.0)
     first, again, other = (replayed(env, seed) for seed in (1, 1, 2))
     error = np.array([step[0]["joint_angles"] - step[4]["truth"]["joint_angles"] for step in first])
     assert np.rad2deg(error.std()) == pytest.approx(3.0, rel=0.15)
@@ -108,10 +91,10 @@ def test_noise_is_added_and_fixed_by_the_seed(hand: Any) -> None:
 
 def test_a_replay_may_be_shorter_and_at_another_rate(hand: Any) -> None:
     cube = shapes.make("cube", (0.04,) * 3)
-    assert len(replayed(KinematicReplay("two_finger", closing(hand), cube, episode_seconds=0.2))) == 11
-    assert len(replayed(KinematicReplay("two_finger", closing(hand), cube, control_hz=100.0))) == 79
+    assert len(replayed(KinematicReplay("two_finger", closing(), cube, episode_seconds=0.2))) == 11
+    assert len(replayed(KinematicReplay("two_finger", closing(), cube, control_hz=100.0))) == 79
     with pytest.raises(gym.error.ResetNeeded):
-        KinematicReplay("two_finger", closing(hand), cube).step(np.zeros(8))
+        KinematicReplay("two_finger", closing(), cube).step(np.zeros(8))
 
 
 def test_playback_repeats_what_was_felt(hand: Any) -> None:
@@ -119,7 +102,7 @@ def test_playback_repeats_what_was_felt(hand: Any) -> None:
     shape = (40, hand.joints)
     contacts = rng.random((40, len(hand.patches))) < 0.1
     felt = Felt(rng.uniform(-1, 1, shape), rng.standard_normal(shape).astype(np.float32).astype(float), contacts)
-    recording = closing(hand, felt=felt)
+    recording = closing(felt=felt)
     env = Playback(hand, recording, shapes.make("cube"))
     assert env.control_hz == pytest.approx(50.0)
     for (observation, *_, info), q, z, angles in zip(
@@ -134,17 +117,17 @@ def test_playback_repeats_what_was_felt(hand: Any) -> None:
         np.testing.assert_array_equal(action, torque)
     assert not policy.predict({}, state)[0].any()
     with pytest.raises(ValueError, match="does not tell what was felt"):
-        Playback(hand, closing(hand), shapes.make("cube"))
+        Playback(hand, closing(), shapes.make("cube"))
     few = felt._replace(contacts=contacts[:, :3])
     with pytest.raises(ValueError, match="contacts of 3 patches; hand 'two_finger' has 50"):
-        Playback(hand, closing(hand, felt=few), shapes.make("cube"))
+        Playback(hand, closing(felt=few), shapes.make("cube"))
 
 
 def test_servos_repeat_a_recording_in_free_air(hand: Any) -> None:
     env = gym.make("HapticSLAM/TwoFinger-v0", shape="sphere", sigma_deg=3.0, motor_noise=0.0, reveal_truth=True)
     time = 0.02 * np.arange(100)
     sway = np.deg2rad(8.0) * np.sin(2 * np.pi * time)[:, None] * [0.2, 1, 1, 1] * 2
-    recording = closing(hand, 100, time=time, joint_angles=hand.rest_pose - np.deg2rad(10) + np.tile(sway, 2)[:, :8])
+    recording = closing(100, time=time, joint_angles=hand.rest_pose - np.deg2rad(10) + np.tile(sway, 2)[:, :8])
     policy, state = FollowRecording(env, recording), None
     assert policy.steps == 99 + round(50 * LEAD_SECONDS)
     observation, info = env.reset(seed=0, options={"size": (0.01,) * 3})
@@ -158,7 +141,7 @@ def test_servos_repeat_a_recording_in_free_air(hand: Any) -> None:
 
 def test_servos_do_not_pierce_an_object(hand: Any) -> None:
     env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", sigma_deg=3.0, reveal_truth=True)
-    policy, state = FollowRecording(env, closing(hand, 100, time=0.02 * np.arange(100))), None
+    policy, state = FollowRecording(env, closing(100, time=0.02 * np.arange(100))), None
     observation, _ = env.reset(seed=0)
     base: Any = env.unwrapped
     touched, deepest = 0, 0.0
@@ -176,7 +159,7 @@ def test_servos_do_not_pierce_an_object(hand: Any) -> None:
 def test_servos_need_the_joints_of_the_hand(hand: Any) -> None:
     env = gym.make("HapticSLAM/TwoFinger-v0")
     with pytest.raises(ValueError, match="misses thumb_mcp_abduction"):
-        FollowRecording(env, closing(hand, joint_names=(*hand.joint_names[1:], "tail")))
+        FollowRecording(env, closing(joint_names=(*hand.joint_names[1:], "tail")))
     assert "follow_recording" not in agents.POLICIES  # it needs a recording
 
 

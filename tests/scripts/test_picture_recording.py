@@ -2,43 +2,23 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
-import gymnasium as gym
 import numpy as np
 import picture_recording
 import pytest
 from matplotlib.image import imread
 
-from haptic_env import hands, recordings
-from haptic_env.recordings import Recording, Track
-
-
-@pytest.fixture(scope="module", autouse=True)
-def offscreen() -> None:
-    """Skip where nothing can be drawn, but never in CI."""
-    env = gym.make("HapticSLAM/TwoFinger-v0", render_mode="rgb_array")
-    env.reset(seed=0)
-    try:
-        env.render()
-    except Exception as error:
-        if os.environ.get("CI"):
-            raise
-        pytest.skip(f"no offscreen rendering here: {error!r}")
-    env.close()
+from haptic_env import recordings
+from haptic_env.recordings import Recording
+from tests.haptic_env.movements import closing
+from tests.haptic_env.test_rendering import offscreen  # noqa: F401 - skips where nothing can be drawn
 
 
 @pytest.fixture
 def captured(tmp_path: Path) -> Path:
     """Two fingers that close."""
-    hand = hands.make("two_finger")
-    share = np.linspace(0.0, 1.0, 40)[:, None]
-    fist = hand.rest_pose + np.deg2rad([0, 60, 20, 10] * 2)
-    still = Track(np.zeros((40, 3)), np.tile([1.0, 0, 0, 0], (40, 1)))
-    angles = (1 - share) * hand.rest_pose + share * fist
-    made = Recording("made", 0.02 * np.arange(40), hand.joint_names, angles, root=still, object=still)
-    recordings.write(tmp_path / "captured.npz", made)
+    recordings.write(tmp_path / "captured.npz", closing())
     return tmp_path / "captured.npz"
 
 

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 import recorded
 
-from haptic_env import hands, recordings, shapes
-from haptic_env.recordings import Recording, Track
+from haptic_env import recordings, shapes
+from haptic_env.recordings import Recording
+from tests.haptic_env.movements import closing
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 people = pytest.mark.skipif(not SHARED.exists(), reason="the shared recordings are not here")
@@ -21,16 +22,6 @@ people = pytest.mark.skipif(not SHARED.exists(), reason="the shared recordings a
 def run(folder: Path, *arguments: str) -> dict[str, Any]:
     assert explore.main(["--particles", "10", "--out", str(folder), *arguments]) == 0
     return json.loads((folder / "explore.json").read_text())
-
-
-def closing(frames: int = 40) -> Recording:
-    """Two fingers that close, somewhere in the world."""
-    hand = hands.make("two_finger")
-    share = np.linspace(0.0, 1.0, frames)[:, None]
-    fist = hand.rest_pose + np.deg2rad([0, 60, 20, 10] * 2)
-    place = Track(np.tile([0.3, 0.2, 0.1], (frames, 1)), np.tile([0.5, 0.5, 0.5, 0.5], (frames, 1)))
-    angles = (1 - share) * hand.rest_pose + share * fist
-    return Recording("made", 0.02 * np.arange(frames), hand.joint_names, angles, root=place, object=place)
 
 
 @pytest.fixture
