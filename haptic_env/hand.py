@@ -5,6 +5,7 @@ Shapes: J joints, L links, P patches.
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -111,3 +112,17 @@ class Hand:
         from."""
         same = self.joint_group[:, None] == self.joint_group
         return self.moves @ same
+
+    def torques_along(self, path: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+        """(T, J) N·m: what moves the hand along `path` (T, J) rad, of `rate` Hz, in free air (inverse dynamics)."""
+        model = copy.copy(self.model)
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
+        data = mujoco.MjData(model)
+        velocity = np.gradient(path, 1.0 / rate, axis=0)
+        acceleration = np.gradient(velocity, 1.0 / rate, axis=0)
+        torques = np.empty(path.shape)
+        for frame in range(len(path)):
+            data.qpos[:], data.qvel[:], data.qacc[:] = path[frame], velocity[frame], acceleration[frame]
+            mujoco.mj_inverse(model, data)
+            torques[frame] = data.qfrc_inverse
+        return torques

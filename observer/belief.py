@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
+from haptic_env.pose import Pose
 from observer.occupancy import OccupancySnapshot
 
 Array = NDArray[np.float64]
@@ -34,7 +35,8 @@ class Belief:
     `joint_angles` (J,) rad: posterior mean now, and `joint_std` (J,). `lagged_joint_angles` (J,) rad and
     `lagged_joint_std` (J,): the smoothed pose `lag_steps` steps ago, whose contacts entered the maps at this step.
     `lagged_covariance` (J, J) rad²: of that pose before the maps had a say. `transition`: how it follows from the
-    one before; `lagged_contacts` (P,): what was felt there. Both are None while the lag fills up.
+    one before; `lagged_contacts` (P,): what was felt there. Both are None while the lag fills up. `lagged_root`: where
+    the hand's own frame then lay in the grid's; None where it does not move.
 
     `weights` (N,) and `particles` (N, J) rad: the hypotheses of the lagged pose. `n_eff`: effective sample size;
     `resampled`: whether this step resampled; `moved_share`: of the particles, those that scan matching moved.
@@ -51,6 +53,7 @@ class Belief:
     lagged_covariance: Array
     lagged_contacts: NDArray[np.bool_] | None
     transition: Transition | None
+    lagged_root: Pose | None
     lag_steps: int
     grid: Grid
     weights: Array

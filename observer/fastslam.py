@@ -18,12 +18,14 @@ from numpy.typing import ArrayLike, NDArray
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from haptic_env.pose import Pose
 from observer import capsules, resampling
 from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
 from observer.gaussian import lower_factor, moved_along, regression
-from observer.kinematics import link_spread, tree_of
+from observer.kinematic_pose import KinematicPose
+from observer.kinematics import link_spread, placed, tree_of
 from observer.matching import MATCHING, Cloud, Felt
 from observer.occupancy import Maps
 from observer.pose_filter import ContactDynamics, PoseFilter
@@ -32,7 +34,11 @@ from observer.pose_source import PoseSource
 Array = NDArray[np.float64]
 RESOLUTION = 0.004  # metres
 LAG_SECONDS = 0.2
-MOTIONS: dict[str, Callable[..., PoseSource]] = {"forward_model": PoseFilter, "delta_pose": DeltaPose}
+MOTIONS: dict[str, Callable[..., PoseSource]] = {
+    "forward_model": PoseFilter,
+    "delta_pose": DeltaPose,
+    "kinematic": KinematicPose,
+}
 AS_WRITTEN: dict[str, Any] = {
     "motion": "delta_pose",
     "matching": "sample",
@@ -61,8 +67,9 @@ class HapticSLAM:
         dynamics: ContactDynamics | None = None,
     ) -> None:
         """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
-        the hand, its physics ("forward_model") or a line ("delta_pose"); `candidates` K of scan matching; `lag` in
-        steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
+        the hand, its physics ("forward_model"), a line ("delta_pose") or nothing but that it moves smoothly
+        ("kinematic", for recordings without torques); `candidates` K of scan matching; `lag` in steps (None: 200 ms);
+        `grid` (None: 4 mm voxels over the hand's workspace).
 
         `matching`: a particle takes the "mean" of its candidates by likelihood, which keeps the maps sharp with few
         particles, or one "sample" of them, which is exact Bayes as N grows (tests/observer/test_exact_bayes.py).
@@ -87,13 +94,13 @@ class HapticSLAM:
             lag=self.lag + 1,  # the proposal needs the step before the lagged one as well
             dynamics=ContactDynamics() if dynamics is None else dynamics,
         )
-        self._tree = tree_of(hand)
+        self._fixed = tree_of(hand)
         self._body = capsules.body_of(hand, self.grid.resolution)
         group = hand.link_group
         self._watches = group[hand.patches.link][:, None] == group  # (P, L): links whose patches a touch calls up
         self._lattice = capsules.lattice_of(self.grid)
         self._evidence = self.contact_model.evidence(self.grid.resolution)
-        self._pending: deque[NDArray[np.bool_]] | None = None
+        self._pending: deque[tuple[NDArray[np.bool_], Pose | None]] | None = None
 
     @classmethod
     def paper(cls, hand: Hand, sigma_deg: float = 3.0, particles: int = 200, **keywords: Any) -> Self:
@@ -122,8 +129,11 @@ class HapticSLAM:
         self._pending = deque()  # felt, but waiting for the lag
         return self._belief(ago=0)
 
-    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Belief:
+    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
         """One turn: `torque` (J,) commanded, fractions; `joint_angles` (J,) rad felt; `contacts` (P,) felt.
+
+        `root`: where the frame in which the hand is drawn lies in the grid's, for a hand that moves as a whole about
+        the object; None: where the grid is.
 
         Raises `ValueError` before the first `reset`, after `flush`, and for what is not finite or not binary.
         """
@@ -131,8 +141,9 @@ class HapticSLAM:
         u = validate.array("torque", torque, (self.hand.joints,))
         q = validate.array("joint_angles", joint_angles, (self.hand.joints,), "radians")
         z = validate.binary("contacts", contacts, (len(self.hand.patches),))
+        at = None if root is None else root.checked("root")
         self.pose.step(u, q, z)
-        pending.append(z)
+        pending.append((z, at))
         if len(pending) <= self.lag:
             return self._belief(ago=len(pending))
         return self._assimilate(ago=self.lag)
@@ -147,14 +158,15 @@ class HapticSLAM:
 
     def _assimilate(self, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""
-        contacts = self._running().popleft()
+        contacts, root = self._running().popleft()
+        self._tree = placed(self._fixed, root)
         proposal = self._propose(ago)
         log_likelihood, moved = self._match_and_map(proposal, contacts, ago)
         self._weigh(log_likelihood)
         resampled = self._resample()
         if resampled or np.ptp(log_likelihood) > 0.0:
             self._maps.weights_changed()
-        return self._belief(ago, contacts, proposal, resampled, float(moved.mean()))
+        return self._belief(ago, contacts, proposal, resampled, float(moved.mean()), root)
 
     def _propose(self, ago: int) -> Transition:
         """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles.
@@ -224,6 +236,7 @@ class HapticSLAM:
         transition: Transition | None = None,
         resampled: bool = False,
         moved_share: float = 0.0,
+        root: Pose | None = None,
     ) -> Belief:
         lagged = self.pose.lagged(ago)
         mean, covariance = self.pose.mean, self.pose.covariance
@@ -241,6 +254,7 @@ class HapticSLAM:
             lagged_covariance=lagged_covariance,
             lagged_contacts=contacts,
             transition=transition,
+            lagged_root=root,
             lag_steps=ago,
             grid=self.grid,
             weights=weights,
@@ -252,7 +266,7 @@ class HapticSLAM:
             snapshot=self._maps.snapshot(weights),
         )
 
-    def _running(self) -> deque[NDArray[np.bool_]]:
+    def _running(self) -> deque[tuple[NDArray[np.bool_], Pose | None]]:
         if self._pending is None:
             raise ValueError("the observer is not in a trial: call reset() before step() or flush()")
         return self._pending

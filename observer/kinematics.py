@@ -1,6 +1,7 @@
 """Forward kinematics of any tree of hinges, compiled.
 
-Shapes: J joints, B bodies (the world first), L links. Angles in radians, lengths in metres, world frame.
+Shapes: J joints, B bodies (the world first), L links. Angles in radians, lengths in metres, in the world frame of the
+hand or, once the tree is `placed`, in another.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.hand import Hand
+from haptic_env.pose import Pose
 
 
 class Tree(NamedTuple):
@@ -52,6 +54,18 @@ def tree_of(hand: Hand) -> Tree:
         zero=model.qpos0.copy(),
         link_body=hand.link_bodies.astype(np.int64),
     )
+
+
+def placed(tree: Tree, root: Pose | None) -> Tree:
+    """`tree` with all that is fixed to its world moved to `root`, the pose of that world in another frame."""
+    if root is None:
+        return tree
+    offset, rotation = tree.offset.copy(), tree.rotation.copy()
+    for body in range(1, len(tree.parent)):
+        if tree.parent[body] == 0:
+            offset[body] = root.position + root.rotation @ tree.offset[body]
+            rotation[body] = root.rotation @ tree.rotation[body]
+    return tree._replace(offset=offset, rotation=rotation)
 
 
 @numba.njit(cache=True, inline="always")

@@ -6,6 +6,7 @@ metres. What cannot be said (a share of nothing) is NaN.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +18,9 @@ from scipy.stats import binomtest, norm
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from haptic_env.pose import Pose
 from haptic_env.shapes.base import Solid
-from observer.kinematics import Tree, link_frames, tree_of
+from observer.kinematics import Tree, link_frames, placed, tree_of
 
 Array = NDArray[np.float64]
 OCCUPIED = 0.5
@@ -90,17 +92,22 @@ def rank_counts(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, bins: int = 4
 
 
 def touched_places(
-    hand: Hand, joint_angles: ArrayLike, contacts: ArrayLike, solid: Solid, spacing: float = 0.002
+    hand: Hand,
+    joint_angles: ArrayLike,
+    contacts: ArrayLike,
+    solid: Solid,
+    spacing: float = 0.002,
+    roots: Sequence[Pose] | None = None,
 ) -> Array:
     """(M, 3) m: where the skin really touched `solid`, one place per cube of edge `spacing` (m).
 
     At each step, with the true `joint_angles` (T, J), it is the point of every patch that rang (`contacts` (T, P))
     nearest to the surface; a patch whose skin is further than `TOUCH_TOLERANCE` away rang falsely and is left out.
+    `roots` (T): where the hand as a whole was in the frame of `solid`, if it moved.
     """
     skin = hand.patches.surface(spacing)
-    tree = tree_of(hand)
     found = []
-    for angles, rang in zip(np.asarray(joint_angles), np.asarray(contacts, dtype=bool), strict=True):
+    for (tree, angles), rang in zip(_posed(hand, joint_angles, roots), np.asarray(contacts, dtype=bool), strict=True):
         if not rang.any():
             continue
         mine = np.flatnonzero(rang[skin.patch])
@@ -147,16 +154,18 @@ def surface_coverage(occupancy: Array, grid: Grid, solid: Solid, voxels: float =
     return surface_recall(occupancy, grid, surface, voxels)
 
 
-def reachable(hand: Hand, joint_angles: ArrayLike, grid: Grid) -> NDArray[np.bool_]:
-    """(X, Y, Z): the voxels that the hand swept along the true `joint_angles` (T, J), and their neighbours.
+def reachable(
+    hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose] | None = None
+) -> NDArray[np.bool_]:
+    """(X, Y, Z): the voxels that the hand swept along the true `joint_angles` (T, J), at `roots` (T) if it moved as a
+    whole, and their neighbours.
 
     A voxel counts when a point inside a finger fell into it at some step, or into one of its 26 neighbours: the skin
     could have felt what is there.
     """
     inside = hand.patches.volume(0.75 * grid.resolution)
-    tree = tree_of(hand)
     swept = np.zeros(grid.shape, dtype=bool)
-    for angles in np.asarray(joint_angles):
+    for tree, angles in _posed(hand, joint_angles, roots):
         cells, within = grid.index(_placed(tree, angles, inside.points, inside.link))
         swept[tuple(cells[within].T)] = True
     return binary_dilation(swept, np.ones((3, 3, 3)))
@@ -217,6 +226,13 @@ def closure(slam: float, floor: float, ceiling: float) -> float:
 def _length(voxels: float, grid: Grid) -> float:
     """Metres; a hair more, so that rounding does not decide about what is exactly so far away (neighbours are)."""
     return voxels * grid.resolution * (1 + 1e-6)
+
+
+def _posed(hand: Hand, joint_angles: ArrayLike, roots: Sequence[Pose] | None) -> Iterator[tuple[Tree, Array]]:
+    """At each step the tree of `hand` where it was, and its angles (J,)."""
+    tree, angles = tree_of(hand), np.asarray(joint_angles)
+    for each, root in zip(angles, [None] * len(angles) if roots is None else roots, strict=True):
+        yield placed(tree, root), each
 
 
 def _placed(tree: Tree, joint_angles: Array, points: Array, link: NDArray[np.int64]) -> Array:

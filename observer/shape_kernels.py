@@ -76,9 +76,12 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
 
 
 @parallel(cache=True, error_model="numpy", fastmath=True)
-def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, surprise, out):
+def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise, out):
     """Fill `out` (G, H, S) with p(z_g | q, h) of what each part g feels at each of the `poses` (S, C), in which it
-    finds its joints in its `column` (G, J)."""
+    finds its joints in its `column` (G, J).
+
+    A link that feels contact may lie `press` m inside; which of its patches then ring says nothing of the depth.
+    """
     parts, count, samples = out.shape
     links = len(skin.body)
     clear = CLEAR * tolerance
@@ -107,7 +110,10 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, s
                             out[g, h, s] *= surprise
                         continue
                     for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
-                        ratio = gaps[patch] / tolerance
+                        gap = gaps[patch]
+                        if touches[link] > 0 and (gap < 0.0 or not contacts[patch]):
+                            gap = min(gap + press, 0.0) if contacts[patch] else gap + press
+                        ratio = gap / tolerance
                         fit = 0.0 if contacts[patch] else 1.0
                         if ratio < CLEAR:
                             # Silent patches: a normal's distribution function, nearly.

@@ -28,7 +28,7 @@ from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
 from observer.belief import Belief
 from observer.gaussian import lower_factor
-from observer.kinematics import tree_of
+from observer.kinematics import placed, tree_of
 from observer.parts import parts_of
 from observer.shape_kernels import CLEAR, contact_likelihood, resample, weigh
 from observer.solid_fields import FIELD_RESOLUTION, Solids, skin_of
@@ -67,6 +67,7 @@ class ShapePosterior:
         none: float = 0.0,
         samples: int | None = None,
         tolerance: float = 0.001,
+        press: float = 0.0,
         surprise: float = 0.001,
         temper: float = 0.05,
         stride: int | None = None,
@@ -79,6 +80,7 @@ class ShapePosterior:
         of one label more, "none": the object is none of the candidates (only without jitter); 0: no such label.
 
         `samples` S of the pose; `tolerance` m: SD of the gap between a patch that feels contact and the surface;
+        `press` m: how deep a link that feels contact may lie inside, as in recordings that were fitted to markers;
         `surprise`: probability of what the model cannot explain; `temper`: exponent of the evidence of one step;
         only one step in `stride` is taken in. None: 32 samples and stride 1 for solids that are known exactly, 16 and 3
         for others.
@@ -95,6 +97,7 @@ class ShapePosterior:
         self.hand = hand
         self.labels = (*candidates, *([NONE] if self.none else []))
         self.tolerance = validate.number("tolerance", tolerance, above=0.0, unit="m")
+        self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
         self._skin = skin_of(hand)
         self.variants = Variants(
@@ -170,13 +173,14 @@ class ShapePosterior:
         if self.none:
             self._habit.update(belief.lagged_contacts)
         contact_likelihood(
-            self._tree,
+            placed(self._tree, belief.lagged_root),
             self._skin,
             self._solids,
             self._poses,
             self._parts.column,
             belief.lagged_contacts,
             self.tolerance,
+            self.press,
             self.surprise,
             self._likelihood,
         )
@@ -198,7 +202,8 @@ class ShapePosterior:
         normals = self._rng.standard_normal((self.samples, self.hand.joints))
         noise = normals @ lower_factor(rest).T
         self._poses = mean[joint] + (self._poses - before[joint]) @ self._parts.follow(follow).T + noise[:, joint]
-        fresh = max(1, self.samples // FRESH_SHARE)
+        # Where the first pose was not known, no sample is where it was.
+        fresh = max(1, self.samples // FRESH_SHARE) if self._steps else self.samples
         self._poses[:fresh] = (mean + normals[:fresh] @ lower_factor(belief.lagged_covariance).T)[:, joint]
         self._weights[:, :, :fresh] = 1.0 / self.samples
         self._weights /= self._weights.sum(axis=-1, keepdims=True)

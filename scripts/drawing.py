@@ -6,6 +6,7 @@ Shapes: T steps, C labels, (X, Y, Z) voxels. Pictures are in millimetres about t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,9 @@ from style import FREE, HAND, OCCUPANCY, OUTLINE, colours_of, title_of
 
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from haptic_env.pose import Pose
 from haptic_env.shapes import Solid
-from observer.kinematics import link_frames, tree_of
+from observer.kinematics import link_frames, placed, tree_of
 
 Array = NDArray[np.float64]
 SIDES = {"from the front": (0, 2), "from the side": (1, 2), "from above": (0, 1)}  # title: axes across and up
@@ -29,11 +31,18 @@ TICKS = (-40, 0, 40)
 
 
 def draw_map(
-    axes: Axes, occupancy: Array, grid: Grid, solid: Solid, side: str, hand: Hand | None = None, angles: Any = None
+    axes: Axes,
+    occupancy: Array,
+    grid: Grid,
+    solid: Solid,
+    side: str,
+    hand: Hand | None = None,
+    angles: Any = None,
+    root: Pose | None = None,
 ) -> Any:
     """The map seen from `side`, one of `SIDES`: the most probable voxel along each line of sight, space that is
-    probably free, the outline of the true `solid`, and `hand` at `angles` (J,) rad. Returns the image that a colour
-    bar needs.
+    probably free, the outline of the true `solid`, and `hand` at `angles` (J,) rad and `root`. Returns the image
+    that a colour bar needs.
     """
     across, up = SIDES[side]
     (depth,) = {0, 1, 2} - {across, up}
@@ -47,7 +56,7 @@ def draw_map(
     axes.imshow(np.ma.masked_equal(free.T, False), cmap=ListedColormap([FREE]), zorder=0, **shown)
     image = axes.imshow(np.ma.masked_less_equal(highest.T, 0.5), cmap=OCCUPANCY, vmin=0.5, vmax=1.0, zorder=2, **shown)
     if hand is not None:
-        _draw_hand(axes, hand, angles, across, up, middle, extent)
+        _draw_hand(axes, hand, angles, root, across, up, middle, extent)
     _draw_outline(axes, solid, grid, across, up, depth)
     axes.set(
         title=side,
@@ -114,18 +123,33 @@ def draw_posterior(axes: Axes, seconds: Array, posterior: Array, labels: Sequenc
 
 
 def _draw_outline(axes: Axes, solid: Solid, grid: Grid, across: int, up: int, depth: int) -> None:
-    fine = Grid.around(solid.position, np.full(3, 1.1 * np.linalg.norm(solid.size)), 0.001)
-    distance = solid.signed_distance(fine.centres()).min(axis=depth)
+    fine, distance = _distances(solid)
+    distance = distance.min(axis=depth)
     places = fine.centres() - grid.centre
     lines = [np.moveaxis(places[..., axis], axis, 0)[:, 0, 0] * MM for axis in (across, up)]
     axes.contour(*lines, distance.T, levels=[0.0], colors=[OUTLINE], linewidths=1.8, zorder=4)
 
 
+@lru_cache(maxsize=1)
+def _distances(solid: Solid) -> tuple[Grid, Array]:
+    """A grid about `solid`, and its signed distance (X, Y, Z) m there: the same for all sides, and slow for a mesh."""
+    reach = 1.1 * float(np.linalg.norm(solid.size))
+    fine = Grid.around(solid.position, np.full(3, reach), max(0.001, reach / 64))
+    return fine, solid.signed_distance(fine.centres())
+
+
 def _draw_hand(
-    axes: Axes, hand: Hand, angles: Any, across: int, up: int, middle: Array, extent: tuple[float, ...]
+    axes: Axes,
+    hand: Hand,
+    angles: Any,
+    root: Pose | None,
+    across: int,
+    up: int,
+    middle: Array,
+    extent: tuple[float, ...],
 ) -> None:
     """Each link as a line as wide as the link."""
-    position, rotation = link_frames(tree_of(hand), angles)
+    position, rotation = link_frames(placed(tree_of(hand), root), angles)
     figure = axes.figure
     points_per_mm = axes.get_window_extent().width * 72 / figure.dpi / (extent[1] - extent[0])
     for index, link in enumerate(hand.links):

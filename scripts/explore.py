@@ -1,7 +1,7 @@
 """Let a blind hand explore a hidden object, watch what the observer believes, and name the object.
 
-Writes explore.png (the map over the true shape, pose error and posterior through time), explore.json (the figures)
-and explore.npz (belief and trace) to --out.
+Writes explore.png (the map over the true shape, pose error and posterior through time), explore.json (the figures),
+explore.npz (belief and trace) and recording.npz (what was done and felt, for --recording) to --out.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 import gymnasium as gym
 import numpy as np
+import recorded
 from drawing import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
 from files import atomic, write_json
 from matplotlib.figure import Figure
@@ -36,14 +37,26 @@ from trial import Account, Exploration, Trial, candidates_of, guided, make_obser
 
 import agents
 import haptic_env
-from haptic_env import shapes, validate
+from haptic_env import recordings, shapes, validate
 from haptic_env.hand import Hand
+from haptic_env.recordings import Recording
 from observer import ShapePosterior, metrics
 
-EXAMPLE = "example: python scripts/explore.py --shape pyramid --sigma 5 --seed 3 --out out/pyramid"
+EXAMPLE = """examples: python scripts/explore.py --shape pyramid --sigma 5 --seed 3 --out out/pyramid
+          python scripts/explore.py --recording inspect.npz --mesh cube.stl
+          python scripts/explore.py --recording glove.txt --hand adroit --shape sphere"""
 READY = "Getting ready (the first time ever, this compiles for about a minute) …"
 OBSERVER, RAW = "haptic_slam", "floor"
 HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, or the id of an environment"
+SECONDS = 10.0
+DEFAULTS: dict[str, Any] = {
+    "env": "HapticSLAM/TwoFinger-v0",
+    "shape": None,
+    "scale": 1.0,
+    "sigma": 3.0,
+    "particles": 200,
+    "seed": 0,
+}
 WITHIN = ((1, "1 voxel"), (2, "2 voxels"))
 
 
@@ -55,7 +68,7 @@ class Settings:
     shape: str | None
     scale: float
     sigma: float
-    seconds: float
+    seconds: float | None  # None: 10, or as long as the recording
     particles: int
     policy: str
     seed: int
@@ -67,7 +80,8 @@ class Settings:
             shapes.default_size(shapes.check("--shape", self.shape), self.scale)
         validate.number("--scale", self.scale, above=0.0, unit="m")
         validate.number("--sigma", self.sigma, 0.0, 90.0, unit="degrees")
-        validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
+        if self.seconds is not None:
+            validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
         validate.integer("--particles", self.particles, 1, 100_000)
         validate.choice("--policy", self.policy, agents.POLICIES)
         validate.integer("--seed", self.seed, 0, 2**32 - 1)
@@ -86,28 +100,52 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: error: {message}\n")
 
 
-def parse(arguments: list[str] | None) -> Settings:
-    """Read and check the command line; ends the program with code 2 where it makes no sense."""
+def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
+    """Read and check the command line, and the recording that it names; ends the program with code 2 where either
+    makes no sense."""
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    add("--env", "--hand", default="two_finger", help=f"{HANDS_OR_IDS} (default two_finger)")
-    add("--shape", help=f"{', '.join(shapes.SHAPES)}, or a mesh file (default: drawn at random, hidden until the end)")
-    add("--scale", type=float, default=1.0, help="metres that the unit of a mesh file is long (default 1)")
-    add("--sigma", type=float, default=3.0, help="noise of the felt joint angles, SD in degrees (default 3)")
-    add("--seconds", type=float, default=10.0, help="how long to explore (default 10)")
-    add("--particles", type=int, default=200, help="hypotheses of the observer (default 200)")
+    add("--env", "--hand", help=f"{HANDS_OR_IDS} (default two_finger, or the one that the recording is of)")
+    add(
+        "--shape",
+        "--mesh",
+        help=f"{', '.join(shapes.SHAPES)}, or a mesh file (default: drawn at random, hidden until the end)",
+    )
+    add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
+    add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
+    add("--seconds", type=float, help="how long to explore (default 10, or as long as the recording)")
+    add("--particles", type=int, help="hypotheses of the observer (default 200)")
     add("--policy", default="random_torque", help=f"{', '.join(agents.POLICIES)} (default random_torque)")
-    add("--seed", type=int, default=0, help="the same seed is the same exploration (default 0)")
+    add("--seed", type=int, help="the same seed is the same exploration (default 0)")
+    add("--recording", metavar="FILE", help="let the hand repeat this recording: .npz, or the .txt of a CyberGlove")
+    add("--part", metavar="NAME", help="which recording, of a file that holds several")
+    add("--calibration", metavar="FILE", help="TOML: what the sensors of a glove mean (default: as for GraspDB14)")
     add("--out", default="out/explore", help="folder for the results (default out/explore)")
+    given = vars(parser.parse_args(arguments))
+    source = given.pop("recording"), given.pop("part"), given.pop("calibration")
+    recording: Recording | None = None
+    usual = dict(DEFAULTS)
     try:
-        given = vars(parser.parse_args(arguments))
-        settings = Settings(**given | {"env": environment(given["env"])})
-        Path(settings.out).mkdir(parents=True, exist_ok=True)
+        if given["env"] is not None:
+            given["env"] = environment(given["env"])
+        if source[0] is not None:
+            recording = recorded.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]))
+            usual |= {name: value for name, value in recording.settings.items() if name in usual}
+            if given["env"] is None and "env" not in recording.settings:
+                usual["env"] = recorded.environment_of(recording)
+        elif any(source):
+            raise ValueError("--part and --calibration say how to read a --recording, which is not given")
+        told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
+        settings = Settings(**told)
     except ValueError as error:
         parser.error(str(error))
     except OSError as error:
+        parser.error(f"--recording cannot be read: {error}")
+    try:
+        Path(settings.out).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
         parser.error(f"--out must be a folder that can be written to: {error}")
-    return settings
+    return settings, recording
 
 
 class Screen:
@@ -156,16 +194,27 @@ class Screen:
         return Group(head, bars)
 
 
-def explore(settings: Settings, console: Console) -> tuple[Exploration, dict[str, Account], float, bool]:
-    """Run it: what happened, what the observers believed, how many seconds it took, and whether it was cut short."""
+def begin(settings: Settings, recording: Recording | None) -> recorded.Session:
+    """The environment, and who acts and names in it; raises `ValueError` where the recording does not fit."""
+    if recording is not None:
+        return recorded.session(settings, recording)
     env = gym.make(
         settings.env,
         shape=settings.shape,
         scale=settings.scale,
         sigma_deg=settings.sigma,
-        episode_seconds=settings.seconds,
+        episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
         reveal_truth=True,  # for the observer's judge alone
     )
+    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
+    return recorded.Session(env, settings.policy, candidates, ShapePosterior(hand, candidates))
+
+
+def explore(
+    settings: Settings, session: recorded.Session, console: Console
+) -> tuple[Exploration, dict[str, Account], float, bool]:
+    """Run it: what happened, what the observers believed, how many seconds it took, and whether it was cut short."""
     stop = False
 
     def interrupt(*_: object) -> None:
@@ -173,11 +222,11 @@ def explore(settings: Settings, console: Console) -> tuple[Exploration, dict[str
         stop = True
         signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
 
-    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
-    observers = make_observers((RAW, OBSERVER), hand, settings.sigma, settings.particles)
-    posterior = ShapePosterior(hand, candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale))
-    env = guided(env, settings.policy, settings.sigma, posterior)
-    trial = Trial(env, settings.policy, observers, posterior, settings.seed, naming=(OBSERVER,))
+    observers = make_observers((RAW, OBSERVER), session.hand, settings.sigma, settings.particles, **session.told)
+    env = session.env
+    if isinstance(session.policy, str):
+        env = guided(env, session.policy, settings.sigma, session.namer)
+    trial = Trial(env, session.policy, observers, session.namer, settings.seed, naming=(OBSERVER,))
     usual = signal.signal(signal.SIGINT, interrupt)
     try:
         with Screen(console, trial) as screen:
@@ -190,16 +239,18 @@ def explore(settings: Settings, console: Console) -> tuple[Exploration, dict[str
         return exploration, accounts, time.perf_counter() - start, stop
     finally:
         signal.signal(signal.SIGINT, usual)
-        env.close()
+        session.env.close()
 
 
 def summarise(
-    settings: Settings, exploration: Exploration, accounts: dict[str, Account], took: float
+    settings: Settings, exploration: Exploration, accounts: dict[str, Account], truth: str, took: float
 ) -> dict[str, Any]:
     """The figures of one exploration, for people (`table`) and machines (explore.json) alike."""
-    slam, solid = accounts[OBSERVER], exploration.solid
+    slam, solid, roots = accounts[OBSERVER], exploration.solid, exploration.roots
     belief = slam.belief
-    touched = metrics.touched_places(exploration.hand, exploration.true_angles, exploration.contacts, solid)
+    touched = metrics.touched_places(
+        exploration.hand, exploration.true_angles, exploration.contacts, solid, roots=roots
+    )
     touching = exploration.contacts.any(axis=1)
 
     def surface(name: str, voxels: float) -> dict[str, float]:
@@ -210,15 +261,15 @@ def summarise(
         error = metrics.pose_rmse_deg(angles, exploration.true_angles)
         return {"degrees": error, "sigmas": error / settings.sigma if settings.sigma > 0 else math.nan}
 
-    cells = metrics.reachable(exploration.hand, exploration.true_angles, belief.grid)
+    cells = metrics.reachable(exploration.hand, exploration.true_angles, belief.grid, roots)
     calibration = metrics.reliability(belief.occupancy, solid.occupancy(belief.grid), cells)
     return {
         "settings": asdict(settings),
         "explored_seconds": float(exploration.seconds[-1]),
         "computing_seconds": took,
         "named": slam.name,
-        "truth": solid.name,
-        "correct": slam.name == solid.name,
+        "truth": truth,
+        "correct": slam.name == truth,
         "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
         "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
         "touching_share": float(touching.mean()),
@@ -275,9 +326,9 @@ def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], 
     sides = above.subplots(1, 3)
     figure.draw_without_rendering()  # the hand's lines need the size of the panels
     for axes, side in zip(sides, SIDES, strict=True):
-        image = draw_map(
-            axes, belief.occupancy, belief.grid, exploration.solid, side, exploration.hand, slam.joint_angles[-1]
-        )
+        hand, root = exploration.hand, None if exploration.roots is None else exploration.roots[-1]
+        angles = slam.joint_angles[-1]
+        image = draw_map(axes, belief.occupancy, belief.grid, exploration.solid, side, hand, angles, root)
     above.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
     above.legend(handles=map_legend(), loc="outside lower center", ncols=4, fontsize=9)
     left, right = below.subplots(1, 2)
@@ -331,22 +382,34 @@ def save_trace(path: Path, exploration: Exploration, accounts: dict[str, Account
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    settings = parse(arguments)
+    settings, recording = parse(arguments)
     console = Console()
-    what = f"a {title_of(settings.shape)}" if settings.shape else "a hidden object"
-    console.print(f"Exploring {what} by blind touch for {settings.seconds:g} s …", highlight=False)
     try:
-        exploration, accounts, took, stopped = explore(settings, console)
-    except (ValueError, ImportError) as error:  # an object that this hand cannot hold, a hand that is not installed
+        session = begin(settings, recording)
+    except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
         sys.stderr.write(f"explore.py: error: {error}\n")
         return 2
-    summary = summarise(settings, exploration, accounts, took)
+    what = f"a {title_of(settings.shape)}" if settings.shape else "a hidden object"
+    seconds = session.env.unwrapped.episode_steps / session.env.unwrapped.control_hz  # type: ignore[attr-defined]
+    how = f", as in {recording.source}" if recording else ""
+    console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
+    try:
+        exploration, accounts, took, stopped = explore(settings, session, console)
+    except ValueError as error:  # an object that this hand cannot hold
+        sys.stderr.write(f"explore.py: error: {error}\n")
+        return 2
+    truth = recorded.truth_among(exploration.solid, session.candidates)
+    summary = summarise(settings, exploration, accounts, truth, took)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, accounts, summary)
     save_trace(out / "explore.npz", exploration, accounts)
     write_json(out / "explore.json", summary)
+    with atomic(out / "recording.npz") as place:
+        kept = {name: getattr(settings, name) for name in DEFAULTS}
+        recordings.write(place, recorded.as_recording(exploration, kept, session.followed))
     console.print(table(summary))
-    console.print(f"Picture, figures and trace: {out / 'explore.png'}, explore.json, explore.npz", highlight=False)
+    files = "explore.json, explore.npz, recording.npz"
+    console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
     if stopped:
         console.print("Stopped early: this is what was explored until then.", highlight=False)
     return 130 if stopped else 0

@@ -22,6 +22,7 @@ import pandas as pd
 import style  # noqa: F401 - how pictures look
 from explore import Parser
 from files import atomic
+from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -87,7 +88,7 @@ def measure(chosen: list[Setting], steps: int, rounds: int, console: Console) ->
     return pd.DataFrame(rows)
 
 
-def draw(rows: pd.DataFrame) -> plt.Figure:
+def draw(rows: pd.DataFrame) -> Figure:
     """One panel for each axis, with the line of least squares."""
     figure, panels = plt.subplots(1, len(AXES), figsize=(11, 2.7), layout="constrained")
     for panel, (axis, label) in zip(panels, AXES.items(), strict=True):

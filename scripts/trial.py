@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
@@ -16,8 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 
 import agents
 import haptic_env  # noqa: F401 - registers the environments
+from agents.policy import Policy
 from haptic_env import shapes
 from haptic_env.hand import Hand
+from haptic_env.pose import Pose
 from haptic_env.shapes import Solid
 from observer import Belief, HapticSLAM, ObserverWrapper, ShapePosterior
 from observer.variants import make_observer
@@ -27,10 +29,19 @@ GUIDE = "one_particle"  # of a policy that reads beliefs: names and poses need n
 TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
 
 
+class Moment(NamedTuple):
+    """One step: `true_angles` and `felt_angles` (J,) rad, `contacts` (P,)."""
+
+    true_angles: Array
+    felt_angles: Array
+    contacts: NDArray[np.bool_]
+
+
 @dataclass(frozen=True)
 class Exploration:
     """What happened: `seconds` (T,), `torques` (T, J) fractions, `felt_angles` and `true_angles` (T, J) rad,
-    `contacts` (T, P), and the `solid` that was explored."""
+    `contacts` (T, P), and the `solid` that was explored; `start`: the reset; `roots` (T): where the hand as a
+    whole was, if it moved."""
 
     hand: Hand
     solid: Solid
@@ -39,6 +50,8 @@ class Exploration:
     felt_angles: Array
     true_angles: Array
     contacts: NDArray[np.bool_]
+    start: Moment
+    roots: tuple[Pose, ...] | None = None
 
 
 @dataclass
@@ -87,10 +100,12 @@ class Watcher:
         if self.shape is not None:
             self.shape.reset(seed)
 
-    def step(self, step: int, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> None:
+    def step(
+        self, step: int, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None
+    ) -> None:
         """One turn, step number `step`."""
         del self.belief  # its map would be computed just before it changes, though nobody asked for it
-        self.belief = self.observer.step(torque, joint_angles, contacts)
+        self.belief = self.observer.step(torque, joint_angles, contacts, root)
         posterior = self._take_in(step, self.belief)
         self.beliefs.append((self.belief.joint_angles, self.belief.joint_std, self.belief.n_eff, posterior))
 
@@ -119,7 +134,7 @@ class Trial:
     def __init__(
         self,
         env: gym.Env[Any, Any],
-        policy: str,
+        policy: str | Policy,
         observers: Mapping[str, HapticSLAM],
         shape: ShapePosterior,
         seed: int,
@@ -136,18 +151,22 @@ class Trial:
         self.step_seconds = 1.0 / base.control_hz  # type: ignore[attr-defined]
         self.steps: int = base.episode_steps  # type: ignore[attr-defined]
         self._policy_seed, self._observer_seed = map(int, np.random.SeedSequence(seed).generate_state(2))
-        self.policy = agents.make(policy, env, seed=self._policy_seed)
+        self.policy = agents.make(policy, env, seed=self._policy_seed) if isinstance(policy, str) else policy
         # Copies share the tables of the candidates, which are never changed.
         self.watchers = {
             name: Watcher(each, copy.copy(shape) if naming is None or name in naming else None)
             for name, each in observers.items()
         }
         self._record: list[tuple[NDArray[Any], ...]] = []
+        self._roots: list[Pose | None] = []
 
     def __iter__(self) -> Iterator[int]:
         """Explore; yields the number of the step just taken, from 1."""
         observation, info = self.env.reset(seed=self.seed)
         self.solid = solid_of(info["truth"])
+        self._start = Moment(
+            info["truth"]["joint_angles"], observation["joint_angles"], observation["contacts"].astype(bool)
+        )
         for watcher in self.watchers.values():
             watcher.reset(self._observer_seed)
         state = None
@@ -155,9 +174,11 @@ class Trial:
             torque, state = agents.act(self.policy, observation, state)
             observation, _, _, _, info = self.env.step(torque)
             felt, contacts, truth = observation["joint_angles"], observation["contacts"], info["truth"]
+            root = info.get("root")
             for name, watcher in self.watchers.items():
-                watcher.step(step, torque, truth["joint_angles"] if name == TRUE_POSE else felt, contacts)
+                watcher.step(step, torque, truth["joint_angles"] if name == TRUE_POSE else felt, contacts, root)
             self._record.append((torque, felt, truth["joint_angles"], contacts.astype(bool)))
+            self._roots.append(root)
             yield step
 
     def finish(self) -> tuple[Exploration, dict[str, Account]]:
@@ -165,7 +186,8 @@ class Trial:
         torques, felt, true, contacts = (np.array(each) for each in zip(*self._record, strict=True))
         steps = len(self._record)
         seconds = self.step_seconds * np.arange(1, steps + 1)
-        exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts)
+        roots = tuple(root for root in self._roots if root is not None) or None
+        exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts, self._start, roots)
         return exploration, {name: watcher.account(steps) for name, watcher in self.watchers.items()}
 
 
@@ -203,6 +225,9 @@ def candidates_of(
     return {like: [shapes.make(like, size, place)], **others}
 
 
-def make_observers(names: Sequence[str], hand: Hand, sigma_deg: float, particles: int) -> dict[str, HapticSLAM]:
-    """The observers or variants `names` for `hand`; `particles` are those of the ones that have any."""
-    return {name: make_observer(name, hand, sigma_deg, particles) for name in names}
+def make_observers(
+    names: Sequence[str], hand: Hand, sigma_deg: float, particles: int, **keywords: Any
+) -> dict[str, HapticSLAM]:
+    """The observers or variants `names` for `hand`; `particles` are those of the ones that have any, `keywords` for
+    all."""
+    return {name: make_observer(name, hand, sigma_deg, particles, **keywords) for name in names}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+
+import mujoco
 import numpy as np
 import pytest
 
@@ -61,3 +64,18 @@ def test_unknown_hand_or_keyword_lists_the_known():
         hands.make("two_fingers")
     with pytest.raises(ValueError, match=r"unknown two_finger hand keyword 'patches'.*patches_along, patches_around"):
         hands.make("two_finger", patches=3)
+
+
+def test_torques_along_a_path_move_the_hand_along_it():
+    hand = hands.make("two_finger")
+    time = 0.002 * np.arange(400)[:, None]
+    path = hand.rest_pose + np.deg2rad(10) * np.sin(2 * np.pi * time) ** 2 * np.linspace(0.3, 1.0, hand.joints)
+    torques = hand.torques_along(path, 500.0)
+    model = copy.copy(hand.model)
+    model.opt.timestep = 0.002
+    data = mujoco.MjData(model)
+    data.qpos[:] = path[0]
+    for torque, place in zip(torques, path, strict=True):
+        np.testing.assert_allclose(data.qpos, place, atol=np.deg2rad(0.5))
+        data.ctrl[:] = torque / hand.torque_limits
+        mujoco.mj_step(model, data)

@@ -216,7 +216,8 @@ def test_corrupting_the_truth_changes_no_belief(bits):
     assert runs[0] == runs[1] == runs[2]
 
 
-ALLOWED = ("grid", "hand", "patches", "sensors", "shapes", "validate")  # of haptic_env; nothing that runs
+# Of haptic_env; nothing that runs.
+ALLOWED = ("grid", "hand", "patches", "pose", "recordings", "sensors", "shapes", "validate")
 
 
 @pytest.mark.parametrize("package", ["observer", "agents"])

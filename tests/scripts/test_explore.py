@@ -18,6 +18,7 @@ import trimesh
 from haptic_env import shapes
 
 ROOT = Path(__file__).resolve().parents[2]
+FILES = ["explore.json", "explore.npz", "explore.png", "recording.npz"]
 SHORT = ["--seconds", "1", "--particles", "20", "--seed", "3"]
 
 
@@ -54,7 +55,7 @@ def test_the_trace_is_complete(explored: Path) -> None:
 
 
 def test_files_are_whole_and_nothing_else_is_left(explored: Path) -> None:
-    assert sorted(path.name for path in explored.iterdir()) == ["explore.json", "explore.npz", "explore.png"]
+    assert sorted(path.name for path in explored.iterdir()) == FILES
     assert (explored / "explore.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 

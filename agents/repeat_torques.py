@@ -1,0 +1,34 @@
+"""Torques that are known beforehand, one after the other.
+
+Shapes: T steps, J joints.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from agents.policy import Policy, State
+
+
+class RepeatTorques(Policy):
+    """Commands the rows of `torques` (T, J), fractions; nothing after them."""
+
+    def __init__(self, env: gym.Env[Any, Any], torques: ArrayLike) -> None:
+        super().__init__(env)
+        self.torques = np.asarray(torques, dtype=np.float32).reshape(-1, self.joints)
+
+    def predict(
+        self,
+        observation: Any,
+        state: State = None,
+        episode_start: NDArray[np.bool_] | bool | None = None,
+        deterministic: bool = False,
+    ) -> tuple[NDArray[np.float32], State]:
+        begins = state is None or bool(np.any(episode_start if episode_start is not None else False))
+        step = 0 if begins or state is None else int(state[0])
+        torque = self.torques[step] if step < len(self.torques) else np.zeros(self.joints, dtype=np.float32)
+        return torque.copy(), (np.array(step + 1),)

@@ -1,0 +1,54 @@
+"""Recordings of hands, from files: `read` one, `resample` it to the control rate, match it to a hand, `write` one.
+
+Add a reader as a file here and a line in `READERS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from haptic_env import validate
+from haptic_env.recordings import archive, cyberglove
+from haptic_env.recordings.cyberglove import Calibration, calibration_for, read_calibration
+from haptic_env.recordings.recording import LARGEST_GAP, Felt, Recording, Track
+from haptic_env.recordings.resampling import resample
+
+READERS: dict[str, Callable[..., Recording]] = {".npz": archive.read, ".txt": cyberglove.read}
+
+__all__ = [
+    "READERS",
+    "Calibration",
+    "Felt",
+    "Recording",
+    "Track",
+    "calibration_for",
+    "read",
+    "read_calibration",
+    "resample",
+    "write",
+]
+
+
+def read(
+    path: Path | str,
+    *,
+    part: str | None = None,
+    calibration: Calibration | None = None,
+    largest_gap: float = LARGEST_GAP,
+) -> Recording:
+    """The recording in the file `path`: `.npz` of the format of `archive` or of `adroit_demonstrations`, or `.txt` of
+    a CyberGlove, for which `calibration` says what the sensors mean.
+
+    `part`: which one, of a file that holds several. `largest_gap` s between two frames.
+
+    Raises `ValueError` that names the file, and the line or frame (both count from 0 in an `.npz`, from 1 in a text),
+    for what is wrong with it; `OSError` where it cannot be read.
+    """
+    place = Path(path)
+    reader = READERS[validate.choice("kind of recording", place.suffix.lower(), READERS)]
+    validate.number("largest_gap", largest_gap, above=0.0, unit="s")
+    return reader(place, part=part, calibration=calibration, largest_gap=largest_gap)
+
+
+write = archive.write

@@ -1,0 +1,55 @@
+"""Recordings at the control rate.
+
+Shapes: T frames, J joints, K control steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+from scipy.spatial.transform import Rotation, Slerp
+
+from haptic_env import validate
+from haptic_env.recordings.recording import Recording, Track
+
+Array = NDArray[np.float64]
+SAME = 1e-4  # of a control step: stamps that near to it are those of the control rate, rounded
+
+
+def resample(recording: Recording, control_hz: float) -> Recording:
+    """`recording` with a frame every 1 / `control_hz` s from its first one on; one that has them already keeps its
+    numbers, bit for bit.
+
+    Angles and places are interpolated by monotone cubics, which do not overshoot (Fritsch & Carlson 1980, SIAM J.
+    Numer. Anal. 17, 238-246), turns by the shortest way. Raises `ValueError` for what was felt at another rate.
+    """
+    rate = validate.number("control_hz", control_hz, above=0.0, unit="Hz")
+    steps = int(np.floor(recording.seconds * rate + SAME)) + 1
+    time = np.arange(steps) / rate
+    passed = recording.time - recording.time[0]
+    if steps == len(recording) and np.abs(passed - time).max() < SAME / rate:
+        return recording
+    if recording.felt is not None:
+        raise ValueError(
+            f"{recording.source}: what was felt at one rate cannot be told at another; its own is "
+            f"{1 / np.median(np.diff(passed)):g} Hz, got control_hz={rate:g}"
+        )
+    time = np.minimum(time, passed[-1])
+    return replace(
+        recording,
+        time=recording.time[0] + time,
+        joint_angles=PchipInterpolator(passed, recording.joint_angles)(time),
+        root=_moved(recording.root, passed, time),
+        object=_moved(recording.object, passed, time),
+    )
+
+
+def _moved(track: Track | None, passed: Array, time: Array) -> Track | None:
+    """`track`, known at the times `passed` (T,), at `time` (K,)."""
+    if track is None:
+        return None
+    turns = Slerp(passed, Rotation.from_quat(track.quaternion, scalar_first=True))(time)
+    return Track(PchipInterpolator(passed, track.position)(time), turns.as_quat(scalar_first=True))

@@ -1,0 +1,161 @@
+"""Environments that repeat a recording: what the hand does is fixed, an action changes nothing.
+
+Shapes: J joints, P patches. Of a hand that moves as a whole they tell in `info["root"]` where the frame in which it is
+drawn lies in the object's, which is where its map belongs; the truth is then in the object's frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import scene
+from haptic_env.explore import ExploreEnv, Observation
+from haptic_env.hand import Hand
+from haptic_env.pose import Pose
+from haptic_env.recordings import Recording, resample
+from haptic_env.shapes.base import Solid
+
+
+class KinematicReplay(ExploreEnv):
+    """The hand follows a recording, and the object its own: contacts come from the physics, noise is added.
+
+    Episodes begin at the first frame of the recording and last for `episode_seconds`, at most to its end. The other
+    keyword arguments of the environment that concern the senses and the rendering are valid too.
+    """
+
+    def __init__(self, hand: str, recording: Recording, solid: Solid, **keywords: Any) -> None:
+        """`solid` explored, at its place in the frame that the recording gives the path of.
+
+        Raises `ValueError` where the recording lacks joints of the hand, or the path of hand or object.
+        """
+        super().__init__(hand, reveal_truth=True, **{"episode_seconds": recording.seconds, **keywords})
+        self.recording = resample(recording, self.control_hz)
+        self._angles = self.recording.joint_angles[:, self.recording.columns_of(self.hand)]
+        self._hand_in_object = roots(self.recording, self.hand)
+        self._explored = solid
+        self.episode_steps = min(self.episode_steps, len(self.recording) - 1)
+
+    @property
+    def simulation(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """For pictures: the hand where its model is drawn, the object as it lies in that frame."""
+        if self._model is None:
+            raise gym.error.ResetNeeded("call reset() before drawing")
+        scene.light(self._model, self.hand, self._touched)
+        return self._model, self._data
+
+    @property
+    def touched(self) -> NDArray[np.bool_]:
+        """(P,): the patches that really touch the object."""
+        return self._touched.copy()
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Go to the next frame, whatever the `action`."""
+        if self._model is None:
+            raise gym.error.ResetNeeded("call reset() before step()")
+        self._steps += 1
+        self._follow()
+        observation = self._observe()
+        if self.render_mode == "human":
+            self.render()
+        return observation, 0.0, False, self._steps >= self.episode_steps, self._info()
+
+    def _place_solid(self, rng: np.random.Generator, options: Mapping[str, Any]) -> mujoco.MjModel:
+        self.solid = self._explored
+        self._place = tuple(np.array(each) for each in (self.solid.position, self.solid.quaternion, self.solid.size))
+        model = scene.compose(self.hand, self.solid, show_patches=self.render_mode is not None)
+        self._bind(model)
+        self._steps = 0
+        self._follow()
+        return model
+
+    def _follow(self) -> None:
+        """Hand and object to the frame of this step: the hand stays where its model is drawn, the object moves."""
+        in_hand = self._hand_in_object[self._steps].inverse() @ Pose.of(self.solid.position, self.solid.quaternion)
+        body = self._data.model.body_mocapid[self._data.model.body(scene.OBJECT).id]
+        self._data.mocap_pos[body] = in_hand.position
+        mujoco.mju_mat2Quat(self._data.mocap_quat[body], in_hand.rotation.ravel())
+        self._data.qpos[:] = self._angles[self._steps]
+        mujoco.mj_fwdPosition(self._data.model, self._data)
+        self._touched = self._feel()
+
+    def _info(self) -> dict[str, Any]:
+        return {**super()._info(), "root": self._hand_in_object[self._steps]}
+
+
+class Playback(gym.Env[Observation, NDArray[np.float32]]):
+    """What was felt in an exploration, once more, bit for bit; nothing is simulated."""
+
+    def __init__(self, hand: Hand, recording: Recording, solid: Solid) -> None:
+        """`solid`: the object that was explored. Raises `ValueError` where the recording does not tell what was felt,
+        or with other joints or patches."""
+        if recording.felt is None:
+            raise ValueError(f"{recording.source}: the recording does not tell what was felt")
+        columns = recording.columns_of(hand)
+        if recording.felt.contacts.shape[1] != len(hand.patches):
+            raise ValueError(
+                f"{recording.source}: contacts of {recording.felt.contacts.shape[1]} patches; hand {hand.name!r} has "
+                f"{len(hand.patches)}"
+            )
+        self.hand, self.solid = hand, solid
+        self.control_hz = round((len(recording) - 1) / recording.seconds, 6)  # stamps are rounded
+        self.episode_steps = len(recording) - 1
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (hand.joints,), np.float32)
+        self._angles = recording.joint_angles[:, columns]
+        self._felt = recording.felt._replace(joint_angles=recording.felt.joint_angles[:, columns])
+        self._roots = roots(recording, hand) if recording.root is not None else None
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """The first frame."""
+        super().reset(seed=seed)
+        self._steps = 0
+        return self._observe(), self._info()
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """The next frame, whatever the `action`."""
+        self._steps += 1
+        return self._observe(), 0.0, False, self._steps >= self.episode_steps, self._info()
+
+    def _observe(self) -> Observation:
+        felt = self._felt.joint_angles[self._steps].astype(np.float32)
+        return {"joint_angles": felt, "contacts": self._felt.contacts[self._steps].astype(np.int8)}
+
+    def _info(self) -> dict[str, Any]:
+        truth = {
+            "joint_angles": self._angles[self._steps].copy(),
+            "shape": self.solid.name,
+            "object_position": np.array(self.solid.position),
+            "object_quaternion": np.array(self.solid.quaternion),
+            "object_size": np.array(self.solid.size),
+        }
+        return {"truth": truth} | ({} if self._roots is None else {"root": self._roots[self._steps]})
+
+
+def roots(recording: Recording, hand: Hand) -> list[Pose]:
+    """At each frame, where the frame in which `hand` is drawn lies in the object's.
+
+    Raises `ValueError` where the recording does not tell, or its body is none of those that the hand's model fixes.
+    """
+    if recording.root is None or recording.object is None:
+        raise ValueError(f"{recording.source}: the recording does not say where the hand and the object were")
+    drawn = Pose(np.zeros(3), np.eye(3))
+    if recording.root_body:
+        fixed = {hand.model.body(b).name: b for b in range(1, hand.model.nbody) if hand.model.body_weldid[b] == 0}
+        if recording.root_body not in fixed:
+            raise ValueError(
+                f"{recording.source}: {recording.root_body!r} is no body by which hand {hand.name!r} is held; "
+                f"choose from {', '.join(fixed)}"
+            )
+        data = mujoco.MjData(hand.model)
+        mujoco.mj_kinematics(hand.model, data)
+        body = fixed[recording.root_body]
+        drawn = Pose(data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()).inverse()
+    tracks = zip(*recording.root, *recording.object, strict=True)
+    return [Pose.of(*o).inverse() @ Pose.of(*r) @ drawn for r, o in (((a, b), (c, d)) for a, b, c, d in tracks)]

@@ -1,0 +1,174 @@
+"""The pose where no torque is known: joints that move smoothly, now slowly and now fast.
+
+Shapes: J joints, M levels of activity, T steps of lag, S = 3 + T numbers of a joint's state: its angle, velocity and
+acceleration now, then its angle at each of the last T steps. Angles in radians, seconds.
+
+The velocity of a joint is a Matérn process of smoothness 3/2: an Ornstein-Uhlenbeck process driven by another, both of
+time constant τ (Hartikainen & Särkkä 2010, MLSP, "Kalman filtering and smoothing solutions to temporal Gaussian
+process regression models"), so that velocities and accelerations are continuous. Its SD is the joint's level of
+activity. Hands rest and burst into motion: the level, one of M, now and then changes to one next to it. That is an
+interacting multiple model filter (Blom & Bar-Shalom 1988, IEEE Trans. Autom. Control 33(8), 780-783), here one for
+each joint; the angles of the last T steps in its state make it a fixed-lag smoother.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from haptic_env import validate
+from haptic_env.hand import Hand
+
+Array = NDArray[np.float64]
+PRESENT = 3  # numbers of a joint's state now
+ANYWHERE = 2.0  # rad: SD of where a joint is before it was felt
+LEAST = 1e-12  # no level is impossible
+
+
+@dataclass(frozen=True)
+class SmoothMotion:
+    """`speeds` (M,) rad/s: SDs of a joint's velocity, from slow to fast; `seconds`: time constant of its changes;
+    `dwell` s: how long a joint keeps to one level, on average.
+
+    The defaults have the highest evidence on recordings that are not among those to be explained (docs/recordings.md).
+    """
+
+    speeds: tuple[float, ...] = (0.1, 0.3, 1.0, 3.0, 9.0)
+    seconds: float = 0.03
+    dwell: float = 0.2
+
+    def __post_init__(self) -> None:
+        if not self.speeds or list(self.speeds) != sorted(set(self.speeds)):
+            raise ValueError(f"speeds must be rising, got {self.speeds!r}")
+        for speed in self.speeds:
+            validate.number("speeds", speed, above=0.0, unit="rad/s")
+        validate.number("seconds", self.seconds, above=0.0, unit="s")
+        validate.number("dwell", self.dwell, above=0.0, unit="s")
+
+    def transition(self, step: float) -> Array:
+        """(3, 3): what a `step` of so many seconds makes of (q, v, a), on average."""
+        return np.asarray(expm(step * self._drift))
+
+    def noise(self, step: float) -> Array:
+        """(3, 3): covariance of what a `step` adds at an SD of 1 rad/s (Van Loan 1978, IEEE TAC 23(3), 395-404)."""
+        rate = 1.0 / self.seconds
+        block = np.zeros((6, 6))
+        block[:3, :3], block[3:, 3:] = -self._drift, self._drift.T
+        block[2, 5] = 4.0 * rate**3
+        power = expm(step * block)
+        noise = power[3:, 3:].T @ power[:3, 3:]
+        return 0.5 * (noise + noise.T)
+
+    def switching(self, step: float) -> Array:
+        """(M, M): probability of each level after a `step`, row by row for the level before it."""
+        count = len(self.speeds)
+        leave = 1.0 - np.exp(-step / self.dwell)
+        chain = np.zeros((count, count))
+        for level in range(count):
+            near = [each for each in (level - 1, level + 1) if 0 <= each < count]
+            chain[level, near] = leave / max(len(near), 1)
+            chain[level, level] = 1.0 - chain[level].sum()
+        return chain
+
+    @property
+    def _drift(self) -> Array:
+        rate = 1.0 / self.seconds
+        return np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -(rate**2), -2.0 * rate]])
+
+
+class KinematicPose:
+    """Posterior of the angles of now and of the last T steps from the felt angles alone; for `HapticSLAM`.
+
+    Nothing is known of where a movement begins; torques and contacts are not used.
+    """
+
+    def __init__(
+        self, hand: Hand, *, sigma: float, control_hz: float, lag: int, smooth: SmoothMotion | None = None, **_: Any
+    ) -> None:
+        """`sigma` rad; the rest of what a motion may be given says nothing here."""
+        self.hand = hand
+        self.sigma = max(sigma, 1e-5)  # exact angles: a variance of zero would make the update singular
+        self.lag = lag
+        self.smooth = SmoothMotion() if smooth is None else smooth
+        step, state = 1.0 / control_hz, PRESENT + lag
+        self._move = np.eye(state, k=-1)  # every angle becomes that of one step ago
+        self._move[:PRESENT] = 0.0
+        self._move[PRESENT : PRESENT + 1, :PRESENT] = [[1.0, 0.0, 0.0]]
+        self._move[:PRESENT, :PRESENT] = self.smooth.transition(step)
+        squares = np.square(self.smooth.speeds)
+        self._noise = squares[:, None, None] * self.smooth.noise(step)  # (M, 3, 3)
+        self._switch = self.smooth.switching(step)
+        self._start = squares[:, None] * [1.0, self.smooth.seconds**-2]  # (M, 2): of velocity and acceleration
+        self.reset()
+
+    def reset(self) -> None:
+        """Start anywhere, the rest pose being as good a guess as any."""
+        levels, joints, state = len(self.smooth.speeds), self.hand.joints, PRESENT + self.lag
+        self._level = np.full((joints, levels), 1.0 / levels)
+        self._means = np.zeros((joints, levels, state))
+        self._covariances = np.zeros((joints, levels, state, state))
+        # It did not move before it was felt: all angles of the past are that of now.
+        angles = [0, *range(PRESENT, state)]
+        self._means[:, :, angles] = self.hand.rest_pose[:, None, None]
+        self._covariances[:, :, *np.ix_(angles, angles)] = ANYWHERE**2
+        present = np.arange(1, PRESENT)
+        self._covariances[:, :, present, present] = self._start
+        self.log_evidence = 0.0
+        self._combine()
+
+    def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
+        """Move on by one control step to the felt `joint_angles` (J,) rad."""
+        self._mix()
+        self._means = self._means @ self._move.T
+        self._covariances = self._move @ self._covariances @ self._move.T
+        self._covariances[:, :, :PRESENT, :PRESENT] += self._noise
+        self._condition(joint_angles)
+        self._combine()
+
+    def lagged(self, steps: int) -> slice:
+        """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
+        first = 0 if steps == 0 else (PRESENT - 1 + steps) * self.hand.joints
+        return slice(first, first + self.hand.joints)
+
+    def _mix(self) -> None:
+        """Let the levels change: each starts from the mixture of those that may have come before it."""
+        after = self._level @ self._switch  # (J, M)
+        share = np.swapaxes(self._level[:, :, None] * self._switch / after[:, None, :], 1, 2)  # (J, now, before)
+        mixed = share @ self._means
+        apart = self._means[:, None] - mixed[:, :, None]  # (J, now, before, S)
+        joints, levels, state = self._means.shape
+        flat = self._covariances.reshape(joints, levels, state * state)
+        spread = (share @ flat).reshape(joints, levels, state, state)
+        self._covariances = spread + np.swapaxes(share[..., None] * apart, 2, 3) @ apart
+        self._means, self._level = mixed, after
+
+    def _condition(self, joint_angles: Array) -> None:
+        """Take in the felt `joint_angles` (J,) rad, and what they say of the level of each joint."""
+        total = self._covariances[:, :, 0, 0] + self.sigma**2
+        residual = joint_angles[:, None] - self._means[:, :, 0]
+        gain = self._covariances[:, :, :, 0] / total[:, :, None]
+        self._means = self._means + residual[:, :, None] * gain
+        self._covariances -= gain[..., None] * self._covariances[:, :, :1, :]
+        log_level = np.log(self._level) - 0.5 * (residual**2 / total + np.log(2.0 * np.pi * total))
+        evidence = np.logaddexp.reduce(log_level, axis=1)
+        self.log_evidence += float(evidence.sum())
+        self._level = np.maximum(np.exp(log_level - evidence[:, None]), LEAST)
+        self._level /= self._level.sum(axis=1, keepdims=True)
+
+    def _combine(self) -> None:
+        """One Gaussian over all joints with the mean and covariance of the mixture of levels."""
+        joints, _, state = self._means.shape
+        mean = np.einsum("jm,jms->js", self._level, self._means)
+        apart = self._means - mean[:, None]
+        covariance = np.einsum("jm,jmst->jst", self._level, self._covariances)
+        covariance += np.swapaxes(self._level[..., None] * apart, 1, 2) @ apart
+        self.mean = mean.T.ravel()
+        self.covariance = np.zeros((state * joints, state * joints))
+        each = np.arange(joints)
+        self.covariance.reshape(state, joints, state, joints)[:, each, :, each] = 0.5 * (
+            covariance + np.swapaxes(covariance, 1, 2)
+        )

@@ -1,0 +1,148 @@
+"""The smooth motion model: its covariances, its filter against brute force, and how honest it is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import quad_vec
+from scipy.linalg import expm
+
+from haptic_env import hands
+from observer import HapticSLAM
+from observer.kinematic_pose import ANYWHERE, KinematicPose, SmoothMotion
+
+STEP = 0.02
+ONE = SmoothMotion(speeds=(1.5,), seconds=0.05)
+
+
+@pytest.fixture(scope="module")
+def hand():
+    return hands.make("two_finger")
+
+
+def velocity_covariance(lag: float, model: SmoothMotion) -> float:
+    """Of a Matérn process of smoothness 3/2, in units of its variance."""
+    return (1.0 + lag / model.seconds) * np.exp(-lag / model.seconds)
+
+
+def felt_path(hand, steps: int, sigma: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Angles drawn from the model `ONE`, about the rest pose, and the same with noise."""
+    rng = np.random.default_rng(seed)
+    transition, noise = ONE.transition(STEP), np.linalg.cholesky(1.5**2 * ONE.noise(STEP) + 1e-15 * np.eye(3))
+    spread = 1.5 * np.array([0.0, 1.0, 1.0 / ONE.seconds])
+    state = spread[:, None] * rng.standard_normal((3, hand.joints))
+    state[0] = hand.rest_pose
+    true = []
+    for _ in range(steps):
+        state = transition @ state + noise @ rng.standard_normal(state.shape)
+        true.append(state[0])
+    return np.array(true), np.array(true) + sigma * rng.standard_normal((steps, hand.joints))
+
+
+def test_one_step_is_the_integral_of_the_equation() -> None:
+    drift = np.array([[0, 1, 0], [0, 0, 1], [0, -1 / 0.05**2, -2 / 0.05]])
+    kick = np.array([0, 0, 1.0])
+    power = 4.0 / 0.05**3
+    expected, _ = quad_vec(lambda t: power * np.outer(expm(drift * t) @ kick, expm(drift * t) @ kick), 0, STEP)
+    np.testing.assert_allclose(ONE.noise(STEP), expected, rtol=1e-8, atol=1e-14)
+    np.testing.assert_allclose(ONE.transition(STEP), expm(STEP * drift))
+
+
+def test_velocities_have_the_covariance_of_the_process() -> None:
+    stationary = np.diag([1.0, 1.0 / ONE.seconds**2])  # of velocity and acceleration
+    transition, noise = ONE.transition(STEP)[1:, 1:], ONE.noise(STEP)[1:, 1:]
+    np.testing.assert_allclose(transition @ stationary @ transition.T + noise, stationary, atol=1e-9)
+    for steps in (1, 3, 10):
+        after = (np.linalg.matrix_power(transition, steps) @ stationary)[0, 0]
+        assert after == pytest.approx(velocity_covariance(steps * STEP, ONE), abs=1e-9)
+
+
+def test_levels_change_to_their_neighbours() -> None:
+    chain = SmoothMotion(speeds=(1, 2, 4), dwell=0.2).switching(STEP)
+    np.testing.assert_allclose(chain.sum(axis=1), 1.0)
+    np.testing.assert_allclose(np.diag(chain), np.exp(-STEP / 0.2))
+    assert chain[0, 2] == chain[2, 0] == 0.0
+    assert SmoothMotion(speeds=(1,)).switching(STEP).tolist() == [[1.0]]
+
+
+def test_with_one_level_it_is_the_exact_posterior(hand) -> None:
+    steps, lag, sigma = 9, 4, 0.05
+    _, felt = felt_path(hand, steps, sigma)
+    pose = KinematicPose(hand, sigma=sigma, control_hz=1 / STEP, lag=lag, smooth=ONE)
+    for each in felt:
+        pose.step(np.zeros(hand.joints), each, np.zeros(len(hand.patches), dtype=bool))
+    # The joint Gaussian over all steps of one joint, by brute force.
+    maps = [np.linalg.matrix_power(ONE.transition(STEP), k) for k in range(steps + 1)]
+    start = np.diag([ANYWHERE**2, 1.5**2, 1.5**2 / ONE.seconds**2])
+    noise = 1.5**2 * ONE.noise(STEP)
+    prior = np.empty((steps, steps))
+    for i in range(1, steps + 1):
+        for j in range(1, steps + 1):
+            common = sum((maps[i - k] @ noise @ maps[j - k].T for k in range(1, min(i, j) + 1)), np.zeros((3, 3)))
+            prior[i - 1, j - 1] = (maps[i] @ start @ maps[j].T + common)[0, 0]
+    total = prior + sigma**2 * np.eye(steps)
+    gain = prior @ np.linalg.inv(total)
+    mean = hand.rest_pose + gain @ (felt - hand.rest_pose)
+    spread = prior - gain @ prior
+    for ago in range(lag + 1):
+        where = pose.lagged(ago)
+        np.testing.assert_allclose(pose.mean[where], mean[steps - 1 - ago], atol=1e-8)
+        of_lag = pose.covariance[where, pose.lagged(0)]
+        np.testing.assert_allclose(of_lag, spread[steps - 1 - ago, steps - 1] * np.eye(hand.joints), atol=1e-8)
+    residual = felt - hand.rest_pose
+    expected = -0.5 * (
+        np.sum(residual * np.linalg.solve(total, residual)) + hand.joints * np.linalg.slogdet(2 * np.pi * total)[1]
+    )
+    assert pose.log_evidence == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_level_follows_what_a_joint_does(hand) -> None:
+    smooth = SmoothMotion(speeds=(0.1, 3.0), seconds=0.05, dwell=2.0)
+    pose = KinematicPose(hand, sigma=0.02, control_hz=50.0, lag=2, smooth=smooth)
+    rng, contacts = np.random.default_rng(0), np.zeros(len(hand.patches), dtype=bool)
+    for step in range(60):
+        angles = hand.rest_pose + 0.02 * rng.standard_normal(hand.joints)
+        angles[3] += 0.5 * np.sin(2 * np.pi * 0.02 * step)
+        pose.step(np.zeros(hand.joints), angles, contacts)
+    deviation = np.sqrt(np.diag(pose.covariance)[: hand.joints])
+    assert deviation[3] > 1.3 * np.median(deviation)
+
+
+def test_the_belief_of_a_smooth_movement_is_honest_and_beats_what_is_felt(hand) -> None:
+    sigma_deg = 3.0
+    true, felt = felt_path(hand, 200, np.deg2rad(sigma_deg), seed=1)
+    slam = HapticSLAM(hand, sigma_deg, particles=1, motion="kinematic")
+    slam.reset(seed=0)
+    beliefs = [slam.step(np.zeros(hand.joints), each, np.zeros(len(hand.patches))) for each in felt]
+    lagged = [
+        (b.lagged_joint_angles, b.lagged_joint_std, true[k - b.lag_steps]) for k, b in enumerate(beliefs[20:], 20)
+    ]
+    mean, std, truth = (np.array(each) for each in zip(*lagged, strict=True))
+    error = np.sqrt(np.mean((mean - truth) ** 2))
+    assert error < 0.6 * np.deg2rad(sigma_deg)
+    inside = np.mean(np.abs(mean - truth) < 1.645 * std)
+    assert 0.8 < inside < 0.97
+
+
+def test_exact_angles_are_taken_at_their_word(hand) -> None:
+    true, _ = felt_path(hand, 30, 0.0)
+    pose = KinematicPose(hand, sigma=0.0, control_hz=50.0, lag=3)
+    for each in true:
+        pose.step(np.zeros(hand.joints), each, np.zeros(len(hand.patches), dtype=bool))
+    np.testing.assert_allclose(pose.mean[: hand.joints], true[-1], atol=1e-6)
+    np.testing.assert_allclose(pose.mean[pose.lagged(3)], true[-4], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "told"),
+    [
+        ({"speeds": ()}, "speeds must be rising"),
+        ({"speeds": (2.0, 1.0)}, "speeds must be rising"),
+        ({"speeds": (0.0, 1.0)}, "speeds must be a finite number"),
+        ({"seconds": 0.0}, "seconds must be"),
+        ({"dwell": -1.0}, "dwell must be"),
+    ],
+)
+def test_a_motion_that_makes_no_sense_is_told(keywords: dict, told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        SmoothMotion(**keywords)

@@ -1,0 +1,43 @@
+"""The picture of a recorded hand and its map."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import picture_recording
+import pytest
+from matplotlib.image import imread
+
+from haptic_env import recordings
+from haptic_env.recordings import Recording
+from tests.haptic_env.movements import closing
+from tests.haptic_env.test_rendering import offscreen  # noqa: F401 - skips where nothing can be drawn
+
+
+@pytest.fixture
+def captured(tmp_path: Path) -> Path:
+    """Two fingers that close."""
+    recordings.write(tmp_path / "captured.npz", closing())
+    return tmp_path / "captured.npz"
+
+
+def test_touching_patches_and_touched_voxels_are_seen(captured: Path, tmp_path: Path) -> None:
+    files = ["--recording", str(captured), "--shape", "cube", "--out", str(tmp_path / "it" / "seen.png")]
+    assert picture_recording.main([*files, "--at", "0.1", "0.78", "--sigma", "1", "--view", "-90", "10"]) == 0
+    red, green, _ = np.moveaxis(imread(tmp_path / "it" / "seen.png")[..., :3], -1, 0)
+    lit = (red > 0.3) & (red > 1.45 * green)  # redder than skin and object, seen through the latter too
+    height, width = lit.shape
+    before, after = lit[: height // 2, : width // 2], lit[: height // 2, width // 2 :]
+    assert before.sum() == 0
+    assert after.sum() > 10
+
+
+def test_it_needs_the_pose_of_the_object(captured: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    whole = recordings.read(captured)
+    alone = Recording("made", whole.time, whole.joint_names, whole.joint_angles)
+    recordings.write(tmp_path / "alone.npz", alone)
+    with pytest.raises(SystemExit) as ended:
+        picture_recording.main(["--recording", str(tmp_path / "alone.npz"), "--shape", "cube"])
+    assert ended.value.code == 2
+    assert "does not say where the hand and the object were" in capsys.readouterr().err
