@@ -38,8 +38,9 @@ class World:
 
     `sigma_deg`: least and largest noise, drawn for each episode; the jitters as the environment's keyword arguments;
     `observation`: entries of the belief, or ("raw",) for what is felt; `hold`: control steps of an action; `price` and
-    `threshold`, `sure_seconds`: of `DecisionReward` and `DecideWhenSure`; `variants`, `samples` and `stride` of the
-    `ShapePosterior` that is asked, a coarser one than evaluation has: it is most of the time that a step takes.
+    `threshold`, `sure_seconds`: of `DecisionReward` and `DecideWhenSure`; `variants`, `samples`, `stride` and `temper` of
+    the `ShapePosterior` that is asked, a coarser one than evaluation has, as it is most of the time that a step takes;
+    evidence adds up as fast: `temper` / `stride` is the same.
     """
 
     env: str = "HapticSLAM/TwoFinger-v0"
@@ -56,6 +57,7 @@ class World:
     variants: int = 32
     samples: int = 8
     stride: int = 5
+    temper: float = 0.083
 
     def __post_init__(self) -> None:
         validate.choice("env", self.env, haptic_env.ENVIRONMENTS)
@@ -115,7 +117,8 @@ def make_env(world: World, held_out: bool = False) -> gym.Env[Any, Any]:
         observer = HapticSLAM(base.hand, particles=1, control_hz=base.control_hz)
     else:
         observer = PoseOnly(base.hand, control_hz=base.control_hz)
-    shape = ShapePosterior(base.hand, variants=world.variants, samples=world.samples, stride=world.stride, **vary)
+    coarse = {name: getattr(world, name) for name in ("variants", "samples", "stride", "temper")}
+    shape = ShapePosterior(base.hand, **coarse, **vary)
     env = ObserverWrapper(Varied(env, observer, world, held_out), observer, shape)
     env = DecisionReward(DecideWhenSure(env, world.threshold, world.sure_seconds), world.price)
     if world.observation != (RAW,):
