@@ -9,10 +9,13 @@ import gymnasium as gym
 
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
+from agents.sb3 import Sb3
 from haptic_env import validate
 
 POLICIES: dict[str, type[Policy]] = {
     "random_torque": RandomTorque,
+    "sb3": Sb3,
+    "trained": Sb3,
 }
 
 __all__ = ["POLICIES", "Guided", "Policy", "act", "make"]

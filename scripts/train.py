@@ -11,6 +11,7 @@ import argparse
 import importlib.util
 import json
 import os
+import shutil
 import sys
 import time
 import warnings
@@ -190,7 +191,8 @@ def train(preset: Preset, given: argparse.Namespace, console: Console) -> int:
     folder = out / "checkpoints"
     found, broken = checkpoints.newest(folder)
     for place in broken:
-        console.print(f"{place} was cut short and is left out", style="yellow")
+        console.print(f"{place} was cut short and is removed", style="yellow")
+        shutil.rmtree(place)
     env = make_vector(preset.world, preset.envs, given.jobs)
     held_out = make_vector(preset.world, min(4, preset.envs), given.jobs, held_out=True)
     model = prepare(preset, env, found, str(out / "tensorboard"))
