@@ -44,7 +44,9 @@ class Sb3(Guided):
             if trained != here
         ]
         if wrong:
-            raise ValueError(f"the model {path or SHIPPED.name} was trained for another hand or observation: {'; '.join(wrong)}")
+            raise ValueError(
+                f"the model {path or SHIPPED.name} was trained for another hand or observation: {'; '.join(wrong)}"
+            )
         self._hold = 1 if env.has_wrapper_attr("held") else told.get("hold", 1)
 
     def predict(

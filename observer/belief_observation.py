@@ -26,12 +26,12 @@ ENTRIES = {
     "occupancy": "(F * 27,) occupancy about the tip of each finger, on a lattice of 3 x 3 x 3 points 1 cm apart in the "
     "link's frame: probability * 2 - 1, 0 where nothing is known",
     "time": "(1,) share of the episode that is left",
-    "rhythm": "(2,) sine and cosine of a clock of 1 Hz: by itself a network without memory cannot keep a rhythm",
+    "rhythm": "(4,) sine and cosine of a clock of 0.5 Hz and of one of 1 Hz: a network without memory keeps no rhythm",
 }
 SPREAD_UNIT = 0.1  # rad
 BOUND = 2.0  # of what has no bound of its own; what is beyond is clipped
 SPACING = 0.01  # m
-CLOCK_HZ = 1.0
+CLOCKS_HZ = (0.5, 1.0)
 
 
 class BeliefFeatures:
@@ -63,7 +63,7 @@ class BeliefFeatures:
             "names": (len(labels), 0.0, 1.0),
             "occupancy": (cells, -1.0, 1.0),
             "time": (1, 0.0, 1.0),
-            "rhythm": (2, -1.0, 1.0),
+            "rhythm": (2 * len(CLOCKS_HZ), -1.0, 1.0),
         }
         low, high = (
             np.concatenate([np.full(bounds[entry][0], bounds[entry][side], np.float32) for entry in self.entries])
@@ -74,7 +74,7 @@ class BeliefFeatures:
     def vector(self, belief: Belief, contacts: ArrayLike, posterior: ArrayLike, step: int) -> NDArray[np.float32]:
         """The numbers (D,) after `step` steps; `contacts` (P,) felt now, `posterior` (C,) of the labels."""
         seconds = step * self._step_seconds
-        turn = 2 * np.pi * CLOCK_HZ * seconds
+        turns = [2 * np.pi * hz * seconds for hz in CLOCKS_HZ]
         parts: dict[str, Any] = {
             "pose": (belief.joint_angles - self._middle) / self._reach,
             "spread": belief.joint_std / SPREAD_UNIT,
@@ -82,7 +82,7 @@ class BeliefFeatures:
             "contacts": contacts,
             "names": posterior,
             "time": [1.0 - seconds / self._seconds],
-            "rhythm": [np.sin(turn), np.cos(turn)],
+            "rhythm": [wave(turn) for turn in turns for wave in (np.sin, np.cos)],
         }
         if "occupancy" in self.entries:  # which takes longer than all the others
             parts["occupancy"] = self._occupancy(belief)

@@ -43,7 +43,7 @@ def save(folder: Path, model: BaseAlgorithm, state: dict[str, Any]) -> None:
 
 def newest(folder: Path) -> tuple[Checkpoint | None, list[Path]]:
     """The newest whole checkpoint below `folder`, if any, and those after it that were cut short."""
-    broken = []
+    broken: list[Path] = []
     for place in sorted(folder.iterdir(), reverse=True) if folder.is_dir() else []:
         try:
             listed = json.loads((place / LIST).read_text())

@@ -125,7 +125,7 @@ def test_the_entries_are_what_they_say(two_fingers):
     observation, info = env.reset(seed=0)
     for _ in range(20):
         observation, *_, info = env.step(close_hand(env))
-    sizes = {"pose": 8, "spread": 8, "motion": 8, "contacts": 50, "names": 4, "occupancy": 54, "time": 1, "rhythm": 2}
+    sizes = {"pose": 8, "spread": 8, "motion": 8, "contacts": 50, "names": 4, "occupancy": 54, "time": 1, "rhythm": 4}
     assert list(sizes) == list(ENTRIES)
     parts = dict(zip(sizes, np.split(observation, np.cumsum(list(sizes.values()))[:-1]), strict=True))
     belief = info["belief"]
@@ -136,7 +136,9 @@ def test_the_entries_are_what_they_say(two_fingers):
     assert set(parts["contacts"]) == {0.0, 1.0}
     np.testing.assert_allclose(parts["names"], info["posterior"], rtol=1e-5)
     assert parts["time"] == pytest.approx(0.2)
-    np.testing.assert_allclose(parts["rhythm"], [np.sin(0.8 * np.pi), np.cos(0.8 * np.pi)], rtol=1e-5)
+    turns = 0.4 * np.pi, 0.8 * np.pi
+    expected = [np.sin(turns[0]), np.cos(turns[0]), np.sin(turns[1]), np.cos(turns[1])]
+    np.testing.assert_allclose(parts["rhythm"], expected, rtol=1e-5)
     assert parts["occupancy"].min() < -0.9, "where the fingers have been is air"
     assert features.space == env.observation_space
 
@@ -209,7 +211,7 @@ def test_information_of_the_map_is_that_of_its_voxels(two_fingers):
     p = two_fingers.belief.occupancy
     entropy = -(p * np.log2(p) + (1 - p) * np.log2(1 - p)).sum()
     assert total == pytest.approx(p.size - entropy)
-    with pytest.raises(ValueError, match="unknown objective 'maps'.*choose from map, name"):
+    with pytest.raises(ValueError, match=r"unknown objective 'maps'.*choose from map, name"):
         InformationGainReward(two_fingers, "maps")
 
 
@@ -289,12 +291,10 @@ def test_no_learner_sees_the_truth():
 
     class Corrupt(gym.Wrapper):
         def reset(self, **keywords):
-            observation, info = super().reset(**keywords)
-            return observation, {"truth": None}
+            return super().reset(**keywords)[0], {"truth": None}
 
         def step(self, action):
-            *told, info = super().step(action)
-            return *told, {"truth": None}
+            return *super().step(action)[:-1], {"truth": None}
 
     runs = []
     for corrupt in (lambda env: env, Corrupt):
