@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from observer.belief import Belief
 from observer.fastslam import HapticSLAM
+from observer.pose_only import PoseOnly
 from observer.shape_posterior import ShapePosterior
 
 
@@ -23,7 +24,9 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
 
     belief: Belief | None
 
-    def __init__(self, env: gym.Env[Any, Any], observer: HapticSLAM, shape: ShapePosterior | None = None) -> None:
+    def __init__(
+        self, env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly, shape: ShapePosterior | None = None
+    ) -> None:
         gym.Wrapper.__init__(self, env)
         hand = env.unwrapped.hand  # type: ignore[attr-defined]
         if hand.joint_names != observer.hand.joint_names or len(hand.patches) != len(observer.hand.patches):

@@ -27,9 +27,9 @@ class World:
 
     `sigma_deg`: least and largest noise, drawn for each episode; the jitters as the environment's keyword arguments;
     `observation`: entries of the belief, or ("raw",) for what is felt; `hold`: control steps of an action; `price` and
-    `threshold`, `sure_seconds`: of `DecisionReward` and `DecideWhenSure`; `variants`, `samples`, `stride`, `temper`: of
-    the `ShapePosterior` that is asked, a coarser one than evaluation has, as it is most of the time that a step takes;
-    evidence adds up as fast, for `temper` / `stride` is the same.
+    `least` of `DecisionReward`, `threshold` and `sure_seconds` of `DecideWhenSure`; `variants`, `samples`, `stride` and
+    `temper` of the `ShapePosterior` that is asked, a coarser one than evaluation has, as it is most of the time that a
+    step takes; evidence adds up as fast, for `temper` / `stride` is the same.
     """
 
     env: str = "HapticSLAM/TwoFinger-v0"
@@ -41,6 +41,7 @@ class World:
     observation: tuple[str, ...] = tuple(ENTRIES)
     hold: int = 5
     price: float = 0.25
+    least: float = 0.05
     threshold: float = 0.98
     sure_seconds: float = 0.0
     variants: int = 24

@@ -35,7 +35,7 @@ class Varied(gym.Wrapper):
     """Draws the object and sigma for each episode, and tells sigma to `observer`. The sizes of training and those
     `held_out` for evaluation are apart."""
 
-    def __init__(self, env: gym.Env[Any, Any], observer: HapticSLAM, world: World, held_out: bool) -> None:
+    def __init__(self, env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly, world: World, held_out: bool) -> None:
         super().__init__(env)
         self._observer, self._sigma_deg = observer, world.sigma_deg
         scales = 1.0 + world.size_jitter * np.linspace(-1.0, 1.0, SIZES)
@@ -70,14 +70,17 @@ def make_env(world: World, held_out: bool = False) -> gym.Env[Any, Any]:
     vary = {name: getattr(world, name) for name in ("size_jitter", "yaw_jitter", "position_jitter")}
     env = gym.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary)
     base: Any = env.unwrapped
+    observer: HapticSLAM | PoseOnly
     if "occupancy" in world.observation:
         observer = HapticSLAM(base.hand, particles=1, control_hz=base.control_hz)
+        stride = world.stride
     else:
-        observer = PoseOnly(base.hand, control_hz=base.control_hz)
-    coarse = {name: getattr(world, name) for name in ("variants", "samples", "stride", "temper")}
-    shape = ShapePosterior(base.hand, **coarse, **vary)
+        observer = PoseOnly(base.hand, control_hz=base.control_hz, stride=world.stride)
+        stride = 1
+    coarse = {name: getattr(world, name) for name in ("variants", "samples", "temper")}
+    shape = ShapePosterior(base.hand, stride=stride, **coarse, **vary)
     env = ObserverWrapper(Varied(env, observer, world, held_out), observer, shape)
-    env = DecisionReward(DecideWhenSure(env, world.threshold, world.sure_seconds), world.price)
+    env = DecisionReward(DecideWhenSure(env, world.threshold, world.sure_seconds), world.price, world.least)
     if world.observation != (RAW,):
         env = BeliefObservation(env, world.observation)
     return Monitor(Brief(HoldAction(env, world.hold)))

@@ -23,7 +23,6 @@ from observer import (
     HapticSLAM,
     InformationGainReward,
     ObserverWrapper,
-    PoseOnly,
     ShapePosterior,
 )
 from observer.belief_observation import ENTRIES
@@ -270,20 +269,6 @@ def test_an_action_is_held(two_fingers):
     assert total == pytest.approx(np.log(info["posterior"][0] / 0.25) - 0.25 * 0.5)
     with pytest.raises(ValueError, match="steps must be an integer of at least 1, got 0"):
         HoldAction(two_fingers, 0)
-
-
-def test_the_pose_alone_is_that_of_one_particle(explore):
-    """Without a map nothing but the map is missing: names are inferred from the same transitions."""
-    exploration = explore("cube", 60)
-    fast = exploration.beliefs(PoseOnly(exploration.hand))
-    full = exploration.beliefs(HapticSLAM(exploration.hand, particles=1))
-    for one, other in zip(fast, full, strict=True):
-        np.testing.assert_array_equal(one.joint_std, other.joint_std)
-        assert (one.transition is None) == (other.transition is None)
-        if one.transition is not None:
-            for a, b in zip(one.transition, other.transition, strict=True):
-                np.testing.assert_allclose(a, b)
-    assert (fast[-1].occupancy == 0.5).all()
 
 
 def test_no_learner_sees_the_truth():
