@@ -22,11 +22,11 @@ class HoldAction(gym.Wrapper, gym.utils.RecordConstructorArgs):
         """Raises `ValueError` for a number of steps below 1."""
         gym.utils.RecordConstructorArgs.__init__(self, steps=steps)
         gym.Wrapper.__init__(self, env)
-        self._hold = validate.integer("steps", steps, 1)
+        self.held = validate.integer("steps", steps, 1)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         total = 0.0
-        for _ in range(self._hold):
+        for _ in range(self.held):
             observation, reward, terminated, truncated, info = self.env.step(action)
             total += float(reward)
             if terminated or truncated:

@@ -66,9 +66,14 @@ class Sb3(Guided):
                 observation = self._features.vector(self.belief, observation["contacts"], posterior, int(step))
             with torch.random.fork_rng(devices=[]):  # sampling has no generator of its own
                 torch.manual_seed(int(self.rng.integers(2**63)))
-                held, after = self._network.predict(
-                    observation, tuple(memory) or None, np.array([int(step) == 0]), deterministic
-                )
+                if int(step) == 0 and getattr(self._network, "use_sde", False):
+                    self._network.reset_noise()
+                try:
+                    held, after = self._network.predict(
+                        observation, tuple(memory) or None, np.array([int(step) == 0]), deterministic
+                    )
+                except ValueError as error:  # a distribution of what is not finite
+                    raise ValueError(f"policy {self.name!r} has no finite torques to command: {error}") from error
             memory = list(after or ())
         assert held is not None
         return held.astype(np.float32), (step + 1, held, *memory)
@@ -80,6 +85,7 @@ def _load(path: Path) -> tuple[Any, dict[str, Any]]:
     The network alone, so that it does not matter which algorithm has trained it.
     """
     try:
+        import torch
         from stable_baselines3.common.save_util import load_from_zip_file
     except ImportError as error:
         raise ImportError(
@@ -87,11 +93,13 @@ def _load(path: Path) -> tuple[Any, dict[str, Any]]:
         ) from error
     try:
         data, parameters, _ = load_from_zip_file(path, device="cpu")
-        assert data is not None
+        if data is None:
+            raise ValueError("it tells nothing of how it was made")
         keywords = dict(data["policy_kwargs"])
-        if "n_steps" in data:  # on-policy algorithms tell it apart
+        if "gae_lambda" in data:  # on-policy algorithms tell it apart
             keywords["use_sde"] = data["use_sde"]
-        network = data["policy_class"](data["observation_space"], data["action_space"], lambda _: 0.0, **keywords)
+        with torch.random.fork_rng(devices=[]):  # it begins with weights of chance
+            network = data["policy_class"](data["observation_space"], data["action_space"], lambda _: 0.0, **keywords)
         network.load_state_dict(parameters["policy"])
     except (OSError, zipfile.BadZipFile, ValueError, KeyError, EOFError) as error:
         raise ValueError(f"{path} is no whole model of Stable-Baselines3 or sb3-contrib: {error}") from error

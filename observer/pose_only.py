@@ -37,8 +37,10 @@ class PoseOnly:
         motor_noise: float = 0.1,
         control_hz: float = 50.0,
     ) -> None:
-        """Keyword arguments as those of `HapticSLAM`, the lag rounded to a multiple of `stride`; raises `ValueError` for
-        a value out of range."""
+        """Keyword arguments as those of `HapticSLAM`; the lag is rounded to a multiple of `stride`.
+
+        Raises `ValueError` for a value out of range.
+        """
         self.hand = hand
         self.stride = validate.integer("stride", stride, 1)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
@@ -90,7 +92,7 @@ class PoseOnly:
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + self.stride)
         mean, covariance = self.pose.mean, self.pose.covariance
         past = covariance[before, before] + 1e-12 * np.eye(self.hand.joints)
-        follow = np.linalg.solve(past, covariance[before, now]).T
+        follow = np.asarray(np.linalg.solve(past, covariance[before, now])).T
         rest = covariance[now, now] - follow @ covariance[before, now]
         transition = Transition(mean[now].copy(), follow, mean[before].copy(), rest)
         return self._now(ago, lagged_contacts=felt[-1 - ago], transition=transition)

@@ -51,9 +51,9 @@ def _fit(model: PPO, seen: torch.Tensor, wanted: torch.Tensor, returns: torch.Te
     generator = torch.Generator().manual_seed(int(model.seed or 0))
     for _ in range(sweep.epochs):
         for batch in torch.randperm(len(seen), generator=generator).split(256):
-            distribution = model.policy.get_distribution(seen[batch]).distribution
+            mean = model.policy.get_distribution(seen[batch]).distribution.mean  # type: ignore[union-attr]
             values = model.policy.predict_values(seen[batch]).squeeze(1)
-            error = ((distribution.mean - wanted[batch]) ** 2).mean() + 0.1 * ((values - returns[batch]) ** 2).mean()
+            error = ((mean - wanted[batch]) ** 2).mean() + 0.1 * ((values - returns[batch]) ** 2).mean()
             optimiser.zero_grad()
             error.backward()
             optimiser.step()

@@ -114,7 +114,7 @@ def prepare(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, l
         model.set_random_seed(preset.seed + model.num_timesteps)  # not the episodes that it began with
         return model
     keywords = {**preset.learner, "policy_kwargs": dict(preset.learner.get("policy_kwargs", {}))}
-    model = algorithm(env=env, seed=preset.seed, device="cpu", tensorboard_log=log, **keywords)  # type: ignore[arg-type]
+    model = algorithm(env=env, seed=preset.seed, device="cpu", tensorboard_log=log, **keywords)
     # Saved with the model: what the policy "sb3" must know to show it the same again.
     model.exploration = {  # type: ignore[attr-defined]
         "env": preset.world.env,
