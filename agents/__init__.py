@@ -7,14 +7,22 @@ from typing import Any
 
 import gymnasium as gym
 
+from agents.contour_following import ContourFollowing
+from agents.enclosure import Enclosure
+from agents.information_gain import InformationGain
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
 from agents.sb3 import Sb3
+from agents.synergy import Synergy
 from haptic_env import validate
 
 POLICIES: dict[str, type[Policy]] = {
+    "contour_following": ContourFollowing,
+    "enclosure": Enclosure,
+    "information_gain": InformationGain,
     "random_torque": RandomTorque,
     "sb3": Sb3,
+    "synergy": Synergy,
     "trained": Sb3,
 }
 

@@ -25,6 +25,8 @@ class Sb3(Guided):
     Any other model is used where `env` has the observations and actions that it was trained with.
     """
 
+    asks_shape = True
+
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None, *, path: str | Path | None = None) -> None:
         """Raises `ValueError` for a file that is no model, or is one for other observations or actions than `env` has;
         `ImportError` without Stable-Baselines3."""

@@ -17,16 +17,16 @@ class InformationGainReward(PotentialReward, gym.utils.RecordConstructorArgs):
     """Reward of a step: by how many bits the entropy has fallen, of the `objective`: the posterior over names, or the
     map, its voxels taken as independent. It needs no truth: a belief pays it to itself, also where it is wrong."""
 
-    def __init__(self, env: gym.Env[Any, Any], objective: str = "name") -> None:
+    def __init__(self, env: gym.Env[Any, Any], objective: str = "class") -> None:
         """Raises `ValueError` for an unknown objective, or where nothing names the object."""
         gym.utils.RecordConstructorArgs.__init__(self, objective=objective)
         gym.Wrapper.__init__(self, env)
-        self._objective = validate.choice("objective", objective, ("map", "name"))
+        self._objective = validate.choice("objective", objective, ("class", "map"))
         labels_of(env)
 
     def potential(self, info: dict[str, Any]) -> float:
         """Minus the entropy in bits."""
-        if self._objective == "name":
+        if self._objective == "class":
             return float(_bits(info["posterior"]).sum())
         occupied = info["belief"].occupancy
         return float((_bits(occupied) + _bits(1.0 - occupied)).sum())

@@ -17,6 +17,7 @@ infers the pose and which one it is. Where size and place are unknown too, each 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ from observer.belief import Belief
 from observer.gaussian import square_root
 from observer.kinematics import tree_of
 from observer.shape_kernels import CLEAR, contact_likelihood, resample, weigh
-from observer.solid_fields import FIELD_RESOLUTION, skin_of
+from observer.solid_fields import FIELD_RESOLUTION, Solids, skin_of
 from observer.solid_variants import Variants
 
 Array = NDArray[np.float64]
@@ -39,6 +40,15 @@ DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is w
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
 KNOWN = {"samples": 32, "stride": 1}
 UNKNOWN = {"samples": 16, "stride": 3}  # with jitter
+
+
+class Hypotheses(NamedTuple):
+    """What the object may be: `solids` of H hypotheses, log of the probability of each (H,), and the `label` (H,) that
+    it belongs to."""
+
+    solids: Solids
+    log_probability: Array
+    label: NDArray[np.int64]
 
 
 class ShapePosterior:
@@ -140,6 +150,13 @@ class ShapePosterior:
         against = log[-1] - candidates.max() - np.log(odds.mean())
         none = expit(np.log(self.none / (1.0 - self.none)) + weight * against)
         return np.append((1.0 - none) * share, none)
+
+    @property
+    def hypotheses(self) -> Hypotheses:
+        """Each solid, size and place that is held possible now, "none" left out; not to be changed."""
+        label = np.repeat(np.arange(len(self._solids_of)), self._solids_of * self.variants.count)
+        log = self._log_evidence - np.log(self._solids_of)[label]
+        return Hypotheses(self._solids, log - np.logaddexp.reduce(log), label)
 
     def update(self, belief: Belief) -> Array:
         """Take in what `belief` felt at its lagged pose; returns the posterior (C,)."""

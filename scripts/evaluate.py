@@ -2,7 +2,8 @@
 
 Writes to --out: trials.csv (one row for each trial and observer, with all that is needed to run it again),
 summary.csv and evaluate.png; with --ablation ablation.csv and ablation.png instead of the latter, with --calibration
-also calibration.csv and a picture for each observer. Where more than sigma varies, pictures stand in a folder for each
+also calibration.csv and a picture for each observer, with several policies also policies.csv and policies.png, which
+compare them. Where more than sigma varies, pictures stand in a folder for each
 combination. The same command goes on where it was stopped.
 """
 
@@ -18,6 +19,7 @@ from typing import Any
 import ablation
 import calibration
 import pandas as pd
+import policies
 from command_line import parse
 from executors import Workers, WorkersLostError, workers
 from files import atomic
@@ -105,7 +107,8 @@ def report(given: argparse.Namespace, console: Console) -> None:
     """Write and print what the table says."""
     table, settings = given.results.path, given.settings
     written, summaries = [str(table), "summary.csv"], []
-    for name, rows in parts(pd.read_csv(table)):
+    all_rows = pd.read_csv(table)
+    for name, rows in parts(all_rows):
         folder = table.parent / name
         folder.mkdir(exist_ok=True)
         if name:
@@ -122,6 +125,14 @@ def report(given: argparse.Namespace, console: Console) -> None:
         if given.calibration:
             names += calibration.save(rows, folder)
         written += [str(Path(name, each)) for each in names]
+    if all_rows["policy"].nunique() > 1:
+        for name, rows in parts(all_rows, together=("sigma_deg", "policy")):
+            folder = table.parent / name
+            folder.mkdir(exist_ok=True)
+            if name:
+                console.rule(name)
+            written += [str(Path(name, each)) for each in policies.save(rows, folder)]
+            policies.print_table(folder / "policies.csv", console)
     with atomic(table.parent / "summary.csv") as place:
         pd.concat(summaries).to_csv(place, index=False)
     console.print(f"Written: {', '.join(written)}", highlight=False)

@@ -55,9 +55,10 @@ def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]
     return pd.DataFrame(lines, columns=[*groups, "measure", "mean", "low", "high", "trials"])
 
 
-def parts(rows: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
-    """The rows of each combination of what varies besides sigma, named like "seconds=5.0"; else all, named ""."""
-    varying = [name for name in FACTORS if name != "sigma_deg" and rows[name].nunique() > 1]
+def parts(rows: pd.DataFrame, together: Sequence[str] = ("sigma_deg",)) -> Iterator[tuple[str, pd.DataFrame]]:
+    """The rows of each combination of what varies, named like "seconds=5.0"; all, named "", where nothing does. What is
+    to stay `together` is not told apart."""
+    varying = [name for name in FACTORS if name not in together and rows[name].nunique() > 1]
     if not varying:
         yield "", rows
         return

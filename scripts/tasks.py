@@ -29,6 +29,8 @@ from observer.classifiers import CLASSIFIERS, MapClassifier
 EXEMPLAR_SEED = 2_000_000_000
 STREAM = "shape_posterior"  # the name of what names the object from the whole stream of beliefs
 AFTER_SECONDS = (2, 5, 10)  # when the name is asked for
+GUIDE_VARIANTS = 24  # of each solid: enough to say where to go
+FIRST_SECONDS = 5  # over which how soon it is right is averaged
 PACKAGES = ("haptic-slam", "gymnasium", "mujoco", "numba", "numpy", "scipy", "scikit-learn")
 MEASURES = (
     "pose_error_online_deg",
@@ -44,6 +46,7 @@ MEASURES = (
     "n_eff",
     "time_to_decision",
     "step_accuracy",
+    f"step_accuracy_{FIRST_SECONDS}s",
     *(f"correct_{seconds}s" for seconds in AFTER_SECONDS),
 )
 Exemplars = tuple[tuple[tuple[str, bytes], ...], ...]  # for each draw, name and content of the file of each shape
@@ -135,7 +138,7 @@ def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     told = condition.sigma_deg * settings.believed_sigma
     observers = make_observers(settings.observers, hand, told, settings.particles)
     posterior = shape_posterior(settings)
-    env = guided(env, condition.policy, told, posterior)
+    env = guided(env, condition.policy, told, shape_posterior(settings, GUIDE_VARIANTS))
     trial = Trial(env, condition.policy, observers, posterior, task.seed, naming=None if naming else ())
     for _ in trial:
         pass
@@ -143,9 +146,10 @@ def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     return trial.finish()
 
 
-@lru_cache(maxsize=4)
-def shape_posterior(settings: Settings) -> ShapePosterior:
-    """The namer: the candidates are the explored shapes at the grasp centre; it knows how much they vary, not how."""
+@lru_cache(maxsize=8)
+def shape_posterior(settings: Settings, variants: int = 80) -> ShapePosterior:
+    """The namer: the candidates are the explored shapes at the grasp centre; it knows how much they vary, not how, and
+    tries `variants` of each."""
     hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
     return ShapePosterior(
         hand,
@@ -153,6 +157,7 @@ def shape_posterior(settings: Settings) -> ShapePosterior:
         size_jitter=settings.size_jitter,
         yaw_jitter=settings.yaw_jitter,
         position_jitter=settings.position_jitter,
+        variants=variants,
     )
 
 
@@ -178,6 +183,7 @@ def run_trial(task: Task, exemplars: Exemplars) -> list[dict[str, Any]]:
     for name, account in accounts.items():
         occupancy = account.belief.occupancy
         calibration = metrics.reliability(occupancy, occupied, cells)
+        right = account.posterior.argmax(axis=1) == account.labels.index(task.shape)
         row: dict[str, Any] = {
             **dict(zip(KEY, (*task.key, name), strict=True)),
             "pose_error_online_deg": metrics.pose_rmse_deg(account.joint_angles, truth),
@@ -193,7 +199,8 @@ def run_trial(task: Task, exemplars: Exemplars) -> list[dict[str, Any]]:
             "touching_share": float(touching.mean()),
             "n_eff": float(account.n_eff.mean()),
             "time_to_decision": metrics.time_to_decision(exploration.seconds, account.posterior),
-            "step_accuracy": float((account.posterior.argmax(axis=1) == account.labels.index(task.shape)).mean()),
+            "step_accuracy": float(right.mean()),
+            f"step_accuracy_{FIRST_SECONDS}s": float(right[exploration.seconds <= FIRST_SECONDS + 1e-9].mean()),
         }
         histograms = (
             metrics.rank_counts(account.joint_angles, account.joint_std, truth),

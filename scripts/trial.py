@@ -169,14 +169,17 @@ class Trial:
 
 
 def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePosterior) -> gym.Env[Any, Any]:
-    """`env` as `policy` needs it: where it reads beliefs, with an observer of `GUIDE` and a copy of `shape` beside it.
+    """`env` as `policy` needs it: where it reads beliefs, with an observer of `GUIDE` beside it, and a copy of `shape`
+    where it asks what the object may be.
 
     They are the policy's own, so that the exploration is the same whichever observers watch it.
     """
-    if not agents.POLICIES[policy].guided:
+    kind = agents.POLICIES[policy]
+    if not kind.guided:
         return env
     hand = env.unwrapped.hand  # type: ignore[attr-defined]
-    return ObserverWrapper(env, make_observer(GUIDE, hand, sigma_deg, particles=1), copy.copy(shape))
+    observer = make_observer(GUIDE, hand, sigma_deg, particles=1)
+    return ObserverWrapper(env, observer, copy.copy(shape) if kind.asks_shape else None)
 
 
 def solid_of(truth: Mapping[str, Any]) -> Solid:

@@ -14,11 +14,17 @@ import haptic_env
 from observer import HapticSLAM, ObserverWrapper, ShapePosterior
 
 
+def watched(env: gym.Env) -> ObserverWrapper:
+    """`env` with an observer beside it, which policies may ask."""
+    hand = env.unwrapped.hand
+    return ObserverWrapper(env, HapticSLAM(hand, particles=1, lag=2), ShapePosterior(hand, samples=4))
+
+
 @pytest.fixture(params=[(env_id, name) for env_id in haptic_env.ENVIRONMENTS for name in agents.POLICIES], ids=str)
 def pair(request: pytest.FixtureRequest):
     """Every policy with every environment, as (environment, name)."""
     env_id, name = request.param
-    env = gym.make(env_id, shape="cube")
+    env = watched(gym.make(env_id, shape="cube"))
     yield env, name
     env.close()
 
@@ -57,6 +63,35 @@ def test_the_same_seed_is_the_same_bits(pair):
     first, second, other = (_play(agents.make(name, env, seed=seed), env, 50) for seed in (3, 3, 4))
     assert first.tobytes() == second.tobytes()
     assert first.tobytes() != other.tobytes()
+
+
+class Replay(gym.Env):
+    """What was felt once, felt again whatever is commanded, of an object that is nowhere to be found."""
+
+    def __init__(self, env: gym.Env, felt: list) -> None:
+        self.action_space, self.observation_space = env.action_space, env.observation_space
+        self.hand, self.control_hz, self.felt = env.unwrapped.hand, env.unwrapped.control_hz, felt
+
+    def reset(self, *, seed=None, options=None):
+        self.left = iter(self.felt)
+        return next(self.left), {}
+
+    def step(self, action):
+        return next(self.left), 0.0, False, False, {}
+
+
+def test_no_policy_reads_the_truth(pair):
+    """Where there is no object, no state and no truth, the same is felt and the same is done."""
+    env, name = pair
+    policy, state = agents.make(name, env, seed=0), None
+    felt, done = [env.reset(seed=0)[0]], []
+    for _ in range(60):
+        action, state = policy.predict(felt[-1], state)
+        felt.append(env.step(action)[0])
+        done.append(action)
+    blind = watched(Replay(env, felt))
+    again = _play(agents.make(name, blind, seed=0), blind, len(done))
+    np.testing.assert_array_equal(again, done)
 
 
 def test_actions_share_no_memory(pair):
@@ -177,7 +212,7 @@ class _Broken(agents.Policy):
 def test_torques_that_are_not_finite_are_told_with_the_policys_name(env, monkeypatch):
     monkeypatch.setitem(agents.POLICIES, "broken", _Broken)
     observation, _ = env.reset(seed=0)
-    with pytest.raises(ValueError, match="policy 'broken' commands torques that are not finite: .nan"):
+    with pytest.raises(ValueError, match=r"policy .broken. commands torques that are not finite: .nan"):
         agents.act(agents.make("broken", env), observation)
 
 
@@ -190,7 +225,7 @@ class _Guided(agents.Guided):
 
 def test_a_guided_policy_reads_beliefs_through_further_wrappers(env):
     hand = env.unwrapped.hand
-    with pytest.raises(ValueError, match="guided by beliefs.*wrap it: ObserverWrapper"):
+    with pytest.raises(ValueError, match=r"guided by beliefs.*wrap it: ObserverWrapper"):
         _Guided(env)
     wrapped = gym.wrappers.RecordEpisodeStatistics(ObserverWrapper(env, HapticSLAM(hand, particles=2)))
     with pytest.raises(ValueError, match=r"nothing infers here; wrap .* ShapePosterior"):

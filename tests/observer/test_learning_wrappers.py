@@ -210,7 +210,7 @@ def test_information_of_the_map_is_that_of_its_voxels(two_fingers):
     p = two_fingers.belief.occupancy
     entropy = -(p * np.log2(p) + (1 - p) * np.log2(1 - p)).sum()
     assert total == pytest.approx(p.size - entropy)
-    with pytest.raises(ValueError, match=r"unknown objective 'maps'.*choose from map, name"):
+    with pytest.raises(ValueError, match=r"unknown objective 'maps'.*choose from class, map"):
         InformationGainReward(two_fingers, "maps")
 
 

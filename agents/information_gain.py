@@ -1,0 +1,163 @@
+"""The torques from which most is expected to be learnt, by looking ahead.
+
+To go where the entropy of a belief falls most is infotaxis (Vergassola, Villermaux & Shraiman 2007, Nature 445,
+406-409). Shapes: M candidate torques, K worlds, H hypotheses, J joints, F fingers, D = 2J numbers of state.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from agents import lookahead
+from agents.map_lookahead import MapLookahead
+from agents.policy import EpisodeStart, Guided, State, starts
+from agents.reach import Reach
+from haptic_env import validate
+from observer.forward_model import ForwardModel
+from observer.kinematics import tree_of
+from observer.resampling import systematic_counts
+from observer.solid_fields import skin_of
+
+Array = NDArray[np.float64]
+OBJECTIVES = ("class", "map")
+HYPOTHESES = 8  # of each label: what is felt is told apart between these
+WORLDS = 2  # of each label: of these each is taken for the truth in turn
+LOOKS = 5  # within the horizon
+UNLIKELY = 0.003  # a label of less is left out
+SPREAD = 0.0015  # metres: how well the skin's place is known; adds to the gap that the observer tolerates
+
+
+class InformationGain(Guided):
+    """Takes, every `seconds`, that of M candidate torques after which least entropy is expected to be left, of what
+    the object is (`objective="class"`) or of the map ("map"), and holds it.
+
+    Where torques lead is told by the observer's forward model about the believed pose. For the class, hypotheses are
+    drawn from the shape posterior; each of a few is taken for the truth in turn, holds the fingers out, and what would
+    be felt there is weighed by the observer's own contact likelihood with its own exponent. Expected posterior entropy
+    is the mean over those truths. For the map, see `MapLookahead`.
+
+    A candidate is a random mixture of three strokes for each finger, about the grasp centre: closing, going across,
+    curling (`Reach`); the one in force stays a candidate. `horizon` s: how far it looks ahead.
+    """
+
+    asks_shape = True
+
+    def __init__(
+        self,
+        env: gym.Env[Any, Any],
+        seed: int | None = None,
+        *,
+        objective: str = "class",
+        candidates: int = 16,
+        seconds: float = 0.2,
+        horizon: float = 0.5,
+    ) -> None:
+        super().__init__(env, seed)
+        self.objective = validate.choice("objective", objective, OBJECTIVES)
+        self.candidates = validate.integer("candidates", candidates, 1)
+        rate: float = env.unwrapped.control_hz  # type: ignore[attr-defined]
+        self.steps = max(1, round(validate.number("seconds", seconds, above=0.0, unit="s") * rate))
+        self.every = max(1, round(validate.number("horizon", horizon, above=0.0, unit="s") * rate / LOOKS))
+        self._model = ForwardModel(self.hand, rate)
+        self._reach = Reach(self.hand)
+        self._tree, self._skin, self._spheres = tree_of(self.hand), skin_of(self.hand), lookahead.spheres_of(self.hand)
+        self._map = MapLookahead(self.hand)
+
+    def predict(
+        self,
+        observation: Any,
+        state: State = None,
+        episode_start: EpisodeStart = None,
+        deterministic: bool = False,
+    ) -> tuple[NDArray[np.float32], State]:
+        """As every policy's; `state` holds the torques in force, how long they stay, and the last pose (J,) rad."""
+        pose = self.belief.joint_angles
+        if state is None or starts(episode_start):
+            state = np.zeros(self.joints, np.float32), np.array(0), pose
+        torque, left, before = state
+        if left == 0:
+            torque, left = self._decide(torque, pose, before), np.array(self.steps)
+        return torque.copy(), (torque, left - 1, pose)
+
+    def _decide(self, held: NDArray[np.float32], pose: Array, before: Array) -> NDArray[np.float32]:
+        torques = self._draw(held)
+        line = self._line(held, pose, before)
+        push = (torques - held) * self.hand.torque_limits
+        left = (
+            self._class_left(line, push)
+            if self.objective == "class"
+            else -self._map.gain(self.belief, line, push, LOOKS, self.every)
+        )
+        return torques[int(np.argmin(left))]
+
+    def _draw(self, held: NDArray[np.float32]) -> NDArray[np.float32]:
+        """(M, J) candidates, the torques in force first."""
+        strokes = self._reach.strokes(self.hand.rest_pose, self.hand.grasp_centre)
+        fingers = self._reach.fingers
+        drawn = [held]
+        for _ in range(self.candidates - 1):
+            close = self.rng.uniform(-0.2, 0.8, (fingers, 1))
+            across, curl = self.rng.uniform(-1.0, 1.0, (2, fingers, 1))
+            drawn.append(
+                self._reach.together(close * strokes.close + across * strokes.across + 0.5 * curl * strokes.curl)
+            )
+        return np.array(drawn)
+
+    def _line(self, held: NDArray[np.float32], pose: Array, before: Array) -> lookahead.Line:
+        """The forward model about now, at the speed of the last step."""
+        speed = (pose - before) * self.env.unwrapped.control_hz  # type: ignore[attr-defined]
+        state = np.concatenate([pose, speed])
+        ahead = self._model.predict(state, held.astype(np.float64))
+        low, high = (np.ascontiguousarray(each) for each in self.hand.joint_limits.T)
+        return lookahead.Line(state, ahead.state, ahead.transition, ahead.torque_gain, low, high)
+
+    def _class_left(self, line: lookahead.Line, push: Array) -> Array:
+        """(M,) bits: the expected entropy of the labels after each of `push` (M, J) N·m."""
+        solids, log_probability, of = self.shape.hypotheses
+        posterior = np.exp(log_probability)
+        chosen: list[int] = []
+        worlds: list[int] = []
+        for label in np.unique(of):
+            mine = np.flatnonzero(of == label)
+            total = posterior[mine].sum()
+            if total < UNLIKELY:
+                continue
+            counts = systematic_counts(np.resize(posterior[mine] / total, len(mine)), self.rng.random())
+            drawn = np.repeat(mine, counts)
+            drawn = self.rng.permutation(drawn)[: min(HYPOTHESES, len(drawn))]
+            worlds += range(len(chosen), len(chosen) + min(WORLDS, len(drawn)))
+            chosen += drawn.tolist()
+        pick = np.array(chosen)
+        label = of[pick]
+        share = np.bincount(of, posterior)[label]
+        log_weights = np.log(share / np.bincount(label)[label])
+        some = solids._replace(
+            drawn_in=solids.drawn_in[pick],
+            scale=solids.scale[pick],
+            rotation=solids.rotation[pick],
+            position=solids.position[pick],
+        )
+        shape = self.shape
+        left = lookahead.class_entropies(
+            self._tree,
+            self._spheres,
+            self._skin,
+            some,
+            line,
+            push,
+            self.every,
+            LOOKS,
+            np.array(worlds),
+            log_weights,
+            label,
+            int(of.max()) + 1,
+            float(np.hypot(shape.tolerance, SPREAD)),
+            shape.surprise,
+            shape.temper * self.every / shape.stride,
+        )
+        weights = share[worlds] / np.bincount(label[worlds])[label[worlds]]
+        return np.asarray(left @ weights / weights.sum())

@@ -1,0 +1,233 @@
+"""Looking ahead, compiled: where torques would take the hand if the object were this or that, and what would be felt.
+
+Shapes: M candidate torques, K worlds (hypotheses that are taken for true), H hypotheses, C labels, J joints, D = 2J, L
+links, P patches, T looks within the horizon. Kernels are pure, and each candidate is computed in one order: the same
+bits for any number of threads.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.hand import Hand
+from observer.kinematics import body_frames, point_jacobian
+from observer.shape_kernels import CLEAR, patch_gaps
+from observer.solid_fields import field_distance
+from observer.threads import parallel
+
+Array = NDArray[np.float64]
+ALONG = 4  # spheres that stand for each link where it may meet the object
+STEP = 0.001  # metres, of the differences that give the object's normal
+FELT = 0.001  # metres: a patch this near would feel contact (points of the skin lie some millimetres apart)
+
+
+class Spheres(NamedTuple):
+    """The links as spheres (B,): their `body`, how far `along` its bone (m), and their `radius` (m)."""
+
+    body: NDArray[np.int64]
+    along: Array
+    radius: Array
+
+
+class Line(NamedTuple):
+    """The forward model about now: x ← `drift` + `transition` (x - `state`) + `gain` (τ - τ₀), N·m, in one control step
+    from `state` (D,); `gain` (D, J); joints stay within `low` and `high` (J,) rad."""
+
+    state: Array
+    drift: Array
+    transition: Array
+    gain: Array
+    low: Array
+    high: Array
+
+
+def spheres_of(hand: Hand) -> Spheres:
+    """The links of `hand` as `ALONG` spheres each."""
+    share = np.tile(np.linspace(0.0, 1.0, ALONG), len(hand.links))
+    return Spheres(
+        np.repeat(hand.link_bodies, ALONG).astype(np.int64),
+        share * np.repeat([link.length for link in hand.links], ALONG),
+        np.repeat([link.radius for link in hand.links], ALONG),
+    )
+
+
+@numba.njit(cache=True, inline="always", error_model="numpy")
+def _distance(solids, h, x, y, z):
+    """Signed distance (m) of a point of the world from hypothesis `h`."""
+    turn, at, scale = solids.rotation[h], solids.position[h], solids.scale[h]
+    x, y, z = x - at[0], y - at[1], z - at[2]
+    u = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale
+    v = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale
+    w = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale
+    field = solids.field[solids.drawn_in[h]]
+    return scale * field_distance(field, solids.resolution, solids.half, solids.far, u, v, w)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _hold_out(tree, spheres, solids, h, line, x, position, rotation, jacobian, moved):
+    """Push the state `x` (D,) out of hypothesis `h`: for each link that is in it, by the force along its normal that
+    takes it to the surface within a control step. The frames are left at where it was."""
+    joints = len(line.low)
+    body_frames(tree, x[:joints], position, rotation)
+    first = 0
+    while first < len(spheres.body):
+        body = spheres.body[first]
+        deepest, at = 0.0, -1
+        for b in range(first, first + ALONG):
+            s = spheres.along[b]
+            gap = _distance(
+                solids,
+                h,
+                position[body, 0] + s * rotation[body, 0, 2],
+                position[body, 1] + s * rotation[body, 1, 2],
+                position[body, 2] + s * rotation[body, 2, 2],
+            )
+            gap -= spheres.radius[b]
+            if gap < deepest:
+                deepest, at = gap, b
+        first += ALONG
+        if at < 0:
+            continue
+        point = position[body] + spheres.along[at] * rotation[body][:, 2]
+        normal = np.empty(3)
+        for i in range(3):
+            point[i] += STEP
+            ahead = _distance(solids, h, point[0], point[1], point[2])
+            point[i] -= 2 * STEP
+            normal[i] = ahead - _distance(solids, h, point[0], point[1], point[2])
+            point[i] += STEP
+        length = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+        if length == 0.0:
+            continue
+        point_jacobian(tree, x[:joints], position, rotation, body, point, jacobian)
+        torque = np.empty(joints)
+        for j in range(joints):
+            torque[j] = (jacobian[0, j] * normal[0] + jacobian[1, j] * normal[1] + jacobian[2, j] * normal[2]) / length
+        give = 0.0
+        for i in range(2 * joints):
+            moved[i] = 0.0
+            for j in range(joints):
+                moved[i] += line.gain[i, j] * torque[j]
+        for j in range(joints):
+            give += torque[j] * moved[j]
+        if give > 0.0:
+            for i in range(2 * joints):
+                x[i] -= deepest / give * moved[i]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _roll(tree, spheres, solids, h, line, torque, every, looks):
+    """Fill `looks` (T, J) rad with the pose after each `every` steps under `torque` (J,) N·m, if `h` were there."""
+    joints, size = len(line.low), len(line.state)
+    x, free, moved = line.state.copy(), np.empty(size), np.empty(size)
+    position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
+    jacobian = np.empty((3, joints))
+    push = line.gain @ torque
+    for step in range(every * len(looks)):
+        for i in range(size):
+            free[i] = line.drift[i] + push[i]
+            for j in range(size):
+                free[i] += line.transition[i, j] * (x[j] - line.state[j])
+        x[:] = free
+        _hold_out(tree, spheres, solids, h, line, x, position, rotation, jacobian, moved)
+        for j in range(joints):
+            if x[j] < line.low[j] or x[j] > line.high[j]:
+                x[j] = min(max(x[j], line.low[j]), line.high[j])
+                x[joints + j] = 0.0
+        if (step + 1) % every == 0:
+            looks[step // every] = x[:joints]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _feel(tree, skin, solids, world, pose, tolerance, surprise, weight, log_likelihood, scratch):
+    """Add to `log_likelihood` (H,) what the contacts at `pose` (J,) say of each hypothesis, were `world` the true one;
+    `weight`: exponent of that evidence."""
+    position, rotation, felt, gaps = scratch
+    body_frames(tree, pose, position, rotation)
+    clear = CLEAR * tolerance
+    least = np.log(surprise)
+    for link in range(len(skin.body)):
+        body = skin.body[link]
+        first, end = skin.first_patch[link], skin.first_patch[link + 1]
+        near = patch_gaps(solids, world, skin, link, position[body], rotation[body], clear, felt)
+        touches = 0
+        for patch in range(first, end):
+            if near and felt[patch] < FELT:
+                touches += 1
+            else:
+                felt[patch] = clear
+        for h in range(len(log_likelihood)):
+            if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
+                log_likelihood[h] += weight * touches * least
+                continue
+            for patch in range(first, end):
+                if gaps[patch] >= clear:
+                    if felt[patch] < FELT:
+                        log_likelihood[h] += weight * least
+                    continue
+                ratio = gaps[patch] / tolerance
+                fit = np.exp(-0.5 * ratio * ratio) if felt[patch] < FELT else 1.0 / (1.0 + np.exp(-1.7 * ratio))
+                log_likelihood[h] += weight * np.log(surprise + (1.0 - surprise) * fit)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _class_entropy(log_weights, log_likelihood, label, labels):
+    """Entropy (bits) of the posterior of the labels."""
+    top = -np.inf
+    for h in range(len(label)):
+        top = max(top, log_weights[h] + log_likelihood[h])
+    share = np.zeros(labels)
+    for h in range(len(label)):
+        share[label[h]] += np.exp(log_weights[h] + log_likelihood[h] - top)
+    total, entropy = share.sum(), 0.0
+    for c in range(labels):
+        if share[c] > 0.0:
+            entropy -= share[c] / total * np.log2(share[c] / total)
+    return entropy
+
+
+@parallel(cache=True, error_model="numpy")
+def class_entropies(
+    tree,
+    spheres,
+    skin,
+    solids,
+    line,
+    torques,
+    every,
+    looks,
+    worlds,
+    log_weights,
+    label,
+    labels,
+    tolerance,
+    surprise,
+    weight,
+):
+    """(M, K) bits: the entropy of the labels that is left after each of `torques` (M, J) N·m (beyond those of now) was
+    held for T = `looks` times `every` steps, were each of `worlds` (K,) the true hypothesis.
+
+    `log_weights` (H,) and `label` (H,) of the hypotheses, `weight`: exponent of the evidence of a look.
+    """
+    out = np.empty((len(torques), len(worlds)))
+    for m in numba.prange(len(torques)):
+        poses = np.empty((looks, len(line.low)))
+        log_likelihood = np.empty(len(label))
+        patches = skin.first_patch[-1]
+        scratch = (
+            np.empty((len(tree.parent), 3)),
+            np.empty((len(tree.parent), 3, 3)),
+            np.empty(patches),
+            np.empty(patches),
+        )
+        for k in range(len(worlds)):
+            _roll(tree, spheres, solids, worlds[k], line, torques[m], every, poses)
+            log_likelihood[:] = 0.0
+            for t in range(looks):
+                _feel(tree, skin, solids, worlds[k], poses[t], tolerance, surprise, weight, log_likelihood, scratch)
+            out[m, k] = _class_entropy(log_weights, log_likelihood, label, labels)
+    return out

@@ -1,0 +1,108 @@
+"""What a map is expected to gain from moving the hand. No shape is assumed.
+
+Shapes: M candidate torques, T looks, F fingers, J joints, D = 2J, S points of the skin, (X, Y, Z) voxels.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.lookahead import Line
+from agents.reach import Reach
+from haptic_env.hand import Hand
+from observer.belief import Belief
+from observer.contact_model import ContactModel
+from observer.kinematics import body_frames, tree_of
+from observer.threads import parallel
+
+Array = NDArray[np.float64]
+SPACING = 0.006  # metres between points of the skin
+
+
+class MapLookahead:
+    """The expected drop of a map's entropy.
+
+    A finger sweeps cells as it moves in free air, and learns of each what it holds: the entropy of the cell. It goes on
+    only as long as none of them has stopped it, for which the probability is the product of theirs to be empty; a
+    cell of which nothing is known is as probably solid as the observer's prior has it.
+    """
+
+    def __init__(self, hand: Hand) -> None:
+        skin = hand.patches.surface(SPACING)
+        self._tree = tree_of(hand)
+        self._points, self._body = skin.points, hand.link_bodies[skin.link].astype(np.int64)
+        reach = Reach(hand)
+        on_finger = reach.links.any(axis=0)
+        finger = np.where(on_finger, reach.links.argmax(axis=0), reach.fingers)  # what is on none is a palm
+        self._finger = finger[skin.link].astype(np.int64)
+
+    def gain(self, belief: Belief, line: Line, push: Array, looks: int, every: int) -> Array:
+        """(M,) bits that `push` (M, J) N·m (beyond the torques of now) are expected to give, held for `looks` times
+        `every` steps."""
+        occupancy = belief.occupancy
+        solid = np.where(occupancy == 0.5, ContactModel.prior, occupancy)
+        p = np.clip(occupancy, 1e-9, 1.0 - 1e-9)
+        entropy = -p * np.log2(p) - (1.0 - p) * np.log2(1.0 - p)
+        poses = _swing(line, push, looks, every)
+        grid = belief.grid
+        return np.asarray(
+            _expected(
+                self._tree,
+                self._points,
+                self._body,
+                self._finger,
+                poses,
+                np.array(grid.origin),
+                grid.resolution,
+                entropy,
+                np.log1p(-np.minimum(solid, 1.0 - 1e-9)),
+            )
+        )
+
+
+def _swing(line: Line, push: Array, looks: int, every: int) -> Array:
+    """(M, T, J) rad: where each of `push` (M, J) N·m takes the hand in free air."""
+    joints = push.shape[1]
+    x = np.tile(line.state, (len(push), 1))
+    poses = np.empty((len(push), looks, joints))
+    for step in range(looks * every):
+        x = line.drift + (x - line.state) @ line.transition.T + push @ line.gain.T
+        inside = np.clip(x[:, :joints], line.low, line.high)
+        x[:, joints:] *= inside == x[:, :joints]
+        x[:, :joints] = inside
+        if (step + 1) % every == 0:
+            poses[:, step // every] = inside
+    return poses
+
+
+@parallel(cache=True, error_model="numpy")
+def _expected(tree, points, body, finger, poses, origin, resolution, entropy, log_empty):
+    """(M,) bits: of each path `poses` (M, T, J) the entropy of the cells that it sweeps, each once, by the probability
+    that its finger gets there."""
+    out = np.zeros(len(poses))
+    for m in numba.prange(len(poses)):
+        position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
+        swept = np.zeros(entropy.shape, dtype=np.bool_)
+        passes = np.zeros(finger.max() + 1)  # log of the probability that nothing has stopped the finger
+        here = np.zeros(len(passes))
+        for t in range(poses.shape[1]):
+            body_frames(tree, poses[m, t], position, rotation)
+            here[:] = 0.0
+            for s in range(len(points)):
+                b = body[s]
+                x, y, z = points[s, 0], points[s, 1], points[s, 2]
+                cell = np.empty(3, dtype=np.int64)
+                inside = True
+                for i in range(3):
+                    place = position[b, i] + rotation[b, i, 0] * x + rotation[b, i, 1] * y + rotation[b, i, 2] * z
+                    cell[i] = int(np.floor((place - origin[i]) / resolution))
+                    inside = inside and 0 <= cell[i] < entropy.shape[i]
+                if not inside or swept[cell[0], cell[1], cell[2]]:
+                    continue
+                swept[cell[0], cell[1], cell[2]] = True
+                out[m] += np.exp(passes[finger[s]]) * entropy[cell[0], cell[1], cell[2]]
+                here[finger[s]] += log_empty[cell[0], cell[1], cell[2]]
+            passes += here
+    return out

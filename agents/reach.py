@@ -1,0 +1,110 @@
+"""How the joints of a hand move its fingers: towards a place, and across the way there.
+
+Shapes: J joints, L links, F fingers (links with a tip). Lengths in metres, world frame.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from haptic_env.hand import Hand
+from observer.kinematics import body_frames, point_jacobian, tree_of
+
+Array = NDArray[np.float64]
+LEAST = 1e-6  # metres, or metres a radian: nothing
+
+
+class Strokes(NamedTuple):
+    """Torques, as fractions in [-1, 1], that move each finger one way (F, J): `close` it about a place; move it
+    `across` the way there; `curl` it, its inner joints away from the place and its outer ones towards it, which draws
+    the tip along what it touches. Joints that a finger does not move, or not alone but for `close`, are 0."""
+
+    close: Array
+    across: Array
+    curl: Array
+
+
+class Reach:
+    """The kinematics of `hand`, for policies."""
+
+    def __init__(self, hand: Hand) -> None:
+        self._tree = tree_of(hand)
+        self._middle = np.array([0.5 * link.length for link in hand.links])
+        self._tips = np.flatnonzero([link.tip for link in hand.links])
+        _, jacobian = self._jacobians(hand.rest_pose)
+        moved = np.abs(jacobian).max(axis=1) > LEAST  # (L, J)
+        self.moves: NDArray[np.bool_] = moved[self._tips]
+        """(F, J): which joints move each finger."""
+        self.alone: NDArray[np.bool_] = self.moves & (self.moves.sum(axis=0) == 1)
+        """(F, J): which joints move that finger alone; those of a wrist move several."""
+        self.links: NDArray[np.bool_] = (moved[None] & self.alone[:, None]).any(axis=2)
+        """(F, L): the links of each finger; a palm belongs to none."""
+        order = np.cumsum(self.alone, axis=1)
+        self._outer = order > 0.5 * order[:, -1:]
+
+    @property
+    def fingers(self) -> int:
+        """F."""
+        return len(self._tips)
+
+    def strokes(self, joint_angles: ArrayLike, place: ArrayLike) -> Strokes:
+        """The strokes at `joint_angles` (J,) rad about `place` (3,) m, or one for each finger (F, 3).
+
+        `close` is for each joint the cosine between the way in which it moves the links of the finger and their way to
+        the place, averaged over the links by how far it moves them.
+        """
+        points, jacobian = self._jacobians(joint_angles)
+        places = np.broadcast_to(np.asarray(place, dtype=np.float64), (self.fingers, 3))
+        way = places[:, None] - points  # (F, L, 3)
+        way /= np.maximum(np.linalg.norm(way, axis=2, keepdims=True), LEAST)
+        length = np.linalg.norm(jacobian, axis=1) * self.links[:, :, None]  # (F, L, J)
+        pull = np.einsum("lij,fli,fl->fj", jacobian, way, self.links)
+        close = self.moves * pull / np.maximum(length.sum(axis=1), LEAST)
+        each = np.arange(self.fingers)
+        tip = jacobian[self._tips]  # (F, 3, J)
+        bone = points[self._tips] - self._at(joint_angles, np.zeros_like(self._middle))[self._tips]
+        sideways = np.cross(way[each, self._tips], bone)
+        sideways /= np.maximum(np.linalg.norm(sideways, axis=1, keepdims=True), LEAST)
+        across = np.einsum("fij,fi->fj", tip, sideways) / np.maximum(np.linalg.norm(tip, axis=1), LEAST)
+        return Strokes(close, self.alone * across, self.alone * np.where(self._outer, close, -close))
+
+    def together(self, torques: Array) -> NDArray[np.float32]:
+        """(J,) in [-1, 1]: the `torques` (F, J) of all fingers, averaged where several move a joint."""
+        return np.clip(torques.sum(axis=0) / np.maximum(self.moves.sum(axis=0), 1), -1.0, 1.0).astype(np.float32)
+
+    def touching(self, hand: Hand, contacts: ArrayLike) -> NDArray[np.bool_]:
+        """(F,): which fingers feel contact, `contacts` (P,)."""
+        felt = np.zeros(len(hand.links), dtype=bool)
+        felt[hand.patches.link[np.flatnonzero(contacts)]] = True
+        return self.links @ felt
+
+    def _jacobians(self, joint_angles: ArrayLike) -> tuple[Array, Array]:
+        """(L, 3) m, the middle of each link, and (L, 3, J), how the joints move it."""
+        q = np.asarray(joint_angles, dtype=np.float64)
+        points, jacobian = np.empty((len(self._middle), 3)), np.empty((len(self._middle), 3, len(q)))
+        _points_on_bones(self._tree, q, self._middle, points, jacobian)
+        return points, jacobian
+
+    def _at(self, joint_angles: ArrayLike, along: Array) -> Array:
+        """(L, 3) m: the point `along` (L,) m each bone."""
+        q = np.asarray(joint_angles, dtype=np.float64)
+        points, jacobian = np.empty((len(along), 3)), np.empty((len(along), 3, len(q)))
+        _points_on_bones(self._tree, q, along, points, jacobian)
+        return points
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _points_on_bones(tree, joint_angles, along, points, jacobian):
+    """Fill `points` (L, 3) and `jacobian` (L, 3, J) for the place `along` (L,) m each link's bone."""
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, joint_angles, position, rotation)
+    for link in range(len(along)):
+        body = tree.link_body[link]
+        for i in range(3):
+            points[link, i] = position[body, i] + along[link] * rotation[body, i, 2]
+        point_jacobian(tree, joint_angles, position, rotation, body, points[link], jacobian[link])

@@ -1,0 +1,115 @@
+"""Torques in a space of few joint synergies.
+
+Hands move in few dimensions: two principal components hold four fifths of the variance of the postures in which people
+grasp (Santello, Flanders & Soechting 1998, J. Neurosci. 18, 10105-10115). Shapes: J joints, S synergies, T steps of
+recordings.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.policy import EpisodeStart, Policy, State, starts
+from agents.reach import Reach
+from haptic_env import validate
+from haptic_env.hand import Hand
+
+Array = NDArray[np.float64]
+EXPLAINED = 0.9  # share of the variance that the components of recordings must hold
+
+
+class Synergy(Policy):
+    """An Ornstein–Uhlenbeck process in each synergy, of time constant `seconds` and stationary SD `sd`; the first one,
+    flexion, has the mean `flexion`. Torques are the sum, clipped to their limits.
+
+    `recordings`: a file of joint angles (T, J) rad, .npy or .csv, in the order of the hand's joints; synergies are its
+    principal components, as many as hold nine tenths of the variance (or `synergies`), and the first is turned so that
+    it closes the hand. None: `opposition_basis`, from the hand's kinematics.
+
+    Raises `ValueError` for a value out of range or recordings of other joints.
+    """
+
+    def __init__(
+        self,
+        env: gym.Env[Any, Any],
+        seed: int | None = None,
+        *,
+        recordings: str | os.PathLike[str] | None = None,
+        synergies: int | None = None,
+        flexion: float = 0.4,
+        sd: float = 0.6,
+        seconds: float = 0.3,
+    ) -> None:
+        super().__init__(env, seed)
+        hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+        basis = opposition_basis(hand) if recordings is None else posture_basis(hand, Path(recordings))
+        count = validate.integer("synergies", len(basis) if synergies is None else synergies, 1, self.joints)
+        if recordings is None and count > len(basis):
+            raise ValueError(f"the hand {hand.name!r} has {len(basis)} synergies without recordings, got {synergies!r}")
+        self.basis = basis[:count] if synergies is not None else basis
+        self.mean = np.zeros(len(self.basis))
+        self.mean[0] = validate.number("flexion", flexion, -1.0, 1.0)
+        self.sd = validate.number("sd", sd, above=0.0)
+        tau = validate.number("seconds", seconds, above=0.0, unit="s")
+        self.decay = float(np.exp(-1.0 / (tau * env.unwrapped.control_hz)))  # type: ignore[attr-defined]
+
+    def predict(
+        self,
+        observation: Any,
+        state: State = None,
+        episode_start: EpisodeStart = None,
+        deterministic: bool = False,
+    ) -> tuple[NDArray[np.float32], State]:
+        """As every policy's; `state` holds the process (S,). `deterministic` takes its mean step."""
+        fresh = self.sd * self.rng.standard_normal(len(self.basis)) * (not deterministic)
+        new = state is None or starts(episode_start)
+        drive = fresh if new else self.decay * state[0] + np.sqrt(1 - self.decay**2) * fresh  # type: ignore[index]
+        torque = np.clip((self.mean + drive) @ self.basis, -1.0, 1.0)
+        return torque.astype(np.float32), (drive,)
+
+
+def opposition_basis(hand: Hand) -> Array:
+    """(S, J), the largest entry of each 1: all fingers close; then for each finger, it closes against the others, goes
+    across, and curls. For two fingers these are flexion, opposition, and the ways along an object."""
+    reach = Reach(hand)
+    close, across, curl = reach.strokes(hand.rest_pose, hand.grasp_centre)
+    together = close.sum(axis=0)
+    against = [2.0 * each - together for each in close[1:]]
+    return _scaled(np.array([together, *against, *across, *curl]))
+
+
+def posture_basis(hand: Hand, path: Path) -> Array:
+    """(S, J), the largest entry of each 1: the principal components of the recorded angles in the file at `path`, all
+    of those that are needed to hold `EXPLAINED` of the variance."""
+    angles = _read(path)
+    if angles.ndim != 2 or angles.shape[1] != hand.joints or len(angles) < 2 or not np.isfinite(angles).all():
+        raise ValueError(
+            f"recordings must be finite angles of shape (T, {hand.joints}), one column for each of "
+            f"{', '.join(hand.joint_names)}; {path} has shape {angles.shape}"
+        )
+    _, spread, components = np.linalg.svd(angles - angles.mean(axis=0), full_matrices=False)
+    held = np.cumsum(spread**2) / max(float((spread**2).sum()), 1e-300)
+    basis = components[: int(np.searchsorted(held, EXPLAINED)) + 1]
+    closing = opposition_basis(hand)[0]
+    basis *= np.where(basis @ closing < 0.0, -1.0, 1.0)[:, None]
+    return _scaled(basis)
+
+
+def _read(path: Path) -> Array:
+    try:
+        return np.atleast_2d(np.load(path) if path.suffix == ".npy" else np.loadtxt(path, delimiter=","))
+    except (OSError, ValueError) as error:
+        raise ValueError(
+            f"recordings must be a .npy or .csv file of joint angles, got {str(path)!r}: {error}"
+        ) from error
+
+
+def _scaled(basis: Array) -> Array:
+    largest = np.abs(basis).max(axis=1, keepdims=True)
+    return np.asarray(basis / np.where(largest > 0.0, largest, 1.0))
