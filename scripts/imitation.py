@@ -9,14 +9,17 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from presets import Sweep
-from stable_baselines3 import PPO
+from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.vec_env import VecEnv
 
 from haptic_env.hand import Hand
 
+BATCH = 256
 
-def imitate(model: PPO, env: VecEnv, sweep: Sweep, hand: Hand, decision_seconds: float) -> None:
-    """Fit the mean of the policy of `model` to `sweep`, and its value to the returns that were had."""
+
+def imitate(model: PPO | SAC, env: VecEnv, sweep: Sweep, hand: Hand, decision_seconds: float) -> None:
+    """Fit the mean of the policy of `model` to `sweep`; PPO also its value to the returns that were had, while SAC
+    keeps what happened in its replay buffer."""
     rng = np.random.default_rng(model.seed)
     observation = env.reset()
     clock = np.zeros(env.num_envs)
@@ -24,13 +27,19 @@ def imitate(model: PPO, env: VecEnv, sweep: Sweep, hand: Hand, decision_seconds:
     for _ in range(sweep.decisions):
         wanted = sweep.torques(clock, hand)
         action = np.clip(wanted + sweep.noise * rng.standard_normal(wanted.shape), -1.0, 1.0).astype(np.float32)
-        after, reward, done, _ = env.step(action)
+        after, reward, done, infos = env.step(action)
+        assert isinstance(observation, np.ndarray)
+        assert isinstance(after, np.ndarray)
+        if isinstance(model, SAC):
+            assert model.replay_buffer is not None
+            last = np.array([info.get("terminal_observation", row) for info, row in zip(infos, after, strict=True)])
+            model.replay_buffer.add(observation, last, action, reward, done, infos)
         rows.append((observation, wanted, reward, done))
         observation = after
         clock = np.where(done, 0.0, clock + decision_seconds)
     seen, wanted, rewards, dones = (np.array(each) for each in zip(*rows, strict=True))
     returns, known = _returns(rewards, dones, model.gamma)
-    _fit(model, torch.as_tensor(seen[known]), torch.as_tensor(wanted[known]), torch.as_tensor(returns[known]), sweep)
+    _fit(model, *(torch.as_tensor(each[known]) for each in (seen, wanted, returns)), sweep.epochs)
 
 
 def _returns(
@@ -46,14 +55,19 @@ def _returns(
     return result, known
 
 
-def _fit(model: PPO, seen: torch.Tensor, wanted: torch.Tensor, returns: torch.Tensor, sweep: Sweep) -> None:
-    optimiser = torch.optim.Adam(model.policy.parameters(), lr=1e-3)
+def _fit(model: PPO | SAC, seen: torch.Tensor, wanted: torch.Tensor, returns: torch.Tensor, epochs: int) -> None:
+    learnt = model.policy.parameters() if isinstance(model, PPO) else model.actor.parameters()
+    optimiser = torch.optim.Adam(learnt, lr=1e-3)
     generator = torch.Generator().manual_seed(int(model.seed or 0))
-    for _ in range(sweep.epochs):
-        for batch in torch.randperm(len(seen), generator=generator).split(256):
-            mean = model.policy.get_distribution(seen[batch]).distribution.mean  # type: ignore[union-attr]
-            values = model.policy.predict_values(seen[batch]).squeeze(1)
-            error = ((mean - wanted[batch]) ** 2).mean() + 0.1 * ((values - returns[batch]) ** 2).mean()
+    for _ in range(epochs):
+        for batch in torch.randperm(len(seen), generator=generator).split(BATCH):
+            if isinstance(model, PPO):
+                mean = model.policy.get_distribution(seen[batch]).distribution.mean  # type: ignore[union-attr]
+                values = model.policy.predict_values(seen[batch]).squeeze(1)
+                error = 0.1 * ((values - returns[batch]) ** 2).mean()
+            else:
+                mean, error = torch.tanh(model.actor.get_action_dist_params(seen[batch])[0]), torch.zeros(())
+            error = error + ((mean - wanted[batch]) ** 2).mean()
             optimiser.zero_grad()
             error.backward()
             optimiser.step()

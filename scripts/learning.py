@@ -122,7 +122,7 @@ def prepare(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, l
         "hold": preset.world.hold,
     }
     if preset.sweep is not None:
-        assert isinstance(model, stable_baselines3.PPO)
+        assert isinstance(model, stable_baselines3.PPO | stable_baselines3.SAC)
         base: Any = gym.make(preset.world.env).unwrapped
         imitate(model, env, preset.sweep, base.hand, preset.world.hold / base.control_hz)
     return model

@@ -44,8 +44,8 @@ class World:
     least: float = 0.05
     threshold: float = 0.98
     sure_seconds: float = 0.0
-    variants: int = 24
-    samples: int = 8
+    variants: int = 48
+    samples: int = 6
     stride: int = 5
     temper: float = 0.083
 
@@ -89,7 +89,7 @@ class Sweep:
 class Preset:
     """`steps`, `evaluate_every` and `checkpoint_every` count steps of the environment; `envs` run in parallel;
     `episodes` of an evaluation; `learner`: keyword arguments of the algorithm, as Stable-Baselines3 has them; `sweep`:
-    what PPO begins with, None: with what chance has put into the network."""
+    what it begins with, None: with what chance has put into the network."""
 
     algorithm: str
     learner: Mapping[str, Any]
@@ -105,8 +105,8 @@ class Preset:
     def __post_init__(self) -> None:
         validate.choice("algorithm", self.algorithm, ALGORITHMS)
         validate.integer("seed", self.seed, 0, 2**31)
-        if self.sweep is not None and self.algorithm != "PPO":
-            raise ValueError(f"[sweep] is for PPO, not for {self.algorithm}")
+        if self.sweep is not None and self.algorithm == "RecurrentPPO":
+            raise ValueError("[sweep] is for PPO and SAC, not for RecurrentPPO")
         for name in ("steps", "envs", "evaluate_every", "checkpoint_every", "episodes"):
             validate.integer(name, getattr(self, name), 1)
 
