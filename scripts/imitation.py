@@ -39,7 +39,8 @@ def imitate(model: PPO | SAC, env: VecEnv, sweep: Sweep, hand: Hand, decision_se
         clock = np.where(done, 0.0, clock + decision_seconds)
     seen, wanted, rewards, dones = (np.array(each) for each in zip(*rows, strict=True))
     returns, known = _returns(rewards, dones, model.gamma)
-    _fit(model, *(torch.as_tensor(each[known]) for each in (seen, wanted, returns)), sweep.epochs)
+    shown = tuple(torch.as_tensor(each[known]) for each in (seen, wanted, returns))
+    _fit(model, shown, sweep.epochs)
 
 
 def _returns(
@@ -55,7 +56,8 @@ def _returns(
     return result, known
 
 
-def _fit(model: PPO | SAC, seen: torch.Tensor, wanted: torch.Tensor, returns: torch.Tensor, epochs: int) -> None:
+def _fit(model: PPO | SAC, shown: tuple[torch.Tensor, ...], epochs: int) -> None:
+    seen, wanted, returns = shown
     learnt = model.policy.parameters() if isinstance(model, PPO) else model.actor.parameters()
     optimiser = torch.optim.Adam(learnt, lr=1e-3)
     generator = torch.Generator().manual_seed(int(model.seed or 0))

@@ -46,8 +46,8 @@ class World:
     sure_seconds: float = 0.0
     variants: int = 48
     samples: int = 6
-    stride: int = 5
-    temper: float = 0.083
+    stride: int = 10
+    temper: float = 0.16
 
     def __post_init__(self) -> None:
         validate.choice("env", self.env, haptic_env.ENVIRONMENTS)
@@ -73,7 +73,7 @@ class Sweep:
     opening: float = 0.5
     sideways: float = 1.0
     noise: float = 0.3
-    decisions: int = 400
+    decisions: int = 150
     epochs: int = 60
 
     def torques(self, seconds: NDArray[np.float64], hand: Hand) -> NDArray[np.float32]:
