@@ -46,8 +46,8 @@ class World:
     sure_seconds: float = 0.0
     variants: int = 48
     samples: int = 6
-    stride: int = 10
-    temper: float = 0.16
+    stride: int = 5
+    temper: float = 0.083
 
     def __post_init__(self) -> None:
         validate.choice("env", self.env, haptic_env.ENVIRONMENTS)
