@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
+import warnings
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -152,7 +153,9 @@ def train(preset: Preset, jobs: int, out: Path, console: Console) -> int:
     code = 0
     try:
         if left > 0:
-            model.learn(left, [evaluation, save], reset_num_timesteps=False, progress_bar=True, tb_log_name="run")
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", message="rich is experimental")  # tqdm's way to draw the progress bar
+                model.learn(left, [evaluation, save], reset_num_timesteps=False, progress_bar=True, tb_log_name="run")
             save.save()
             seconds = save.seconds
     except KeyboardInterrupt:
