@@ -80,7 +80,7 @@ class Sweep:
         """(E, J) after `seconds` (E,) of an episode; abductors are known by their names, and fingers take turns."""
         sideways = np.array(["abduction" in name for name in hand.joint_names])
         side = np.where(hand.joint_group % 2 == 0, 1.0, -1.0)
-        sweep = self.sideways * np.sin(np.pi * seconds)[:, None] * side
+        sweep = self.sideways * np.cos(np.pi * seconds)[:, None] * side
         close = self.flexion + self.opening * np.sin(2 * np.pi * seconds)[:, None]
         return np.clip(np.where(sideways, sweep, close), -1.0, 1.0).astype(np.float32)
 
