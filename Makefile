@@ -12,13 +12,16 @@ ARGS ?=
 export MUJOCO_GL ?= egl
 
 .DEFAULT_GOAL := help
-.PHONY: help explore test statistics check format clean
+.PHONY: help explore figures test statistics check format clean
 
 help:  ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 explore: $(RUN)  ## Explore a hidden object and name it; ARGS="--shape cube --sigma 5" changes how, OUT= where to
 	$(BIN)/python scripts/explore.py --out $(OUT) $(ARGS)
+
+figures: $(RUN)  ## Draw the figures of the paper, and more, into out/figures; ARGS="figure5 film" picks some
+	$(BIN)/python scripts/figures.py $(ARGS)
 
 test: $(TEST)  ## Run the tests, but for the long statistical ones; ARGS="tests/agents" picks some
 	$(BIN)/python -m pytest -n 2 $(ARGS)
@@ -43,7 +46,7 @@ $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(RUN): pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable .
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[hands,meshes]'
 	touch $@
 
 $(TEST): pyproject.toml constraints.txt | $(BIN)/python

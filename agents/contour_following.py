@@ -41,11 +41,7 @@ class ContourFollowing(Guided):
         self._strokes = self._reach.strokes(self.hand.rest_pose, self.hand.grasp_centre)
 
     def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: EpisodeStart = None,
-        deterministic: bool = False,
+        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state`: of each finger (F,) how it presses, its heading (rad), steps on it and whether it
         felt contact, and the last pose (J,)."""

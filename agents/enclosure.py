@@ -37,11 +37,7 @@ class Enclosure(Guided):
         self._strokes = self._reach.strokes(self.hand.rest_pose, self.hand.grasp_centre)
 
     def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: EpisodeStart = None,
-        deterministic: bool = False,
+        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state`: steps since the grasp began, how it is shifted (2, F) and the last pose (J,)."""
         pose = self.belief.joint_angles

@@ -24,10 +24,11 @@ from observer.solid_fields import skin_of
 
 Array = NDArray[np.float64]
 OBJECTIVES = ("class", "map")
-HYPOTHESES = 8  # of each label: what is felt is told apart between these
+HYPOTHESES = 6  # of each label: what is felt is told apart between these
 WORLDS = 2  # of each label: of these each is taken for the truth in turn
-LOOKS = 5  # within the horizon
+LOOKS = 3  # within the horizon
 UNLIKELY = 0.003  # a label of less is left out
+TIE = 0.001  # bits
 SPREAD = 0.0015  # metres: how well the skin's place is known; adds to the gap that the observer tolerates
 
 
@@ -52,14 +53,14 @@ class InformationGain(Guided):
         seed: int | None = None,
         *,
         objective: str = "class",
-        candidates: int = 16,
+        candidates: int = 12,
         seconds: float = 0.2,
         horizon: float = 0.5,
     ) -> None:
         super().__init__(env, seed)
         self.objective = validate.choice("objective", objective, OBJECTIVES)
         self.candidates = validate.integer("candidates", candidates, 1)
-        rate: float = env.unwrapped.control_hz  # type: ignore[attr-defined]
+        self._rate = rate = float(env.unwrapped.control_hz)  # type: ignore[attr-defined]
         self.steps = max(1, round(validate.number("seconds", seconds, above=0.0, unit="s") * rate))
         self.every = max(1, round(validate.number("horizon", horizon, above=0.0, unit="s") * rate / LOOKS))
         self._model = ForwardModel(self.hand, rate)
@@ -68,11 +69,7 @@ class InformationGain(Guided):
         self._map = MapLookahead(self.hand)
 
     def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: EpisodeStart = None,
-        deterministic: bool = False,
+        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state` holds the torques in force, how long they stay, and the last pose (J,) rad."""
         pose = self.belief.joint_angles
@@ -92,7 +89,8 @@ class InformationGain(Guided):
             if self.objective == "class"
             else -self._map.gain(self.belief, line, push, LOOKS, self.every)
         )
-        return torques[int(np.argmin(left))]
+        # Where nothing is left to be learnt the hand goes on exploring: it may be sure and wrong.
+        return torques[self.rng.choice(np.flatnonzero(left <= left.min() + TIE))]
 
     def _draw(self, held: NDArray[np.float32]) -> NDArray[np.float32]:
         """(M, J) candidates, the torques in force first."""
@@ -109,8 +107,7 @@ class InformationGain(Guided):
 
     def _line(self, held: NDArray[np.float32], pose: Array, before: Array) -> lookahead.Line:
         """The forward model about now, at the speed of the last step."""
-        speed = (pose - before) * self.env.unwrapped.control_hz  # type: ignore[attr-defined]
-        state = np.concatenate([pose, speed])
+        state = np.concatenate([pose, (pose - before) * self._rate])
         ahead = self._model.predict(state, held.astype(np.float64))
         low, high = (np.ascontiguousarray(each) for each in self.hand.joint_limits.T)
         return lookahead.Line(state, ahead.state, ahead.transition, ahead.torque_gain, low, high)
@@ -126,9 +123,8 @@ class InformationGain(Guided):
             total = posterior[mine].sum()
             if total < UNLIKELY:
                 continue
-            counts = systematic_counts(np.resize(posterior[mine] / total, len(mine)), self.rng.random())
-            drawn = np.repeat(mine, counts)
-            drawn = self.rng.permutation(drawn)[: min(HYPOTHESES, len(drawn))]
+            counts = systematic_counts(posterior[mine] / total, self.rng.random())
+            drawn = self.rng.permutation(np.repeat(mine, counts))[:HYPOTHESES]
             worlds += range(len(chosen), len(chosen) + min(WORLDS, len(drawn)))
             chosen += drawn.tolist()
         pick = np.array(chosen)

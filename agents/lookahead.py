@@ -120,7 +120,7 @@ def _hold_out(tree, spheres, solids, h, line, x, position, rotation, jacobian, m
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _roll(tree, spheres, solids, h, line, torque, every, looks):
+def roll(tree, spheres, solids, h, line, torque, every, looks):
     """Fill `looks` (T, J) rad with the pose after each `every` steps under `torque` (J,) N·m, if `h` were there."""
     joints, size = len(line.low), len(line.state)
     x, free, moved = line.state.copy(), np.empty(size), np.empty(size)
@@ -225,7 +225,7 @@ def class_entropies(
             np.empty(patches),
         )
         for k in range(len(worlds)):
-            _roll(tree, spheres, solids, worlds[k], line, torques[m], every, poses)
+            roll(tree, spheres, solids, worlds[k], line, torques[m], every, poses)
             log_likelihood[:] = 0.0
             for t in range(looks):
                 _feel(tree, skin, solids, worlds[k], poses[t], tolerance, surprise, weight, log_likelihood, scratch)

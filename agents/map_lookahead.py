@@ -25,8 +25,8 @@ class MapLookahead:
     """The expected drop of a map's entropy.
 
     A finger sweeps cells as it moves in free air, and learns of each what it holds: the entropy of the cell. It goes on
-    only as long as none of them has stopped it, for which the probability is the product of theirs to be empty; a
-    cell of which nothing is known is as probably solid as the observer's prior has it.
+    only as long as none of them has stopped it; solid cells lie together, so that of each look the most probable one
+    counts. A cell of which nothing is known is as probably solid as the observer's prior has it.
     """
 
     def __init__(self, hand: Hand) -> None:
@@ -45,7 +45,8 @@ class MapLookahead:
         solid = np.where(occupancy == 0.5, ContactModel.prior, occupancy)
         p = np.clip(occupancy, 1e-9, 1.0 - 1e-9)
         entropy = -p * np.log2(p) - (1.0 - p) * np.log2(1.0 - p)
-        poses = _swing(line, push, looks, every)
+        now = np.broadcast_to(line.state[: push.shape[1]], (len(push), 1, push.shape[1]))
+        poses = np.concatenate([now, _swing(line, push, looks, every)], axis=1)
         grid = belief.grid
         return np.asarray(
             _expected(
@@ -79,8 +80,8 @@ def _swing(line: Line, push: Array, looks: int, every: int) -> Array:
 
 @parallel(cache=True, error_model="numpy")
 def _expected(tree, points, body, finger, poses, origin, resolution, entropy, log_empty):
-    """(M,) bits: of each path `poses` (M, T, J) the entropy of the cells that it sweeps, each once, by the probability
-    that its finger gets there."""
+    """(M,) bits: of each path `poses` (M, 1 + T, J), from where the hand is now, the entropy of the cells that it
+    sweeps, each once, by the probability that its finger gets there."""
     out = np.zeros(len(poses))
     for m in numba.prange(len(poses)):
         position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
@@ -102,7 +103,8 @@ def _expected(tree, points, body, finger, poses, origin, resolution, entropy, lo
                 if not inside or swept[cell[0], cell[1], cell[2]]:
                     continue
                 swept[cell[0], cell[1], cell[2]] = True
-                out[m] += np.exp(passes[finger[s]]) * entropy[cell[0], cell[1], cell[2]]
-                here[finger[s]] += log_empty[cell[0], cell[1], cell[2]]
+                if t > 0:
+                    out[m] += np.exp(passes[finger[s]]) * entropy[cell[0], cell[1], cell[2]]
+                    here[finger[s]] = min(here[finger[s]], log_empty[cell[0], cell[1], cell[2]])
             passes += here
     return out

@@ -35,11 +35,7 @@ class Policy(ABC):
 
     @abstractmethod
     def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: EpisodeStart = None,
-        deterministic: bool = False,
+        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
         """Action (J,) in [-1, 1], and the state to hand to the next call; None or `episode_start` starts anew."""
 

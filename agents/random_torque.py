@@ -28,11 +28,7 @@ class RandomTorque(Policy):
         self.decay = float(np.exp(-1.0 / (tau * env.unwrapped.control_hz)))  # type: ignore[attr-defined]
 
     def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: EpisodeStart = None,
-        deterministic: bool = False,
+        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
         if state is None or starts(episode_start):
             drive = self.sd * self.rng.standard_normal(self.joints) * (not deterministic)

@@ -35,7 +35,7 @@ class Reach:
         self._tree = tree_of(hand)
         self._middle = np.array([0.5 * link.length for link in hand.links])
         self._tips = np.flatnonzero([link.tip for link in hand.links])
-        _, jacobian = self._jacobians(hand.rest_pose)
+        _, jacobian = self._points(hand.rest_pose, self._middle)
         moved = np.abs(jacobian).max(axis=1) > LEAST  # (L, J)
         self.moves: NDArray[np.bool_] = moved[self._tips]
         """(F, J): which joints move each finger."""
@@ -57,7 +57,8 @@ class Reach:
         `close` is for each joint the cosine between the way in which it moves the links of the finger and their way to
         the place, averaged over the links by how far it moves them.
         """
-        points, jacobian = self._jacobians(joint_angles)
+        points, jacobian = self._points(joint_angles, self._middle)
+        joint, _ = self._points(joint_angles, np.zeros_like(self._middle))
         places = np.broadcast_to(np.asarray(place, dtype=np.float64), (self.fingers, 3))
         way = places[:, None] - points  # (F, L, 3)
         way /= np.maximum(np.linalg.norm(way, axis=2, keepdims=True), LEAST)
@@ -66,8 +67,7 @@ class Reach:
         close = self.moves * pull / np.maximum(length.sum(axis=1), LEAST)
         each = np.arange(self.fingers)
         tip = jacobian[self._tips]  # (F, 3, J)
-        bone = points[self._tips] - self._at(joint_angles, np.zeros_like(self._middle))[self._tips]
-        sideways = np.cross(way[each, self._tips], bone)
+        sideways = np.cross(way[each, self._tips], (points - joint)[self._tips])
         sideways /= np.maximum(np.linalg.norm(sideways, axis=1, keepdims=True), LEAST)
         across = np.einsum("fij,fi->fj", tip, sideways) / np.maximum(np.linalg.norm(tip, axis=1), LEAST)
         return Strokes(close, self.alone * across, self.alone * np.where(self._outer, close, -close))
@@ -82,19 +82,12 @@ class Reach:
         felt[hand.patches.link[np.flatnonzero(contacts)]] = True
         return self.links @ felt
 
-    def _jacobians(self, joint_angles: ArrayLike) -> tuple[Array, Array]:
-        """(L, 3) m, the middle of each link, and (L, 3, J), how the joints move it."""
-        q = np.asarray(joint_angles, dtype=np.float64)
-        points, jacobian = np.empty((len(self._middle), 3)), np.empty((len(self._middle), 3, len(q)))
-        _points_on_bones(self._tree, q, self._middle, points, jacobian)
-        return points, jacobian
-
-    def _at(self, joint_angles: ArrayLike, along: Array) -> Array:
-        """(L, 3) m: the point `along` (L,) m each bone."""
+    def _points(self, joint_angles: ArrayLike, along: Array) -> tuple[Array, Array]:
+        """(L, 3) m, the points `along` (L,) m the bones, and (L, 3, J), how the joints move them."""
         q = np.asarray(joint_angles, dtype=np.float64)
         points, jacobian = np.empty((len(along), 3)), np.empty((len(along), 3, len(q)))
         _points_on_bones(self._tree, q, along, points, jacobian)
-        return points
+        return points, jacobian
 
 
 @numba.njit(cache=True, error_model="numpy")

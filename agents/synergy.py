@@ -60,11 +60,7 @@ class Synergy(Policy):
         self.decay = float(np.exp(-1.0 / (tau * env.unwrapped.control_hz)))  # type: ignore[attr-defined]
 
     def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: EpisodeStart = None,
-        deterministic: bool = False,
+        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state` holds the process (S,). `deterministic` takes its mean step."""
         fresh = self.sd * self.rng.standard_normal(len(self.basis)) * (not deterministic)

@@ -6,6 +6,8 @@ import gymnasium as gym
 
 ENVIRONMENTS = {
     "HapticSLAM/TwoFinger-v0": "two_finger",
+    "HapticSLAM/AdroitHand-v0": "adroit",
+    "HapticSLAM/MyoHand-v0": "myo",
 }
 
 for _id, _hand in ENVIRONMENTS.items():

@@ -9,6 +9,7 @@ import inspect
 import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -39,7 +40,8 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         self,
         hand: str = "two_finger",
         *,
-        shape: str | Sequence[str] | None = None,
+        shape: str | Path | Sequence[str | Path] | None = None,
+        scale: float = 1.0,
         sigma_deg: float = 3.0,
         bias_deg: float = 0.0,
         drift_deg: float = 0.0,
@@ -58,7 +60,8 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         **hand_keywords: Any,
     ) -> None:
         validate.keywords("environment", hand_keywords, (*_KEYWORDS, *hands.keywords_of(hand)))
-        self.shape_names = _shape_names(shape)
+        self.scale = validate.number("scale", scale, above=0.0, unit="m")
+        self.shape_names = _shape_names(shape, self.scale)
         self.size_jitter = validate.number("size_jitter", size_jitter, 0.0, 0.5)
         self.position_jitter = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
         self.yaw_jitter = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
@@ -202,18 +205,19 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         for option in options:
             validate.choice("reset option", option, RESET_OPTIONS)
         drawn = self.shape_names[rng.integers(len(self.shape_names))]
-        scale = 1 + self.size_jitter * rng.uniform(-1, 1)
+        jitter = 1 + self.size_jitter * rng.uniform(-1, 1)
         shift = self.position_jitter * rng.uniform(-1, 1, 3)
         yaw = np.deg2rad(self.yaw_jitter) * rng.uniform(-1, 1)
         name = options.get("shape")
-        name = drawn if name is None else validate.choice("shape", name, shapes.SHAPES)
+        name = drawn if name is None else shapes.check("shape", name)
         size = options.get("size")
         position = options.get("position")
         quaternion = options.get("quaternion")
+        usual = shapes.default_size(name, self.scale)
         solid = shapes.make(
             name,
-            scale * np.asarray(shapes.SHAPES[name].default_size) if size is None else size,
-            self.hand.grasp_centre + shift if position is None else position,
+            jitter * usual if size is None else size,
+            self.hand.place(usual if size is None else size) + shift if position is None else position,
             (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)) if quaternion is None else quaternion,
         )
         offset = np.abs(np.asarray(solid.position) - self.hand.grasp_centre)
@@ -264,14 +268,17 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         }
 
 
-def _shape_names(shape: str | Sequence[str] | None) -> tuple[str, ...]:
-    """The shapes to draw from; raises `ValueError` for an unknown one or an empty list."""
+def _shape_names(shape: str | Path | Sequence[str | Path] | None, scale: float) -> tuple[str, ...]:
+    """The shapes to draw from; raises `ValueError` for an unknown one, a mesh of impossible size or an empty list."""
     if shape is None:
         return tuple(shapes.SHAPES)
-    names = (shape,) if isinstance(shape, str) or not isinstance(shape, Iterable) else tuple(shape)
+    given = (shape,) if isinstance(shape, str) or not isinstance(shape, Iterable) else tuple(shape)
+    names = tuple(shapes.check("shape", name) for name in given)
     if not names:
         raise ValueError(f"shape must name at least one of {', '.join(shapes.SHAPES)}, got an empty list")
-    return tuple(validate.choice("shape", name, shapes.SHAPES) for name in names)
+    for name in names:
+        shapes.default_size(name, scale)
+    return names
 
 
 def _renderer(model: mujoco.MjModel, data: mujoco.MjData, render_mode: str) -> Any:

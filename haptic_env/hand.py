@@ -5,15 +5,17 @@ Shapes: J joints, L links, P patches.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from haptic_env.composer import mjcf
 from haptic_env.patches import Link, Patches
+
+USUAL_SIZE = 0.05  # metres: of an object at the grasp centre
 
 
 def parse(xml: str) -> mjcf.RootElement:
@@ -27,7 +29,8 @@ class Hand:
 
     `xml` is the MJCF of the hand alone, its base fixed in the world, with one torque motor per joint in the order of
     `joint_names`; `rest_pose` (J,) rad is where every episode starts; `grasp_centre` (3,) m is where objects are
-    placed, and `workspace` (3,) m the box about it that a map covers.
+    placed, and `workspace` (3,) m the box about it that a map covers. `opening` (3,): the direction in which a large
+    object is moved out of the palm; zero where there is none.
     """
 
     name: str
@@ -37,6 +40,7 @@ class Hand:
     rest_pose: NDArray[np.float64]
     grasp_centre: NDArray[np.float64]
     workspace: NDArray[np.float64]
+    opening: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
 
     @cached_property
     def model(self) -> mujoco.MjModel:
@@ -63,19 +67,47 @@ class Hand:
         """(J,) N·m: the torque that an action of 1 commands."""
         return self.model.actuator_gear[:, 0].copy()
 
+    def place(self, size: ArrayLike) -> NDArray[np.float64]:
+        """(3,) m: where the middle of an upright object of full extents `size` (3,) m belongs, the side that faces the
+        palm as near to it as that of an object of `USUAL_SIZE`."""
+        beyond = 0.5 * (np.abs(self.opening) @ np.asarray(size) - USUAL_SIZE)
+        return self.grasp_centre + max(beyond, 0.0) * self.opening
+
     @cached_property
     def link_bodies(self) -> NDArray[np.int64]:
         """(L,) index of each link's body in `model`."""
         return np.array([self.model.body(link.body).id for link in self.links])
 
     @cached_property
+    def moves(self) -> NDArray[np.bool_]:
+        """(L, J): whether each joint moves each link."""
+        result = np.zeros((len(self.links), self.joints), dtype=bool)
+        for link, body in enumerate(self.link_bodies):
+            while body > 0:
+                first = self.model.body_jntadr[body]
+                result[link, first : first + self.model.body_jntnum[body]] = True
+                body = self.model.body_parentid[body]
+        return result
+
+    @cached_property
     def joint_group(self) -> NDArray[np.int64]:
-        """(J,) the finger that each joint belongs to: the joints that hang from one base move together."""
-        roots = self.model.body_rootid[self.model.jnt_bodyid]
-        return np.unique(roots, return_inverse=True)[1]
+        """(J,) numbers of the hand's parts, each a finger or what several fingers hang from: joints are of one part
+        that move the same fingers. A finger is a chain of joints that is no part of a longer one."""
+        chains = np.unique(self.moves, axis=0)
+        longest = [not any((each <= other).all() and (each < other).any() for other in chains) for each in chains]
+        parts: dict[bytes, int] = {}
+        return np.array([parts.setdefault(of.tobytes(), len(parts)) for of in chains[longest].T])
 
     @cached_property
     def link_group(self) -> NDArray[np.int64]:
-        """(L,) the finger that each link belongs to, in the numbering of `joint_group`."""
-        of_root = dict(zip(self.model.body_rootid[self.model.jnt_bodyid], self.joint_group, strict=True))
-        return np.array([of_root[self.model.body_rootid[body]] for body in self.link_bodies])
+        """(L,) the part that each link belongs to, in the numbering of `joint_group`: that of its own last joint. What
+        no joint moves is a part of its own."""
+        fixed = self.joint_group.max() + 1
+        return np.array([self.joint_group[of][-1] if of.any() else fixed for of in self.moves])
+
+    @cached_property
+    def stopped_by(self) -> NDArray[np.bool_]:
+        """(L, J): whether a contact at each link may stop each joint: those of its part, and of all that it hangs
+        from."""
+        same = self.joint_group[:, None] == self.joint_group
+        return self.moves @ same

@@ -62,18 +62,17 @@ def _compiled(hand_xml: str, sites: tuple | None, shape: Shape, size: tuple[floa
     for geom in root.find_all("geom"):
         geom.set_attributes(contype=1, conaffinity=2, rgba=SKIN_RGBA, solref=SOLREF, solimp=SOLIMP, friction=FRICTION)
     body = root.worldbody.add("body", name=OBJECT, mocap=True)
-    attributes = shape.geom(root, np.asarray(size))
-    body.add(
-        "geom",
-        name=OBJECT,
-        contype=2,
-        conaffinity=1,
-        rgba=RGBA,
-        solref=SOLREF,
-        solimp=SOLIMP,
-        friction=FRICTION,
-        **attributes,
-    )
+    for attributes in shape.geoms(root, np.asarray(size)):
+        body.add(
+            "geom",
+            contype=2,
+            conaffinity=1,
+            rgba=RGBA,
+            solref=SOLREF,
+            solimp=SOLIMP,
+            friction=FRICTION,
+            **attributes,
+        )
     for index, (link, position, area) in enumerate(sites or ()):
         root.find("body", link).add(
             "site", name=f"patch{index}", pos=position, size=[PATCH_SIZE * area**0.5], rgba=PATCH_RGBA

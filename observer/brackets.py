@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from haptic_env import validate
 from haptic_env.hand import Hand
-from observer.belief import Transition
 from observer.fastslam import HapticSLAM
 from observer.pose_filter import ContactDynamics
 
@@ -53,10 +52,6 @@ class OneMap(HapticSLAM):
 
     def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
         super().__init__(hand, sigma_deg, particles=1, candidates=1, **keywords)
-
-    def _candidates(self, proposal: Transition, count: int) -> tuple[Array, Array, Array]:
-        joints = self.hand.joints
-        return proposal.mean[None].copy(), np.zeros((joints, joints)), np.zeros((1, 1, joints))
 
 
 class DeadReckoning(OneMap):

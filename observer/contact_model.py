@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import expit, logit
 
 from haptic_env import validate
-from observer.kernels import LOG_ODDS, Evidence
+from observer.capsules import LOG_ODDS, Evidence
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,7 @@ class ContactModel:
             near=self.near * resolution,
             temper=self.temper,
             log_no_alarm=float(np.log1p(-self.false_alarm)),
+            solid=int(np.searchsorted(probability, 0.5, side="right")) - 128,
             probability=probability,
             log_clear=np.log1p(-self.hit * probability),
             log_silent=np.log1p(-self.hit * np.maximum(0.0, 2.0 * probability - 1.0)),

@@ -63,7 +63,7 @@ class DeltaPose:
         kept = np.concatenate([np.arange(joints), np.arange(size - joints)])  # now's angles twice, the oldest dropped
         mean, covariance = self.mean[kept], self.covariance[np.ix_(kept, kept)]
         move = self.motion.gain @ torque
-        held = np.isin(self.hand.joint_group, self.hand.link_group[self.hand.patches.link[contacts]])
+        held = self.hand.stopped_by[self.hand.patches.link[contacts]].any(axis=0)
         mean[:joints] = np.clip(mean[:joints] + np.where(held, 0.0, move), *self.hand.joint_limits.T)
         effort = self.motion.gain * (self.motor_noise * np.abs(torque))
         covariance[:joints, :joints] += self.motion.noise + effort @ effort.T + np.diag(np.where(held, move, 0.0) ** 2)

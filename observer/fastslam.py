@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from observer import kernels, resampling
+from observer import capsules, kernels, marginal_kernels, resampling
 from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
-from observer.gaussian import lower_factor
+from observer.gaussian import lower_factor, moved_along, regression
 from observer.kinematics import link_spread, tree_of
 from observer.occupancy import Maps
 from observer.pose_filter import ContactDynamics, PoseFilter
@@ -87,8 +87,10 @@ class HapticSLAM:
             dynamics=ContactDynamics() if dynamics is None else dynamics,
         )
         self._tree = tree_of(hand)
-        self._body = kernels.body_of(hand, self.grid.resolution)
-        self._lattice = kernels.lattice_of(self.grid)
+        self._body = capsules.body_of(hand, self.grid.resolution)
+        group = hand.link_group
+        self._watches = group[hand.patches.link][:, None] == group  # (P, L): links whose patches a touch calls up
+        self._lattice = capsules.lattice_of(self.grid)
         self._evidence = self.contact_model.evidence(self.grid.resolution)
         self._pending: deque[NDArray[np.bool_]] | None = None
 
@@ -110,7 +112,7 @@ class HapticSLAM:
         count, joints = self.n_particles, self.hand.joints
         self._rng = np.random.default_rng(seed)
         self.pose.reset()
-        self._maps = Maps(count, self.grid, self._evidence.probability)
+        self._maps = Maps(count, self.grid, self._evidence.probability, dense=self.matching == "sample")
         self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
         self._drawn = self.hand.rest_pose, np.zeros((joints, joints))  # mean and factor of the Gaussian about them
         self._log_weights = np.full(count, -np.log(count))
@@ -149,7 +151,8 @@ class HapticSLAM:
         log_likelihood, moved = self._match_and_map(proposal, contacts, ago)
         self._weigh(log_likelihood)
         resampled = self._resample()
-        self._maps.after_change(weights_changed=resampled or bool(np.ptp(log_likelihood) > 0.0))
+        if resampled or np.ptp(log_likelihood) > 0.0:
+            self._maps.weights_changed()
         return self._belief(ago, contacts, proposal, resampled, float(moved.mean()))
 
     def _propose(self, ago: int) -> Transition:
@@ -160,66 +163,123 @@ class HapticSLAM:
         """
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + 1)
         mean, covariance = self.pose.mean, self.pose.covariance
-        past = covariance[before, before]
+        past, cross = np.ascontiguousarray(covariance[before, before]), covariance[before, now]
         drawn_about, factor = self._drawn
-        shrink = np.linalg.lstsq(factor.T, lower_factor(past).T, rcond=1e-6)[0]
-        self._poses = mean[before] + (self._poses - drawn_about) @ shrink
+        self._poses = mean[before] + moved_along(self._poses - drawn_about, factor, lower_factor(past))
         self._drawn = mean[now].copy(), lower_factor(covariance[now, now])
-        follow = np.asarray(np.linalg.solve(past + 1e-12 * np.eye(len(past)), covariance[before, now])).T
-        rest = covariance[now, now] - follow @ covariance[before, now]
-        return Transition(mean[now].copy(), follow, mean[before].copy(), rest)
-
-    def _candidates(self, proposal: Transition, count: int) -> tuple[Array, Array, Array]:
-        """Where scan matching looks: centres (N, J), a factor (J, J) of their spread, and normals (N, K, J).
-
-        To draw one of the candidates they come from the proposal. To average them they come from all that is
-        uncertain of the pose, in pairs about the centre: where the map has nothing to say nothing moves.
-        """
-        centres = proposal.mean + (self._poses - proposal.before) @ proposal.follow.T
-        normals = self._rng.standard_normal((self.n_particles, count, self.hand.joints))
-        if self.matching == "sample":
-            return centres, lower_factor(proposal.rest), normals
-        half = count // 2
-        normals[:, half : 2 * half] = -normals[:, :half]
-        normals[:, 2 * half :] = 0.0
-        return centres, self._drawn[1], normals
+        follow = regression(past, np.ascontiguousarray(cross))
+        return Transition(mean[now].copy(), follow, mean[before].copy(), covariance[now, now] - follow @ cross)
 
     def _match_and_map(
         self, proposal: Transition, contacts: NDArray[np.bool_], ago: int
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Scan matching against each particle's own map, and that map's update at the matched pose (4 and 5)."""
         self._maps.before_change()
-        groups = np.unique(self.hand.link_group[self.hand.patches.link[contacts]])
-        watched = np.isin(self.hand.link_group, groups)
-        count = self.n_candidates if watched.any() else 1  # effort goes where contact is
+        watched = self._watches[contacts].any(axis=0)
         touch = np.where(self._felt, self.contact_model.sustained, self.contact_model.touch)
         self._felt = contacts
-        centres, spread, normals = self._candidates(proposal, count)
-        uniform = self._rng.random(self.n_particles)
         lagged = self.pose.lagged(ago)
-        mean = self.pose.mean[lagged]
         place = self.contact_model.caution * link_spread(
-            self.hand, self._tree, mean, self.pose.covariance[lagged, lagged]
+            self._tree, self._body.length, proposal.mean, self.pose.covariance[lagged, lagged]
         )
-        self._maps.see(kernels.near_skin(self._tree, self._body, self._lattice, self._evidence.near, mean))
-        return kernels.advance(
+        reach = capsules.reach_of(self._body, self._evidence, place)
+        centres = (self._poses - proposal.before) @ proposal.follow.T  # of the candidates, from the mean
+        own = self.matching == "sample"
+        result = (self._each if own else self._all)(proposal, contacts, touch, watched, reach, centres)
+        marginal_kernels.sweep_free(
             self._tree,
             self._body,
             self._lattice,
             self._evidence,
-            kernels.reach_of(self._body, self._evidence, place),
+            reach,
+            contacts,
+            not own,
+            proposal.mean,
+            self._maps.sweep,
+            self._maps.seen,
+            self._maps.stale,
+        )
+        return result
+
+    def _all(
+        self,
+        proposal: Transition,
+        contacts: NDArray[np.bool_],
+        touch: Array,
+        watched: NDArray[np.bool_],
+        reach: capsules.Reach,
+        centres: Array,
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Every particle takes the mean of its candidates, which come from all that is uncertain of the pose, in
+        pairs about the centre: where the map has nothing to say nothing moves. What the pose's uncertainty does to
+        the map is in `reach`, the same for all."""
+        particles, joints = centres.shape
+        if not watched.any():  # effort goes where contact is
+            self._poses = proposal.mean + centres
+            return np.zeros(particles), np.zeros(particles, dtype=bool)
+        maps, tree, body, lattice = self._maps, self._tree, self._body, self._lattice
+        about = 1 + int(2.0 * reach.place.max() / lattice.resolution)  # voxels that a candidate may be away
+        margin = 0.5 * lattice.resolution
+        scan = marginal_kernels.scan(tree, body, lattice, contacts, watched, maps.solid, about, proposal.mean)
+        suspects = marginal_kernels.suspects(
+            tree, body, lattice, self._evidence, reach, contacts, touch, margin, proposal.mean
+        )
+        common, where = maps.make_room(suspects.cell)
+        normals = self._rng.standard_normal((particles, self.n_candidates // 2, joints))
+        result = marginal_kernels.match_and_touch(
+            scan,
+            suspects,
+            common,
+            where,
+            lattice,
+            self._evidence,
+            self.n_candidates,
+            centres,
+            self._drawn[1],
+            normals,
+            maps.sweep,
+            maps.slot,
+            maps.own,
+            maps.touched,
+            maps.solid,
+            self._poses,
+        )
+        self._poses += proposal.mean
+        return result
+
+    def _each(
+        self,
+        proposal: Transition,
+        contacts: NDArray[np.bool_],
+        touch: Array,
+        watched: NDArray[np.bool_],
+        reach: capsules.Reach,
+        centres: Array,
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Every particle takes one of its candidates, drawn by likelihood from the proposal, and has the whole of its
+        map at its own pose."""
+        particles, joints = centres.shape
+        count = self.n_candidates if watched.any() else 1
+        normals = self._rng.standard_normal((particles, count, joints))
+        result = kernels.advance(
+            self._tree,
+            self._body,
+            self._lattice,
+            self._evidence,
+            reach,
             contacts,
             touch,
             watched,
-            centres,
-            spread,
+            proposal.mean + centres,
+            lower_factor(proposal.rest),
             normals,
-            uniform,
-            self.matching == "mean",
-            self._maps.log_odds,
-            self._maps.written,
+            self._rng.random(particles),
+            self._maps.own.reshape(particles, *self.grid.shape),
+            self._maps.stale,
             self._poses,
         )
+        self._maps.seen |= self._maps.stale
+        return result
 
     def _weigh(self, log_likelihood: Array) -> None:
         """w ∝ w · p(z | q, m) (step 5); raises `FloatingPointError` for what is not finite."""
@@ -238,7 +298,7 @@ class HapticSLAM:
             return False
         counts = resampling.systematic_counts(weights, self._rng.random())
         source, target = resampling.in_place(counts)
-        kernels.copy_maps(self._maps.log_odds, source, target)
+        self._maps.copy(source, target)
         self._poses[target] = self._poses[source]
         self._log_weights[:] = -np.log(self.n_particles)
         return True
@@ -257,10 +317,10 @@ class HapticSLAM:
         # What the maps say of the lagged pose moves the present one as far as the two are correlated.
         joints = slice(0, self.hand.joints)
         lagged_covariance = covariance[lagged, lagged].copy()
+        lagged_with_now = np.ascontiguousarray(covariance[lagged, joints])
         shift = np.zeros(self.hand.joints) if contacts is None else weights @ self._poses - mean[lagged]
-        carry = np.linalg.lstsq(lagged_covariance, shift, rcond=1e-9)[0]
         return Belief(
-            joint_angles=mean[joints] + covariance[joints, lagged] @ carry,
+            joint_angles=mean[joints] + regression(lagged_covariance, lagged_with_now) @ shift,
             joint_std=np.sqrt(np.diag(covariance)[joints]),
             lagged_joint_angles=mean[lagged] + shift,
             lagged_joint_std=np.sqrt(np.diag(lagged_covariance)),

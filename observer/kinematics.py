@@ -154,6 +154,28 @@ def point_jacobian(tree, joint_angles, position, rotation, body, point, out):
         body = tree.parent[body]
 
 
+@numba.njit(cache=True, error_model="numpy")
+def twists(tree, joint_angles, position, rotation, body, linear, angular):
+    """Fill `linear` and `angular` (J, 3) with what one radian a second of each joint does to the frame of `body`, at
+    the frames of `joint_angles` (J,): a point d m from its origin moves with linear + angular × d."""
+    jacobian = np.empty((3, len(joint_angles)))
+    point = position[body].copy()
+    point_jacobian(tree, joint_angles, position, rotation, body, point, jacobian)
+    for joint in range(len(joint_angles)):
+        for i in range(3):
+            linear[joint, i] = jacobian[i, joint]
+    for axis in range(2):  # angular × e_x = (0, z, -y) and angular × e_y = (-z, 0, x)
+        point[axis] += 1.0
+        point_jacobian(tree, joint_angles, position, rotation, body, point, jacobian)
+        point[axis] -= 1.0
+        for joint in range(len(joint_angles)):
+            if axis == 0:
+                angular[joint, 1] = linear[joint, 2] - jacobian[2, joint]
+                angular[joint, 2] = jacobian[1, joint] - linear[joint, 1]
+            else:
+                angular[joint, 0] = jacobian[2, joint] - linear[joint, 2]
+
+
 @numba.njit(cache=True, inline="always")
 def _turned(rotation, vector):
     x, y, z = vector[0], vector[1], vector[2]
@@ -178,11 +200,10 @@ def _link_spread(tree, lengths, joint_angles, covariance, out):
 
 
 def link_spread(
-    hand: Hand, tree: Tree, joint_angles: NDArray[np.float64], covariance: NDArray[np.float64]
+    tree: Tree, lengths: NDArray[np.float64], joint_angles: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """SD (L,) m of the place of each link's middle along any one axis, for angles of `covariance` (J, J) rad²."""
-    result = np.empty(len(hand.links))
-    lengths = np.array([link.length for link in hand.links])
-    angles, spread = np.ascontiguousarray(joint_angles), np.ascontiguousarray(covariance)
-    _link_spread(tree, lengths, angles, spread, result)
+    """SD (L,) m of the place of the middle of each link, of `lengths` (L,) m, along any one axis, for angles of
+    `covariance` (J, J) rad²."""
+    result = np.empty(len(lengths))
+    _link_spread(tree, lengths, joint_angles, np.ascontiguousarray(covariance), result)
     return result

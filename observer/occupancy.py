@@ -1,6 +1,6 @@
 """The maps of all particles, and their mean, which is computed when it is asked for and only where it changed.
 
-N particles, (X, Y, Z) voxels, V = X·Y·Z.
+N particles, (X, Y, Z) voxels, V = X·Y·Z, T cells that are not the same to all particles.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
-from observer import kernels
+from observer.marginal_kernels import mean_probability
 
 Array = NDArray[np.float64]
+FIRST_SLOTS = 256
 
 
 class OccupancySnapshot:
@@ -40,17 +41,25 @@ class OccupancySnapshot:
 
 
 class Maps:
-    """`log_odds` (N, X, Y, Z) int8 for the kernels, which set `written` (V,) where they changed any of them; `seen`
-    (V,): the cells that the hand came near. What is neither seen nor written is told as 0.5."""
+    """What the particles believe of every voxel: log-odds in common, and each particle's own, which add to it.
 
-    def __init__(self, particles: int, grid: Grid, probability: Array) -> None:
+    `sweep` (V,) int8: in common. `own` (N, > T) int8: the particles', for the T cells that have a slot; `slot` (V,)
+    int32 says which, and -1 for none: nothing is ever kept in the last one. With `dense` every cell has one, in
+    order. `touched` (V,): the cells of which any particle has something of its own; `solid` (V,): those that any
+    particle holds for occupied rather than free; `seen` (V,): those that the hand came near, of the others nothing is
+    said, which is told as 0.5; `stale` (V,): those whose mean has changed since it was last asked for.
+    """
+
+    def __init__(self, particles: int, grid: Grid, probability: Array, dense: bool = False) -> None:
         """`probability` (256,) that a voxel is occupied, of an entry v at [v + 128]."""
-        self.log_odds = np.zeros((particles, *grid.shape), dtype=np.int8)
-        self.written = np.zeros(self.log_odds[0].size, dtype=bool)
-        self.seen = np.zeros(self.log_odds[0].size, dtype=bool)
+        count = int(np.prod(grid.shape))
+        self.sweep = np.zeros(count, dtype=np.int8)
+        self.slot = np.arange(count, dtype=np.int32) if dense else np.full(count, -1, dtype=np.int32)
+        self.cells = np.arange(count) if dense else np.empty(0, dtype=np.int64)  # (T,) of the slots
+        self.own = np.zeros((particles, count if dense else FIRST_SLOTS), dtype=np.int8)
+        self.solid, self.seen, self.stale = np.zeros((3, count), dtype=bool)
+        self.touched = np.full(count, dense)
         self._probability = probability
-        self._ever_written = self.written.copy()
-        self._stale = self.written.copy()
         self._mean = np.full(grid.shape, 0.5)
         self._snapshot: weakref.ref[OccupancySnapshot] | None = None
 
@@ -61,16 +70,29 @@ class Maps:
             snapshot.value()
         self._snapshot = None
 
-    def see(self, cells: NDArray[np.bool_]) -> None:
-        """`cells` (V,) are near the hand: what is not known of them otherwise is their prior."""
-        self._stale |= cells & ~self.seen
-        self.seen |= cells
+    def make_room(self, cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Give a slot to each of `cells` (C,) that has none, and take note that they change; returns (C,) their
+        log-odds in common and their slots."""
+        self.seen[cells] = self.stale[cells] = True
+        new = np.unique(cells[self.slot[cells] < 0])
+        if new.size:
+            used = len(self.cells)
+            self.slot[new] = np.arange(used, used + new.size)
+            self.cells = np.concatenate([self.cells, new])
+            if len(self.cells) >= self.own.shape[1]:
+                room = np.zeros((len(self.own), 2 * len(self.cells)), dtype=np.int8)
+                room[:, :used] = self.own[:, :used]
+                self.own = room
+        return self.sweep[cells].astype(np.int64), self.slot[cells].astype(np.int64)
 
-    def after_change(self, weights_changed: bool) -> None:
-        """Take note of what was `written`; of all that ever was, where the particles' weights changed as well."""
-        self._ever_written |= self.written
-        self._stale |= self._ever_written if weights_changed else self.written
-        self.written[:] = False
+    def weights_changed(self) -> None:
+        """Take note that the mean changes wherever particles differ."""
+        self.stale |= self.touched & self.seen
+
+    def copy(self, source: NDArray[np.int64], target: NDArray[np.int64]) -> None:
+        """Overwrite the maps of the particles `target` (C,) with those of `source` (C,); none may be in both."""
+        used = len(self.cells)
+        self.own[target, :used] = self.own[source, :used]
 
     def snapshot(self, weights: Array) -> OccupancySnapshot:
         """The mean of the maps by `weights` (N,)."""
@@ -81,9 +103,14 @@ class Maps:
         return snapshot
 
     def _refresh(self, weights: Array) -> Array:
-        cells = np.flatnonzero(self._stale)
-        self._mean.flat[cells] = kernels.mean_probability(self.log_odds, weights, cells, self._probability)
-        self._stale[:] = False
+        cells = np.flatnonzero(self.stale)
+        common = self.sweep[cells].astype(np.int64)
+        mean = self._probability[common + 128]
+        own = self.touched[cells]
+        where = self.slot[cells[own]]
+        mean[own] = mean_probability(common[own], where, self.own, weights, self._probability)
+        self._mean.flat[cells] = mean
+        self.stale[:] = False
         return self._mean
 
     def _held(self) -> OccupancySnapshot | None:

@@ -79,7 +79,6 @@ class PoseFilter:
         self._axes, share = _normals(hand)
         self._forces = np.sqrt(dynamics.normal_force**2 * share + dynamics.tangential_force**2 * (1 - share))
         self._speeds = np.sqrt(dynamics.normal_speed**2 * share + dynamics.tangential_speed**2 * (1 - share))
-        self._patch_group = hand.link_group[hand.patches.link]
         self.reset()
 
     def reset(self) -> None:
@@ -123,7 +122,7 @@ class PoseFilter:
         joints, how = self.joints, self.dynamics
         felt = np.flatnonzero(contacts | self._contacts)
         if not how.constrained:
-            moved = np.isin(self.hand.joint_group, self._patch_group[felt])
+            moved = self.hand.stopped_by[self.hand.patches.link[felt]].any(axis=0)
             index = joints + np.flatnonzero(moved)
             noise[index, index] += how.joint_speed**2
         if felt.size == 0 or not how.constrained:

@@ -1,8 +1,8 @@
 """What contacts say of hypothetical solids: all that `ShapePosterior` computes at every step, compiled.
 
-Shapes: H hypotheses, S pose samples, G fingers, L links, P patches, J joints. Kernels are pure: random numbers come
-in. The only parallel loop runs over samples, each of which is computed in one order: the same bits for any number of
-threads.
+Shapes: H hypotheses, S pose samples, G parts of the hand, C columns of a sample, L links, P patches, J joints. Kernels
+are pure: random numbers come in. The only parallel loop runs over samples, each of which is computed in one order: the
+same bits for any number of threads.
 """
 
 from __future__ import annotations
@@ -76,9 +76,10 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
 
 
 @parallel(cache=True, error_model="numpy", fastmath=True)
-def contact_likelihood(tree, skin, solids, poses, contacts, tolerance, surprise, out):
-    """Fill `out` (G, H, S) with p(z_g | q, h) of what each finger g feels at each of the `poses` (S, J)."""
-    fingers, count, samples = out.shape
+def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, surprise, out):
+    """Fill `out` (G, H, S) with p(z_g | q, h) of what each part g feels at each of the `poses` (S, C), in which it
+    finds its joints in its `column` (G, J)."""
+    parts, count, samples = out.shape
     links = len(skin.body)
     clear = CLEAR * tolerance
     touches = np.zeros(links, dtype=np.int64)
@@ -88,31 +89,38 @@ def contact_likelihood(tree, skin, solids, poses, contacts, tolerance, surprise,
         position = np.empty((len(tree.parent), 3))
         rotation = np.empty((len(tree.parent), 3, 3))
         gaps = np.empty(len(contacts))
-        body_frames(tree, poses[s], position, rotation)
-        for h in range(count):
-            for g in range(fingers):
+        angles = np.empty(column.shape[1])
+        for g in range(parts):
+            if g == 0 or poses.shape[1] > len(angles):  # else all parts read the same columns
+                for j in range(len(angles)):
+                    angles[j] = poses[s, column[g, j]]
+                body_frames(tree, angles, position, rotation)
+            for h in range(count):
                 out[g, h, s] = 1.0
             for link in range(links):
-                body, g = skin.body[link], skin.group[link]
-                if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
-                    for _ in range(touches[link]):
-                        out[g, h, s] *= surprise
+                if skin.group[link] != g:
                     continue
-                for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
-                    ratio = gaps[patch] / tolerance
-                    fit = 0.0 if contacts[patch] else 1.0
-                    if ratio < CLEAR:
-                        # Silent patches: a normal's distribution function, nearly.
-                        fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1.0 / (1.0 + np.exp(-1.7 * ratio))
-                    out[g, h, s] *= surprise + (1.0 - surprise) * fit
+                body = skin.body[link]
+                for h in range(count):
+                    if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
+                        for _ in range(touches[link]):
+                            out[g, h, s] *= surprise
+                        continue
+                    for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+                        ratio = gaps[patch] / tolerance
+                        fit = 0.0 if contacts[patch] else 1.0
+                        if ratio < CLEAR:
+                            # Silent patches: a normal's distribution function, nearly.
+                            fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1 / (1 + np.exp(-1.7 * ratio))
+                        out[g, h, s] *= surprise + (1.0 - surprise) * fit
 
 
 @numba.njit(cache=True, error_model="numpy")
 def weigh(weights, likelihood, temper, log_evidence):
     """Multiply `weights` (G, H, S) by `likelihood` (G, H, S) and normalise them over samples; `temper` times the logs
     of the sums are added to `log_evidence` (H,)."""
-    fingers, count, samples = weights.shape
-    for g in range(fingers):
+    parts, count, samples = weights.shape
+    for g in range(parts):
         for h in range(count):
             total = 0.0
             for s in range(samples):
@@ -124,13 +132,14 @@ def weigh(weights, likelihood, temper, log_evidence):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def resample(weights, share, poses, joint_group, uniform):
-    """Resample the poses (S, J) of each finger for which the effective number, the mean over hypotheses by their
-    `share` (H,), is below half of the samples; systematically (one of `uniform` (G,) for each), from the mixture of
-    the hypotheses' `weights` (G, H, S), which become what each hypothesis has more than the mixture."""
-    fingers, count, samples = weights.shape
+def resample(weights, share, poses, part, uniform):
+    """Resample the poses (S, C) of each part, the `part` (C,) that a column belongs to, for which the effective number,
+    the mean over hypotheses by their `share` (H,), is below half of the samples; systematically (one of `uniform` (G,)
+    for each), from the mixture of the hypotheses' `weights` (G, H, S), which become what each hypothesis has more than
+    the mixture."""
+    parts, count, samples = weights.shape
     source = np.empty(samples, dtype=np.int64)
-    for g in range(fingers):
+    for g in range(parts):
         mixture = np.zeros(samples)
         effective = 0.0
         for h in range(count):
@@ -148,7 +157,7 @@ def resample(weights, share, poses, joint_group, uniform):
                 reached += mixture[chosen]
             source[s] = chosen
         for j in range(poses.shape[1]):
-            if joint_group[j] == g:
+            if part[j] == g:
                 poses[:, j] = poses[:, j][source]
         for h in range(count):
             kept = weights[g, h][source] / mixture[source]

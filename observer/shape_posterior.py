@@ -1,12 +1,12 @@
 """What the object is, from the whole stream of beliefs: the shape likelihood with the pose integrated out.
 
-Shapes: H hypotheses, C labels, S pose samples, G fingers, P patches, J joints. Lengths in metres.
+Shapes: H hypotheses, C labels, S pose samples, G parts of the hand, P patches, J joints. Lengths in metres.
 
 A hypothesis is a solid: a shape of one size at one place. If it were there, a patch that feels contact would lie on
 its surface and no patch would lie inside it. The pose of the hand is only known as a Gaussian process, so each
 hypothesis has a particle filter of its own over the pose, with the solid as its known map; its evidence is the
-hypothesis's likelihood. Two things make that cheap. Fingers hang from one base and err independently, so each finger
-is weighted and resampled apart. And hypotheses differ little in what pose they make probable, so that all have the
+hypothesis's likelihood. Two things make that cheap. Fingers err independently, so each part of the hand is weighted and
+resampled apart (`observer.parts`). And hypotheses differ little in what pose they make probable, so that all have the
 same samples, each hypothesis with weights of its own; they are resampled from the mixture of all.
 
 Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
@@ -27,8 +27,9 @@ from haptic_env import shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
 from observer.belief import Belief
-from observer.gaussian import square_root
+from observer.gaussian import lower_factor
 from observer.kinematics import tree_of
+from observer.parts import parts_of
 from observer.shape_kernels import CLEAR, contact_likelihood, resample, weigh
 from observer.solid_fields import FIELD_RESOLUTION, Solids, skin_of
 from observer.solid_variants import Variants
@@ -113,7 +114,7 @@ class ShapePosterior:
         self._solids_of = np.array([len(solids) for solids in candidates.values()])
         self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
         self._tree = tree_of(hand)
-        self._joint_group = hand.joint_group.astype(np.int64)
+        self._parts = parts_of(hand)
         self.reset()
 
     def reset(self, seed: int | None = None) -> Array:
@@ -123,8 +124,8 @@ class ShapePosterior:
         self._solids = self.variants.place(self._units)
         # Of each hypothesis: the share of its solid that it stands for times its likelihood.
         self._log_evidence = np.full(len(self._units), -np.log(self.variants.count))
-        self._poses = np.tile(self.hand.rest_pose, (self.samples, 1)).astype(np.float64)
-        self._weights = np.full((self._joint_group.max() + 1, len(self._units), self.samples), 1.0 / self.samples)
+        self._poses = np.tile(self.hand.rest_pose[self._parts.joint], (self.samples, 1)).astype(np.float64)
+        self._weights = np.full((len(self._parts.column), len(self._units), self.samples), 1.0 / self.samples)
         self._likelihood = np.empty_like(self._weights)
         self._habit = Habit(len(self.hand.patches))
         self._steps = 0
@@ -166,12 +167,14 @@ class ShapePosterior:
         self._steps += 1
         if self._steps % self.stride:
             return self.posterior
-        self._habit.update(belief.lagged_contacts)
+        if self.none:
+            self._habit.update(belief.lagged_contacts)
         contact_likelihood(
             self._tree,
             self._skin,
             self._solids,
             self._poses,
+            self._parts.column,
             belief.lagged_contacts,
             self.tolerance,
             self.surprise,
@@ -180,7 +183,7 @@ class ShapePosterior:
         weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
         share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
         uniform = self._rng.random(len(self._weights))
-        resample(self._weights, share / share.sum(), self._poses, self._joint_group, uniform)
+        resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)
         source = self.variants.move(self._units, self._log_evidence, self._rng)
         if source is not None:
             self._weights = np.ascontiguousarray(self._weights[:, source])
@@ -191,10 +194,12 @@ class ShapePosterior:
         """Move the samples on by one step; some start anew, so that none are stuck where they once were."""
         assert belief.transition is not None
         mean, follow, before, rest = belief.transition
-        normals = self._rng.standard_normal(self._poses.shape)
-        self._poses = mean + (self._poses - before) @ follow.T + normals @ square_root(rest).T
+        joint = self._parts.joint
+        normals = self._rng.standard_normal((self.samples, self.hand.joints))
+        noise = normals @ lower_factor(rest).T
+        self._poses = mean[joint] + (self._poses - before[joint]) @ self._parts.follow(follow).T + noise[:, joint]
         fresh = max(1, self.samples // FRESH_SHARE)
-        self._poses[:fresh] = mean + normals[:fresh] @ square_root(belief.lagged_covariance).T
+        self._poses[:fresh] = (mean + normals[:fresh] @ lower_factor(belief.lagged_covariance).T)[:, joint]
         self._weights[:, :, :fresh] = 1.0 / self.samples
         self._weights /= self._weights.sum(axis=-1, keepdims=True)
 

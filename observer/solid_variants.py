@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from haptic_env import validate
 from haptic_env.shapes.base import Solid
 from observer import resampling
-from observer.gaussian import square_root
+from observer.gaussian import lower_factor
 from observer.solid_fields import Solids, solids_of
 
 Array = NDArray[np.float64]
@@ -87,7 +87,7 @@ class Variants:
             kept = np.repeat(np.arange(self.count), resampling.systematic_counts(weights, rng.random()))
             mean = weights @ units[mine]
             apart = units[mine] - mean
-            spread = square_root((weights[:, None] * apart).T @ apart)
+            spread = lower_factor((weights[:, None] * apart).T @ apart)
             noise = rng.standard_normal(apart.shape) @ spread.T
             moved = mean + SHRINK * apart[kept] + np.sqrt(1.0 - SHRINK**2) * noise
             units[mine] = np.abs((moved + 3.0) % 4.0 - 2.0) - 1.0  # reflected at the ends of the range

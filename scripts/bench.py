@@ -21,7 +21,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before numba starts its t
 import measures
 import numba
 import numpy as np
-from explore import Parser
+from explore import HANDS_OR_IDS, Parser, environment
 from files import write_json
 from rich.console import Console
 from rich.table import Table
@@ -36,8 +36,8 @@ PEER_MICROSECONDS = 250.0  # a particle and observation: MRPT's rbpf-slam, at it
 STAGES = {  # and whether it deals with the present step or with the lagged one
     "forward model": True,
     "pose filter and lag, without it": True,
-    "match and map (kernels.advance)": False,
-    "candidates, link spread, what is near": False,
+    "match and touch, every particle": False,
+    "geometry, sweeps, random numbers": False,
     "occupancy of the belief that is held": False,
     "weigh and resample": False,
     "proposal, belief and checks": False,
@@ -101,7 +101,7 @@ def parse(arguments: list[str] | None) -> Settings:
     """Read and check the command line; ends the program with code 2 where it makes no sense."""
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    add("--env", default="HapticSLAM/TwoFinger-v0", help=f"one of {', '.join(haptic_env.ENVIRONMENTS)}")
+    add("--env", "--hand", default="two_finger", help=f"{HANDS_OR_IDS} (default two_finger)")
     add("--shape", default="cube", help=f"{', '.join(shapes.SHAPES)} (default cube)")
     add("--sigma", type=float, default=3.0, help="noise of the felt joint angles, SD in degrees (default 3)")
     add("--seed", type=int, default=0, help="of the exploration (default 0)")
@@ -109,7 +109,8 @@ def parse(arguments: list[str] | None) -> Settings:
     add("--quick", action="store_true", help="few particles and steps: to see that it runs, not how fast")
     add("--json", metavar="FILE", help="write the figures to FILE too")
     try:
-        return Settings(**vars(parser.parse_args(arguments)))
+        given = vars(parser.parse_args(arguments))
+        return Settings(**given | {"env": environment(given["env"])})
     except ValueError as error:
         parser.error(str(error))
 

@@ -95,7 +95,7 @@ def draw(lines: pd.DataFrame, rows: pd.DataFrame) -> Figure:
 
 
 def _angles(group: pd.DataFrame, what: str) -> Iterator[Line]:
-    counts = _numbers(group["ranks_lagged" if what == LAGGED else "ranks_online"])  # (T, B)
+    counts = numbers_of(group["ranks_lagged" if what == LAGGED else "ranks_online"])  # (T, B)
     share = counts / counts.sum(axis=1, keepdims=True)
     bins = counts.shape[1]
     for level in LEVELS:
@@ -104,7 +104,7 @@ def _angles(group: pd.DataFrame, what: str) -> Iterator[Line]:
 
 
 def _occupancy(group: pd.DataFrame) -> Iterator[Line]:
-    cells, said, found = (_numbers(group[name]) for name in ("cells", "cells_predicted", "cells_observed"))  # (T, B)
+    cells, said, found = (numbers_of(group[name]) for name in ("cells", "cells_predicted", "cells_observed"))  # (T, B)
     said, found = (np.where(cells > 0, cells * each, 0.0) for each in (said, found))
     draws = np.random.default_rng(0).integers(len(cells), size=(RESAMPLES, len(cells)))
     for b in range(cells.shape[1]):
@@ -128,14 +128,14 @@ def _name(group: pd.DataFrame) -> Iterator[Line]:
             yield (NAME, float(said[inside].mean()), *metrics.accuracy(right[inside]))
 
 
-def _numbers(column: pd.Series) -> np.ndarray:
-    """(T, B)."""
+def numbers_of(column: pd.Series) -> np.ndarray:
+    """(T, B): what stands in each field of a `column`, numbers with spaces."""
     return np.array([[float(each) for each in text.split()] for text in column])
 
 
 def _draw_ranks(axes: Axes, rows: pd.DataFrame, colours: dict[float, str]) -> None:
     for sigma, group in rows.groupby("sigma_deg"):
-        counts = _numbers(group["ranks_lagged"]).sum(axis=0)
+        counts = numbers_of(group["ranks_lagged"]).sum(axis=0)
         counts = counts.reshape(20, -1).sum(axis=1)
         axes.stairs(counts / counts.mean(), np.linspace(0, 1, 21), color=colours[sigma], linewidth=1.5)
     axes.axhline(1, color=OUTLINE, linewidth=1, linestyle=":")

@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from conditions import DEFAULTS, FACTORS, Condition
-from explore import Parser
+from explore import HANDS_OR_IDS, Parser, environment
 from joblib import cpu_count
 from results import Results
 from tasks import Settings, columns, versions
 
 import agents
-import haptic_env
 from haptic_env import shapes, validate
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
@@ -40,6 +39,13 @@ def parse(description: str | None, arguments: list[str] | None) -> argparse.Name
 
     What it returns has also `settings`, `conditions` and the opened `results`.
     """
+    given = check(description, arguments)
+    open_results(given)
+    return given
+
+
+def check(description: str | None, arguments: list[str] | None) -> argparse.Namespace:
+    """The same without `results`; nothing is written."""
     parser, options = make_parser(description)
     file: dict[str, Any] = {}
     given = parser.parse_args(arguments)
@@ -53,15 +59,23 @@ def parse(description: str | None, arguments: list[str] | None) -> argparse.Name
     given = settle(parser, arguments, file)
     try:
         plan(given)
+    except ValueError as error:
+        parser.error(str(error))
+    given.error = parser.error
+    return given
+
+
+def open_results(given: argparse.Namespace) -> None:
+    """Put the opened `results` into what `check` has returned; ends the program where they are not of `given`."""
+    try:
         folder = Path(given.out)
         (folder / "exemplars").mkdir(parents=True, exist_ok=True)
         config = asdict(given.settings) | versions()
         given.results = Results(folder, config, *columns(given.settings), given.settings.observers)
     except ValueError as error:
-        parser.error(str(error))
+        given.error(str(error))
     except OSError as error:
-        parser.error(f"--out must be a folder that can be written to: {error}")
-    return given
+        given.error(f"--out must be a folder that can be written to: {error}")
 
 
 def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Options]:
@@ -70,12 +84,18 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     parser.add_argument("--config", metavar="FILE", help="TOML: any of these, first_seed = 20 for --first-seed 20")
     options: dict[str, argparse.Action] = {}
 
-    def add(flag: str, **keywords: Any) -> None:
-        option = parser.add_argument(flag, **keywords)
+    def add(*flags: str, **keywords: Any) -> None:
+        option = parser.add_argument(*flags, **keywords)
         options[option.dest] = option
 
-    add("--env", default="HapticSLAM/TwoFinger-v0", help=f"one of {', '.join(haptic_env.ENVIRONMENTS)}")
-    add("--shapes", nargs="+", default=list(shapes.SHAPES), help="what is explored, and the candidates (default all)")
+    add("--env", "--hand", default="two_finger", help=f"{HANDS_OR_IDS} (default two_finger)")
+    add(
+        "--shapes",
+        nargs="+",
+        default=list(shapes.SHAPES),
+        help=f"what is explored, and the candidates: {', '.join(shapes.SHAPES)}, mesh files (default the former)",
+    )
+    add("--scale", type=float, default=1.0, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigmas", nargs="+", type=float, default=[1.0, 3.0, 5.0], help="noise, SD in degrees (default 1 3 5)")
     for name, value in DEFAULTS.items():
         flag = "--" + name.replace("_", "-")
@@ -151,6 +171,7 @@ def _typed(name: str, value: Any, options: Options) -> Any:
 def plan(given: argparse.Namespace) -> None:
     """Put `settings`, and `conditions` in their order, into `given`; raises `ValueError` for what makes no sense."""
     told = {each.name: getattr(given, each.name) for each in fields(Settings)}
+    told["env"] = environment(given.env)
     told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
     given.settings = Settings(**told)
     flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}

@@ -14,7 +14,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import ArrayLike, NDArray
-from style import FREE, HAND, OCCUPANCY, OUTLINE, SHAPE_COLOURS
+from style import FREE, HAND, OCCUPANCY, OUTLINE, colours_of, title_of
 
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
@@ -98,14 +98,15 @@ def draw_pose_error(
 
 def draw_posterior(axes: Axes, seconds: Array, posterior: Array, labels: Sequence[str], truth: str) -> None:
     """`posterior` (T, C) of `labels`; the curve of the `truth` is the thick one."""
+    colours = colours_of(labels)
     for column, label in enumerate(labels):
         really = label == truth
         axes.plot(
             seconds,
             posterior[:, column],
-            color=SHAPE_COLOURS[label],
+            color=colours[label],
             linewidth=2.5 if really else 1.2,
-            label=f"{label} (the truth)" if really else label,
+            label=f"{title_of(label)} (the truth)" if really else title_of(label),
         )
     axes.axhline(0.95, color="#777777", linewidth=0.8, linestyle=":")
     axes.set(title="What the object is", xlabel="time (s)", ylabel="posterior", ylim=(0, 1.02), xlim=(0, seconds[-1]))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -47,22 +47,33 @@ def sweep(given: argparse.Namespace, console: Console) -> None:
         return
     conditions = list(dict.fromkeys(task.condition for task in missing))
     exemplars = [task for each in conditions for draw in exemplar_tasks(settings, each) for task in draw]
-    exemplars = [task for task in exemplars if not _file(folder, task).exists()]
-    shown = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    progress = Progress(*shown, TextColumn("left"), TimeRemainingColumn(), console=console)
-    with progress, workers(given.jobs, given.cluster) as team:
+    with progress_on(console) as progress, workers(given.jobs, given.cluster) as team:
         console.print(f"Run by {team.told}", highlight=False)
-        bar = progress.add_task("exemplars", total=len(exemplars))
-        for task, content in team.run(run_exemplar, [(task,) for task in exemplars]):
-            with atomic(_file(folder, task)) as place:
-                place.write_bytes(content)
-            progress.advance(bar)
+        make_files(team, progress, "exemplars", run_exemplar, {_file(folder, task): task for task in exemplars})
         bar = progress.add_task("trials", total=len(missing))
         for rows in team.run(run_trial, _calls(team, missing, folder)):
             if any(row["code"] != versions()["code"] for row in rows):
                 raise ValueError("the code was changed while the sweep ran; its trials would not belong together")
             results.append(rows)
             progress.advance(bar)
+
+
+def progress_on(console: Console) -> Progress:
+    """Bars with the time that is left."""
+    shown = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    return Progress(*shown, TextColumn("left"), TimeRemainingColumn(), console=console)
+
+
+def make_files(
+    team: Workers, progress: Progress, what: str, work: Callable[[Task], tuple[Task, bytes]], tasks: Mapping[Path, Task]
+) -> None:
+    """Let `team` do the `work` of each of `tasks` whose file is not there yet."""
+    missing = {task: path for path, task in tasks.items() if not path.exists()}
+    bar = progress.add_task(what, total=len(missing))
+    for task, content in team.run(work, [(task,) for task in missing]):
+        with atomic(missing[task]) as place:
+            place.write_bytes(content)
+        progress.advance(bar)
 
 
 def _file(folder: Path, task: Task) -> Path:
@@ -84,23 +95,28 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     given = parse(__doc__, arguments)
     console = Console() if sys.stdout.isatty() else Console(width=WIDTH)
-    code = 0
-    try:
-        sweep(given, console)
-    except KeyboardInterrupt:
-        console.print("Stopped; every finished trial is kept, and the same command goes on from here.")
-        code = 130
-    except WorkersLostError as error:
-        console.print(f"Stopped: {error}. Every finished trial is kept, and the same command goes on from here.")
-        code = 1
-    except ValueError as error:
-        console.print(f"{error}. Every trial that finished before is kept.", style="red")
-        code = 1
+    code = run(lambda: sweep(given, console), console)
     given.results.rewrite()
     if not given.results.trials:
         return code
     report(given, console)
     return code
+
+
+def run(work: Callable[[], None], console: Console) -> int:
+    """Do `work`, which keeps each finished trial; what stopped it is told. Returns the exit code."""
+    try:
+        work()
+    except KeyboardInterrupt:
+        console.print("Stopped; every finished trial is kept, and the same command goes on from here.")
+        return 130
+    except WorkersLostError as error:
+        console.print(f"Stopped: {error}. Every finished trial is kept, and the same command goes on from here.")
+        return 1
+    except ValueError as error:
+        console.print(f"{error}. Every trial that finished before is kept.", style="red")
+        return 1
+    return 0
 
 
 def report(given: argparse.Namespace, console: Console) -> None:
@@ -109,10 +125,7 @@ def report(given: argparse.Namespace, console: Console) -> None:
     written, summaries = [str(table), "summary.csv"], []
     all_rows = pd.read_csv(table)
     for name, rows in parts(all_rows):
-        folder = table.parent / name
-        folder.mkdir(exist_ok=True)
-        if name:
-            console.rule(name)
+        folder = _part(table.parent, name, console)
         summaries.append(summarise(rows, MEASURES, settings.namers))
         if given.ablation:
             ablation.save(rows, folder)
@@ -127,15 +140,21 @@ def report(given: argparse.Namespace, console: Console) -> None:
         written += [str(Path(name, each)) for each in names]
     if all_rows["policy"].nunique() > 1:
         for name, rows in parts(all_rows, together=("sigma_deg", "policy")):
-            folder = table.parent / name
-            folder.mkdir(exist_ok=True)
-            if name:
-                console.rule(name)
+            folder = _part(table.parent, name, console)
             written += [str(Path(name, each)) for each in policies.save(rows, folder)]
             policies.print_table(folder / "policies.csv", console)
     with atomic(table.parent / "summary.csv") as place:
         pd.concat(summaries).to_csv(place, index=False)
     console.print(f"Written: {', '.join(written)}", highlight=False)
+
+
+def _part(folder: Path, name: str, console: Console) -> Path:
+    """Where the part `name` of a table is told of, under a heading; "" is the whole."""
+    place = folder / name
+    place.mkdir(exist_ok=True)
+    if name:
+        console.rule(name)
+    return place
 
 
 if __name__ == "__main__":

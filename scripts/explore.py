@@ -31,8 +31,8 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
-from style import OBSERVER_COLOURS, SHAPE_COLOURS
-from trial import Account, Exploration, Trial, guided, make_observers
+from style import OBSERVER_COLOURS, colours_of, title_of
+from trial import Account, Exploration, Trial, candidates_of, guided, make_observers
 
 import agents
 import haptic_env
@@ -43,6 +43,7 @@ from observer import ShapePosterior, metrics
 EXAMPLE = "example: python scripts/explore.py --shape pyramid --sigma 5 --seed 3 --out out/pyramid"
 READY = "Getting ready (the first time ever, this compiles for about a minute) …"
 OBSERVER, RAW = "haptic_slam", "floor"
+HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, or the id of an environment"
 WITHIN = ((1, "1 voxel"), (2, "2 voxels"))
 
 
@@ -52,6 +53,7 @@ class Settings:
 
     env: str
     shape: str | None
+    scale: float
     sigma: float
     seconds: float
     particles: int
@@ -62,12 +64,19 @@ class Settings:
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
         if self.shape is not None:
-            validate.choice("--shape", self.shape, shapes.SHAPES)
+            shapes.default_size(shapes.check("--shape", self.shape), self.scale)
+        validate.number("--scale", self.scale, above=0.0, unit="m")
         validate.number("--sigma", self.sigma, 0.0, 90.0, unit="degrees")
         validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
         validate.integer("--particles", self.particles, 1, 100_000)
         validate.choice("--policy", self.policy, agents.POLICIES)
         validate.integer("--seed", self.seed, 0, 2**32 - 1)
+
+
+def environment(name: str) -> str:
+    """The id of the environment `name`, which may be said by its hand alone; raises `ValueError` for neither."""
+    of_hand = {hand: env_id for env_id, hand in haptic_env.ENVIRONMENTS.items()}
+    return of_hand.get(validate.choice("--hand", name, (*of_hand, *haptic_env.ENVIRONMENTS)), name)
 
 
 class Parser(argparse.ArgumentParser):
@@ -81,8 +90,9 @@ def parse(arguments: list[str] | None) -> Settings:
     """Read and check the command line; ends the program with code 2 where it makes no sense."""
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    add("--env", default="HapticSLAM/TwoFinger-v0", help=f"one of {', '.join(haptic_env.ENVIRONMENTS)}")
-    add("--shape", help=f"{', '.join(shapes.SHAPES)} (default: drawn at random, hidden until the end)")
+    add("--env", "--hand", default="two_finger", help=f"{HANDS_OR_IDS} (default two_finger)")
+    add("--shape", help=f"{', '.join(shapes.SHAPES)}, or a mesh file (default: drawn at random, hidden until the end)")
+    add("--scale", type=float, default=1.0, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, default=3.0, help="noise of the felt joint angles, SD in degrees (default 3)")
     add("--seconds", type=float, default=10.0, help="how long to explore (default 10)")
     add("--particles", type=int, default=200, help="hypotheses of the observer (default 200)")
@@ -90,7 +100,8 @@ def parse(arguments: list[str] | None) -> Settings:
     add("--seed", type=int, default=0, help="the same seed is the same exploration (default 0)")
     add("--out", default="out/explore", help="folder for the results (default out/explore)")
     try:
-        settings = Settings(**vars(parser.parse_args(arguments)))
+        given = vars(parser.parse_args(arguments))
+        settings = Settings(**given | {"env": environment(given["env"])})
         Path(settings.out).mkdir(parents=True, exist_ok=True)
     except ValueError as error:
         parser.error(str(error))
@@ -127,8 +138,8 @@ class Screen:
             self._shown = time.monotonic()
             self.live.update(self._panel(seconds, step))
         elif self.live is None and step % each == 0:
-            told = "  ".join(f"{name} {p:4.0%}" for name, p in self.watcher.posterior.items())
-            self.console.print(f"{seconds:5.1f} s  Neff {self.watcher.belief.n_eff:6.1f}  {told}", highlight=False)
+            names = "  ".join(f"{title_of(name)} {p:4.0%}" for name, p in self.watcher.posterior.items())
+            self.console.print(f"{seconds:5.1f} s  Neff {self.watcher.belief.n_eff:6.1f}  {names}", highlight=False)
 
     def _panel(self, seconds: float, step: int) -> Group:
         count = self.watcher.observer.n_particles
@@ -139,8 +150,9 @@ class Screen:
             f"Neff {self.watcher.belief.n_eff:.0f} of {count}",
         )
         bars = Table.grid(padding=(0, 2))
+        colours = colours_of(self.watcher.posterior)
         for name, p in self.watcher.posterior.items():
-            bars.add_row(name, Bar(1.0, 0.0, p, width=30, color=SHAPE_COLOURS[name]), f"{p:4.0%}")
+            bars.add_row(title_of(name), Bar(1.0, 0.0, p, width=30, color=colours[name]), f"{p:4.0%}")
         return Group(head, bars)
 
 
@@ -149,6 +161,7 @@ def explore(settings: Settings, console: Console) -> tuple[Exploration, dict[str
     env = gym.make(
         settings.env,
         shape=settings.shape,
+        scale=settings.scale,
         sigma_deg=settings.sigma,
         episode_seconds=settings.seconds,
         reveal_truth=True,  # for the observer's judge alone
@@ -162,9 +175,9 @@ def explore(settings: Settings, console: Console) -> tuple[Exploration, dict[str
 
     hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
     observers = make_observers((RAW, OBSERVER), hand, settings.sigma, settings.particles)
-    shape = ShapePosterior(hand)
-    env = guided(env, settings.policy, settings.sigma, shape)
-    trial = Trial(env, settings.policy, observers, shape, settings.seed, naming=(OBSERVER,))
+    posterior = ShapePosterior(hand, candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale))
+    env = guided(env, settings.policy, settings.sigma, posterior)
+    trial = Trial(env, settings.policy, observers, posterior, settings.seed, naming=(OBSERVER,))
     usual = signal.signal(signal.SIGINT, interrupt)
     try:
         with Screen(console, trial) as screen:
@@ -231,9 +244,9 @@ def table(summary: dict[str, Any]) -> Table:
     result.add_column(style="dim")
     result.add_column()
     mark = "[green]right[/]" if summary["correct"] else "[red]wrong[/]"
-    result.add_row("the object is a", Text(named, style=f"bold {SHAPE_COLOURS[named]}"))
+    result.add_row("the object is a", Text(title_of(named), style=f"bold {colours_of(summary['posterior'])[named]}"))
     result.add_row("how sure", f"{sure:.1%}")
-    result.add_row("in truth it is a", f"{truth} ({mark})")
+    result.add_row("in truth it is a", f"{title_of(truth)} ({mark})")
     when = summary["time_to_decision"]
     result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
     result.add_section()
@@ -277,7 +290,8 @@ def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], 
     }
     draw_pose_error(left, exploration.seconds, errors, exploration.contacts.any(axis=1), settings["sigma"])
     draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, summary["truth"])
-    sure, verdict = summary["posterior"][slam.name], "right" if summary["correct"] else f"wrong: a {summary['truth']}"
+    sure = summary["posterior"][slam.name]
+    verdict = "right" if summary["correct"] else f"wrong: a {title_of(summary['truth'])}"
     figure.suptitle(
         f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°: "
         f"“a {slam.name}”, {sure:.0%} sure ({verdict})",
@@ -319,7 +333,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     settings = parse(arguments)
     console = Console()
-    what = f"a {settings.shape}" if settings.shape else "a hidden object"
+    what = f"a {title_of(settings.shape)}" if settings.shape else "a hidden object"
     console.print(f"Exploring {what} by blind touch for {settings.seconds:g} s …", highlight=False)
     exploration, accounts, took, stopped = explore(settings, console)
     summary = summarise(settings, exploration, accounts, took)

@@ -26,7 +26,7 @@ from trial import Trial, make_observers
 import agents
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from observer import HapticSLAM, ShapePosterior, kernels
+from observer import HapticSLAM, ShapePosterior, marginal_kernels
 from observer.kinematics import Tree, body_frames, tree_of
 
 Array = NDArray[np.float64]
@@ -145,7 +145,7 @@ class Stopwatch:
         finally:
             for owner, function in parts.values():
                 timed = getattr(owner, function)
-                if isinstance(owner, type(kernels)):
+                if isinstance(owner, type(marginal_kernels)):
                     setattr(owner, function, timed.inner)
                 else:
                     delattr(owner, function)  # of the instance: its class has the function
@@ -181,7 +181,7 @@ def stages(slam: HapticSLAM, shape: ShapePosterior, recording: Recording) -> dic
         pose=(slam.pose, "step"),
         propose=(slam, "_propose"),
         match=(slam, "_match_and_map"),
-        kernel=(kernels, "advance"),
+        kernel=(marginal_kernels, "match_and_touch"),
         occupancy=(slam._maps, "before_change"),
         weigh=(slam, "_weigh"),
         resample=(slam, "_resample"),
@@ -199,8 +199,8 @@ def stages(slam: HapticSLAM, shape: ShapePosterior, recording: Recording) -> dic
     return {
         "forward model": took["model"],
         "pose filter and lag, without it": took["pose"] - took["model"],
-        "match and map (kernels.advance)": took["kernel"],
-        "candidates, link spread, what is near": took["match"] - took["kernel"] - took["occupancy"],
+        "match and touch, every particle": took["kernel"],
+        "geometry, sweeps, random numbers": took["match"] - took["kernel"] - took["occupancy"],
         "occupancy of the belief that is held": took["occupancy"],
         "weigh and resample": took["weigh"] + took["resample"],
         "proposal, belief and checks": took["step"] - known + took["propose"] + took["belief"],
@@ -226,13 +226,14 @@ def kinematics(recording: Recording, poses: int = 2000) -> float:
 
 
 def bytes_touched(slam: HapticSLAM, recording: Recording) -> Array:
-    """(T,) bytes per particle that a step reads and writes again: the cache lines of the maps that it changes."""
+    """(T,) bytes per particle that a step reads and writes again: the cache lines of its own map that it changes."""
     slam.reset(seed=0)
     count, touched = slam.n_particles, np.empty(len(recording.torques))
     for k, each in enumerate(zip(recording.torques, recording.felt, recording.contacts, strict=True)):
-        before = slam._maps.log_odds.copy()
+        before = slam._maps.own.copy()
         slam.step(*each)
-        changed = (slam._maps.log_odds != before).reshape(count, -1)
+        before = np.pad(before, ((0, 0), (0, slam._maps.own.shape[1] - before.shape[1])))  # there may be more room now
+        changed = slam._maps.own != before
         changed = np.pad(changed, ((0, 0), (0, -changed.shape[1] % LINE)))
         touched[k] = 2 * LINE * changed.reshape(-1, LINE).any(axis=1).sum() / count
     return touched

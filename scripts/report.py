@@ -89,7 +89,7 @@ def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:
     for unused in panels[1 + len(namers) :]:
         unused.axis("off")
     overall = summary[summary["shape"] == ALL]
-    _draw_pose(panels[0], overall[overall["measure"] == "pose_error_lagged_deg"])
+    draw_pose(panels[0], overall[overall["measure"] == "pose_error_lagged_deg"])
     for axes, namer in zip(panels[1:], namers, strict=False):
         measure = f"{namer}_correct"
         _draw_bars(axes, overall[overall["measure"] == measure], f"Named right: {namer.replace('_', ' ')}", chance)
@@ -141,7 +141,7 @@ def interval(values: np.ndarray) -> tuple[float, float, float, int]:
     return mean, mean - half, mean + half, count
 
 
-def _draw_pose(axes: Axes, lines: pd.DataFrame) -> None:
+def draw_pose(axes: Axes, lines: pd.DataFrame) -> None:
     for observer, line in lines.groupby("observer", sort=False):
         errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
         axes.errorbar(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -14,7 +16,6 @@ matplotlib.use("Agg")  # pictures are files; no window, no display needed
 
 SPARE = ("#56B4E9", "#F0E442", "#999999", "#882255", "#44AA99", "#AA4499")  # for shapes to come
 KNOWN = {"cube": "#0072B2", "sphere": "#D55E00", "pyramid": "#009E73", "cylinder": "#CC79A7"}
-SHAPE_COLOURS = KNOWN | dict(zip([name for name in SHAPES if name not in KNOWN], SPARE, strict=False))
 
 OBSERVER_COLOURS = {
     "floor": "#999999",
@@ -36,10 +37,27 @@ BETTER, WORSE = "#0072B2", "#D55E00"
 OUTLINE = "#000000"
 FREE = "#DCEBF5"
 HAND = "#CDBDB6"
+TRUTH = "#C9D3DC"  # of a solid; its outline is OUTLINE
+WHERE = "#56B4E9"  # the object may be
 # From nothing at 0.5, which is not knowing, to dark at 1; on a scale from 0.5 to 1.
 OCCUPANCY = LinearSegmentedColormap.from_list(
     "occupancy", [(0.0, "#FDD48A00"), (0.2, "#FDC765"), (0.55, "#E8590C"), (1.0, "#6A0D1E")]
 )
+
+
+def colours_of(labels: Iterable[str]) -> dict[str, str]:
+    """A colour for each of `labels`, shapes or mesh files: each shape's is always the same."""
+    spare = itertools.cycle(SPARE)
+    fixed = {name: KNOWN.get(name) or next(spare) for name in SHAPES}
+    return {label: fixed.get(label) or next(spare) for label in labels}
+
+
+SHAPE_COLOURS = colours_of(SHAPES)
+
+
+def title_of(label: str) -> str:
+    """What to call an object: the name of a shape, or that of a mesh file without its folder."""
+    return label if label in SHAPES else Path(label).stem
 
 
 def noise_colours(noises: Sequence[float]) -> dict[float, str]:

@@ -17,7 +17,7 @@ import gymnasium as gym
 import numpy as np
 from conditions import Condition
 from results import KEY, Key
-from trial import Account, Exploration, Trial, guided, make_observers
+from trial import Account, Exploration, Trial, candidates_of, guided, make_observers
 
 import agents
 import haptic_env
@@ -51,6 +51,8 @@ MEASURES = (
 )
 Exemplars = tuple[tuple[tuple[str, bytes], ...], ...]  # for each draw, name and content of the file of each shape
 HISTOGRAMS = ("ranks_online", "ranks_lagged", "cells", "cells_predicted", "cells_observed")  # numbers with spaces
+COURSES = ("course_p", "course_correct")  # likewise: the shape posterior of the truth, and whether it is the largest
+COURSE_SECONDS = 0.25  # from one of these to the next
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,7 @@ class Settings:
     exemplars: int
     first_seed: int
     classifiers: tuple[str, ...]
+    scale: float = 1.0
     size_jitter: float = 0.0
     position_jitter: float = 0.0
     yaw_jitter: float = 0.0
@@ -82,8 +85,11 @@ class Settings:
         validate.number("--position-jitter", self.position_jitter, 0.0, 0.05, unit="m")
         validate.number("--yaw-jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
         validate.number("--believed-sigma", self.believed_sigma, 0.1, 10.0)
+        validate.number("--scale", self.scale, above=0.0, unit="m")
+        for name in self.shapes:
+            shapes.default_size(shapes.check("--shapes", name), self.scale)
         for what, given, valid in (
-            ("shape", self.shapes, shapes.SHAPES),
+            ("shape", self.shapes, self.shapes or tuple(shapes.SHAPES)),
             ("observer", self.observers, variants.NAMES),
             ("classifier", self.classifiers, CLASSIFIERS),
         ):
@@ -118,15 +124,28 @@ class Task:
     def name(self) -> str:
         """The same as the name of a file."""
         told = [f"{name}={value}" for name, value in asdict(self.condition).items()]
-        return "_".join([*told, self.shape, str(self.seed)])
+        shape = self.shape
+        if shape not in shapes.SHAPES:  # a path: its name alone may be that of another file too
+            shape = f"{Path(shape).stem}-{hashlib.sha256(shape.encode()).hexdigest()[:8]}"
+        return "_".join([*told, shape, str(self.seed)])
 
 
 def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     """Run the exploration of `task`."""
+    trial = make_trial(task, naming)
+    for _ in trial:
+        pass
+    trial.env.close()
+    return trial.finish()
+
+
+def make_trial(task: Task, naming: bool) -> Trial:
+    """The exploration of `task`, not begun."""
     settings, condition = task.settings, task.condition
     env = gym.make(
         settings.env,
         shape=task.shape,
+        scale=settings.scale,
         **condition.noise,
         episode_seconds=condition.seconds,
         size_jitter=settings.size_jitter,
@@ -139,11 +158,7 @@ def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
     observers = make_observers(settings.observers, hand, told, settings.particles)
     posterior = shape_posterior(settings)
     env = guided(env, condition.policy, told, shape_posterior(settings, GUIDE_VARIANTS))
-    trial = Trial(env, condition.policy, observers, posterior, task.seed, naming=None if naming else ())
-    for _ in trial:
-        pass
-    env.close()
-    return trial.finish()
+    return Trial(env, condition.policy, observers, posterior, task.seed, naming=None if naming else ())
 
 
 @lru_cache(maxsize=8)
@@ -153,7 +168,7 @@ def shape_posterior(settings: Settings, variants: int = 80) -> ShapePosterior:
     hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
     return ShapePosterior(
         hand,
-        {name: [shapes.make(name, position=hand.grasp_centre)] for name in settings.shapes},
+        candidates_of(hand, settings.shapes, scale=settings.scale),
         size_jitter=settings.size_jitter,
         yaw_jitter=settings.yaw_jitter,
         position_jitter=settings.position_jitter,
@@ -210,6 +225,7 @@ def run_trial(task: Task, exemplars: Exemplars) -> list[dict[str, Any]]:
             calibration.observed,
         )
         row |= {what: _spaced(numbers) for what, numbers in zip(HISTOGRAMS, histograms, strict=True)}
+        row |= {what: _spaced(numbers) for what, numbers in zip(COURSES, course(exploration, account), strict=True)}
         for n in (1, 2):
             score = metrics.surface_score(occupancy, grid, exploration.solid, touched, n)
             row |= {f"surface_{what}_{n}": value for what, value in score._asdict().items()}
@@ -237,6 +253,14 @@ def correct_after(exploration: Exploration, account: Account, seconds: float) ->
     if steps == len(exploration.seconds):
         return float("nan")
     return float(account.labels[int(np.argmax(account.posterior[steps]))] == exploration.solid.name)
+
+
+def course(exploration: Exploration, account: Account) -> tuple[np.ndarray, np.ndarray]:
+    """After each `COURSE_SECONDS`: the probability of the true shape, and 1 where no other is more probable, else 0."""
+    times = np.arange(COURSE_SECONDS, exploration.seconds[-1] + 1e-9, COURSE_SECONDS)
+    posterior = account.posterior[np.searchsorted(exploration.seconds, times - 1e-9)]
+    truth = account.labels.index(exploration.solid.name)
+    return posterior[:, truth], (posterior.argmax(axis=1) == truth).astype(float)
 
 
 @lru_cache(maxsize=128)
@@ -294,4 +318,4 @@ def columns(settings: Settings) -> tuple[list[str], list[str]]:
     correct = [f"{namer}_correct" for namer in settings.namers]
     numbers = [*MEASURES, *(f"p_{shape}" for shape in settings.shapes), *correct]
     keys = [name for name in KEY if name not in ("policy", "shape", "observer")]
-    return [*KEY, *numbers, *HISTOGRAMS, *settings.namers, *constants(settings)], [*numbers, *keys]
+    return [*KEY, *numbers, *HISTOGRAMS, *COURSES, *settings.namers, *constants(settings)], [*numbers, *keys]

@@ -6,7 +6,7 @@ Shapes: T steps, J joints, P patches, C labels. Step 0 is the reset; arrays over
 from __future__ import annotations
 
 import copy
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -186,6 +186,20 @@ def solid_of(truth: Mapping[str, Any]) -> Solid:
     """The object that `info["truth"]` describes."""
     place = truth["object_position"], truth["object_quaternion"]
     return shapes.make(truth["shape"], truth["object_size"], *place)
+
+
+def candidates_of(
+    hand: Hand, names: Iterable[str], *, like: str | None = None, scale: float = 1.0
+) -> dict[str, list[Solid]]:
+    """What the object may be: `names`, each where `hand` explores it. With `like` one of them, or the file of a mesh
+    whose unit is `scale` metres long: a mesh is a candidate itself, and all others are as large as it, on average."""
+    if like is None or like in shapes.SHAPES:
+        sizes = {name: shapes.default_size(name, scale) for name in names}
+        return {name: [shapes.make(name, size, hand.place(size))] for name, size in sizes.items()}
+    size = shapes.default_size(like, scale)
+    place = hand.place(size)
+    others = {name: [shapes.make(name, np.full(3, size.mean()), place)] for name in names}
+    return {like: [shapes.make(like, size, place)], **others}
 
 
 def make_observers(names: Sequence[str], hand: Hand, sigma_deg: float, particles: int) -> dict[str, HapticSLAM]:

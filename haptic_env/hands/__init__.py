@@ -8,10 +8,12 @@ from typing import Any
 
 from haptic_env import validate
 from haptic_env.hand import Hand
-from haptic_env.hands import two_finger
+from haptic_env.hands import adroit, myo, two_finger
 
 HANDS: dict[str, Callable[..., Hand]] = {
     "two_finger": two_finger.make,
+    "adroit": adroit.make,
+    "myo": myo.make,
 }
 
 

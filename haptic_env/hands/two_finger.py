@@ -5,11 +5,7 @@ Bone lengths: Buryanov & Kotiuk 2010, Int. J. Morphol. 28(3), 755-758 (adults, b
 4.0 mm. Radii: half the joint breadths of Greiner 1991 (NATICK/TR-92/011), rounded. Density 1160 kg/m³ (hand; Winter
 2009, Biomechanics and Motor Control of Human Movement, table 4.1). Joint limits: American Academy of Orthopaedic
 Surgeons 1965, Joint Motion; the thumb's three joints carry the same names as the finger's, as its metacarpal is its
-first segment here.
-
-Damping and stiffness are of the size measured at the index MCP joint by Hajian & Howe 1997 (J. Biomech. Eng. 119,
-109-114); the pull to the relaxed, half-flexed posture is passive tissue. Weight is taken as borne by posture: there
-is no gravity. With these torque limits the random policy moves the joints at human speeds (see tests).
+first segment here. Motors and passive tissue: `haptic_env.hands.drives`.
 """
 
 from __future__ import annotations
@@ -18,19 +14,19 @@ import numpy as np
 
 from haptic_env.composer import mjcf
 from haptic_env.hand import Hand
+from haptic_env.hands import drives
 from haptic_env.patches import Link, Patches
 
 DENSITY = 1160.0  # kg/m³
 BASE_X, BASE_Z = 0.052, -0.038  # metres from the object's centre to a finger's base joint
-RELAXED_DEG = (0.0, 15.0, 30.0, 25.0)  # where passive tissue pulls the joints
 REST_DEG = (0.0, -15.0, 10.0, 5.0)  # the open hand in which an episode starts
 
-# name, low and high limit (degrees), torque limit (N·m), damping (N·m·s/rad), stiffness (N·m/rad)
+# name, low and high limit (degrees), what moves it
 JOINTS = (
-    ("mcp_abduction", -25.0, 25.0, 0.030, 0.0080, 0.050),
-    ("mcp_flexion", -30.0, 90.0, 0.040, 0.0090, 0.025),
-    ("pip_flexion", 0.0, 100.0, 0.016, 0.0040, 0.012),
-    ("dip_flexion", 0.0, 80.0, 0.008, 0.0020, 0.008),
+    ("mcp_abduction", -25.0, 25.0, drives.MCP_ABDUCTION),
+    ("mcp_flexion", -30.0, 90.0, drives.MCP_FLEXION),
+    ("pip_flexion", 0.0, 100.0, drives.PIP_FLEXION),
+    ("dip_flexion", 0.0, 80.0, drives.DIP_FLEXION),
 )
 # finger: side of the object (+1 or -1), then length and radius (m) of its three segments; tips include soft tissue
 FINGERS = {
@@ -49,26 +45,15 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
         # In its own frame every finger points to +z and flexes towards -x, which is where the object is.
         quaternion = (1, 0, 0, 0) if side > 0 else (0, 0, 0, 1)
         parent = root.worldbody.add("body", name=f"{finger}_base", pos=(side * BASE_X, 0, BASE_Z), quat=quaternion)
-        joints = iter(zip(JOINTS, RELAXED_DEG, strict=True))
+        joints = iter(JOINTS)
         height = 0.0
         for segment, (length, radius) in zip(SEGMENTS, segments, strict=True):
             name = f"{finger}_{segment}"
             parent = parent.add("body", name=name, pos=(0, 0, height))
             for _ in range(2 if segment == "proximal" else 1):
-                (joint, low, high, torque, damping, stiffness), relaxed = next(joints)
-                hinge = parent.add(
-                    "joint",
-                    name=f"{finger}_{joint}",
-                    axis=(1, 0, 0) if "abduction" in joint else (0, -1, 0),
-                    range=(low, high),
-                    damping=damping,
-                    stiffness=stiffness,
-                    springref=relaxed,
-                    armature=1e-6,
-                    solreflimit=(0.006, 1),
-                    solimplimit=(0.98, 0.99, 0.01),
-                )
-                root.actuator.add("motor", name=hinge.name, joint=hinge, gear=[torque], ctrllimited=False)
+                joint, low, high, drive = next(joints)
+                axis = (1, 0, 0) if "abduction" in joint else (0, -1, 0)
+                drives.add_joint(root, parent, f"{finger}_{joint}", drive, axis=axis, range=(low, high))
             parent.add(
                 "geom", name=name, type="capsule", fromto=(0, 0, 0, 0, 0, length), size=[radius], density=DENSITY
             )

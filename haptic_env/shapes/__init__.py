@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from numpy.typing import ArrayLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
+from haptic_env.shapes import mesh
 from haptic_env.shapes.base import Shape, Solid
 from haptic_env.shapes.cube import Cube
 from haptic_env.shapes.cylinder import Cylinder
@@ -18,7 +23,31 @@ SHAPES: dict[str, Shape] = {
     "cylinder": Cylinder(),
 }
 
-__all__ = ["SHAPES", "Shape", "Solid", "make"]
+__all__ = ["SHAPES", "Shape", "Solid", "check", "default_size", "find", "make"]
+
+
+def check(what: str, name: Any) -> str:
+    """Return `name` if it is that of a shape or the path of a mesh that can be explored; else raise `ValueError`."""
+    if isinstance(name, str | Path) and mesh.is_path(name):
+        mesh.load(str(name))
+        return str(name)
+    try:
+        return validate.choice(what, name, SHAPES)
+    except ValueError as error:
+        raise ValueError(f"{error}, or the path of a mesh ({', '.join(mesh.SUFFIXES)})") from None
+
+
+def find(name: str) -> Shape:
+    """The shape `name`, or that of the mesh file `name`; raises `ValueError` where there is none."""
+    name = check("shape", name)
+    return SHAPES[name] if name in SHAPES else mesh.load(name)
+
+
+def default_size(name: str, scale: float = 1.0) -> NDArray[np.float64]:
+    """Full extents (3,) m of the shape `name` where nothing else is said; `scale`: metres that the unit of a mesh
+    file is long."""
+    shape = find(name)
+    return shape.size(scale) if isinstance(shape, mesh.Mesh) else np.asarray(shape.default_size)
 
 
 def make(
@@ -27,11 +56,11 @@ def make(
     position: ArrayLike = (0.0, 0.0, 0.0),
     quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
 ) -> Solid:
-    """The shape `name` as a solid of `size` (3,) m (None: its default) at a world pose (m, wxyz).
+    """The shape or mesh file `name` as a solid of `size` (3,) m (None: its default) at a world pose (m, wxyz).
 
     Raises `ValueError` for an unknown name, or a size or pose that is not possible.
     """
-    shape = SHAPES[validate.choice("shape", name, SHAPES)]
+    shape = find(name)
     extents = shape.check_size(size)
     place = validate.array("object position", position, (3,), "m")
     turn = validate.array("object quaternion", quaternion, (4,))

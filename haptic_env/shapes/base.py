@@ -1,4 +1,4 @@
-"""What a shape is: a signed distance, a MuJoCo geom and a default size.
+"""What a shape is: a signed distance, MuJoCo geoms and a default size.
 
 A shape's frame has its origin at the centre of its bounding box. `size` is its full extents (3,) in metres.
 """
@@ -16,7 +16,7 @@ from haptic_env import validate
 from haptic_env.composer import mjcf
 from haptic_env.grid import Grid
 
-SMALLEST, LARGEST = 0.005, 0.15  # metres: what two fingers can feel at all
+SMALLEST, LARGEST = 0.005, 0.3  # metres: what a hand can feel at all
 RGBA = (0.85, 0.65, 0.35, 1.0)
 
 
@@ -42,8 +42,8 @@ class Shape(ABC):
         """Distance (...,) m from `points` (..., 3) m, shape's frame, to the surface; negative inside."""
 
     @abstractmethod
-    def geom(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> dict[str, Any]:
-        """Attributes of the MuJoCo geom of this `size`; adds assets to `root` where it needs any."""
+    def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> list[dict[str, Any]]:
+        """Attributes of the convex MuJoCo geoms of this `size`; adds assets to `root` where it needs any."""
 
     def check_size(self, size: ArrayLike | None) -> NDArray[np.float64]:
         """Return the full extents (3,) m, the default for None; raise `ValueError` where they are not possible."""

@@ -18,5 +18,5 @@ class Cube(Shape):
         beyond = np.abs(points) - size / 2
         return np.linalg.norm(np.maximum(beyond, 0.0), axis=-1) + np.minimum(beyond.max(axis=-1), 0.0)
 
-    def geom(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> dict[str, Any]:
-        return {"type": "box", "size": size / 2}
+    def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> list[dict[str, Any]]:
+        return [{"type": "box", "size": size / 2}]

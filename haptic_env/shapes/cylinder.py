@@ -26,5 +26,5 @@ class Cylinder(Shape):
         outside = np.hypot(np.maximum(radial, 0.0), np.maximum(axial, 0.0))
         return outside + np.minimum(np.maximum(radial, axial), 0.0)
 
-    def geom(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> dict[str, Any]:
-        return {"type": "cylinder", "size": [size[0] / 2, size[2] / 2]}
+    def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> list[dict[str, Any]]:
+        return [{"type": "cylinder", "size": [size[0] / 2, size[2] / 2]}]

@@ -30,11 +30,11 @@ class Pyramid(Shape):
         outer = np.minimum(base, np.minimum(side_x, side_y))
         return np.where(inner > 0, outer, -outer)
 
-    def geom(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> dict[str, Any]:
+    def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> list[dict[str, Any]]:
         x, y, z = size / 2
         corners = [[sx * x, sy * y, -z] for sx in (-1, 1) for sy in (-1, 1)]
         mesh = root.asset.add("mesh", name="pyramid", vertex=np.ravel([*corners, [0, 0, z]]))
-        return {"type": "mesh", "mesh": mesh}
+        return [{"type": "mesh", "mesh": mesh}]
 
 
 def _distance_to_triangle(

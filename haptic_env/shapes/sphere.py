@@ -23,5 +23,5 @@ class Sphere(Shape):
     def signed_distance(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.linalg.norm(points, axis=-1) - size[0] / 2
 
-    def geom(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> dict[str, Any]:
-        return {"type": "sphere", "size": [size[0] / 2]}
+    def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> list[dict[str, Any]]:
+        return [{"type": "sphere", "size": [size[0] / 2]}]

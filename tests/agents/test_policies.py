@@ -157,6 +157,27 @@ def test_random_torque_refuses_impossible_numbers(env, keyword, value):
         agents.make("random_torque", env, **{keyword: value})
 
 
+@pytest.mark.parametrize(
+    ("name", "keyword"),
+    [
+        ("contour_following", "seconds"),
+        ("enclosure", "grip"),
+        ("enclosure", "seconds"),
+        ("information_gain", "candidates"),
+        ("information_gain", "horizon"),
+        ("information_gain", "seconds"),
+        ("synergy", "flexion"),
+        ("synergy", "sd"),
+        ("synergy", "seconds"),
+        ("synergy", "synergies"),
+    ],
+)
+@pytest.mark.parametrize("value", [-2, np.nan, "1"])
+def test_impossible_numbers_are_refused(env, name, keyword, value):
+    with pytest.raises(ValueError, match=f"{keyword} must be .* got"):
+        agents.make(name, watched(env), **{keyword: value})
+
+
 def test_random_torques_are_smooth_in_time(env):
     actions = _play(agents.make("random_torque", env, seed=0), env, 500)
     assert np.median(np.abs(np.diff(actions, axis=0))) < 0.2

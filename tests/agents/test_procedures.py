@@ -95,7 +95,7 @@ def test_without_recordings_all_fingers_close_first(hand):
 def test_synergies_are_the_principal_components_of_recordings(env, tmp_path, ending):
     rng = np.random.default_rng(0)
     ways = np.array([[0, 1, 1, 1, 0, 1, 1, 1], [1, 0, 0, 0, -1, 0, 0, 0.0]])
-    angles = 0.3 + rng.standard_normal((400, 2)) * [1.0, 0.5] @ ways + 0.01 * rng.standard_normal((400, 8))
+    angles = 0.3 + rng.standard_normal((400, 2)) * [1.0, 0.8] @ ways + 0.01 * rng.standard_normal((400, 8))
     path = tmp_path / f"angles{ending}"
     if ending == ".npy":
         np.save(path, angles)
@@ -132,13 +132,15 @@ def test_both_procedures_touch_far_more_than_random_torques(env):
     assert touched["contour_following"] > touched["random_torque"] + 0.2
 
 
-def test_enclosure_touches_with_more_of_the_hand_than_contour_following_does_at_once(env):
-    enclosed, followed = (
-        _contacts(env, agents.make(name, env, seed=0), 200).sum(axis=1).max()
-        for name in ("enclosure", "contour_following")
-    )
-    assert enclosed >= 4
-    assert enclosed >= followed - 1
+def test_enclosure_touches_with_more_links_at_once_than_contour_following(env):
+    patches = env.unwrapped.hand.patches
+
+    def links(name: str) -> float:
+        felt = _contacts(env, agents.make(name, env, seed=0), 200)
+        each = np.array([felt[:, patches.link == link].any(axis=1) for link in range(len(patches.links))])
+        return each.sum(axis=0)[felt.any(axis=1)].mean()
+
+    assert links("enclosure") > links("contour_following") > links("random_torque")
 
 
 def test_a_finger_presses_harder_until_it_feels_contact(env):
@@ -181,8 +183,11 @@ def test_the_rolled_out_hand_stops_at_the_object_as_the_simulated_one_does():
     looks = np.empty((5, hand.joints))
     solids = posterior.hypotheses.solids
     arguments = tree_of(hand), lookahead.spheres_of(hand), solids, 0, line, torque * hand.torque_limits, 5, looks
-    lookahead._roll(*arguments)
-    np.testing.assert_allclose(looks[-1], info["truth"]["joint_angles"], atol=np.deg2rad(6.0))
+    lookahead.roll(*arguments)
+    error = np.abs(looks[-1] - info["truth"]["joint_angles"])
+    assert error.max() < np.deg2rad(10.0)
+    assert error.mean() < np.deg2rad(3.0)
+    assert np.abs(looks[-1] - hand.rest_pose).max() > np.deg2rad(30.0), "it has moved much further than that"
     position, rotation = link_frames(tree_of(hand), looks[-1])
     skin = hand.patches.surface(0.002)
     points = position[skin.link] + np.einsum("mij,mj->mi", rotation[skin.link], skin.points)
@@ -210,19 +215,19 @@ def test_what_tells_candidates_apart_leaves_less_entropy():
 
 
 def test_a_map_gains_where_the_hand_has_not_been(env):
-    """Moving sweeps more of what is not known than staying does, and less the second time."""
+    """To relax from the open hand sweeps more of what is not known than to stay open does, and less the second time."""
     hand = env.unwrapped.hand
     ahead = MapLookahead(hand)
-    reach = Reach(hand)
-    close = 0.5 * reach.strokes(hand.rest_pose, hand.grasp_centre).close.sum(axis=0)
-    push = np.array([np.zeros(hand.joints), -close]) * hand.torque_limits
+    opening = -0.5 * Reach(hand).strokes(hand.rest_pose, hand.grasp_centre).close.sum(axis=0)
+    push = np.array([np.zeros(hand.joints), opening]) * hand.torque_limits
+    line = _line(hand, np.zeros(hand.joints))
     env.reset(seed=0, options={"size": (0.02, 0.02, 0.02)})
-    first = ahead.gain(env.belief, _line(hand, np.zeros(hand.joints)), push, 5, 5)
+    first = ahead.gain(env.belief, line, push, 5, 5)
     for _ in range(60):
-        env.step(-close.astype(np.float32))
-    second = ahead.gain(env.belief, _line(hand, np.zeros(hand.joints)), push, 5, 5)
-    assert first[1] > first[0] > 0.0
-    assert second[1] < 0.5 * first[1]
+        env.step(np.zeros(hand.joints, np.float32))
+    second = ahead.gain(env.belief, line, push, 5, 5)
+    assert first[0] > first[1] > 0.0
+    assert second[0] < 0.5 * first[0]
 
 
 def test_the_hand_alone_is_never_changed(env):

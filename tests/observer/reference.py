@@ -9,8 +9,8 @@ import numpy as np
 from scipy.special import expit, logit
 from scipy.stats import norm
 
+from observer.capsules import BINS, LIMIT, QUANTUM
 from observer.contact_model import ContactModel
-from observer.kernels import BINS, LIMIT, QUANTUM
 from observer.kinematics import link_frames, tree_of
 
 
@@ -106,9 +106,9 @@ def write(hand, grid, model, q, place, contacts, touch, log_odds):
     return result.astype(np.int8), known
 
 
-def advance(hand, grid, model, contacts, touch, average, watched, place, centres, spread, normals, uniform, maps):
+def advance(hand, grid, model, contacts, touch, watched, place, centres, spread, normals, uniform, maps):
     """Candidates, scores, the matched pose and the new map of every particle: log mean likelihood (N,), moved (N,),
-    poses (N, J), the candidates' mean if `average`, else one of them, maps (N, X, Y, Z), known (X, Y, Z)."""
+    poses (N, J), one of the candidates each, maps (N, X, Y, Z), known (X, Y, Z)."""
     log_means, moved, poses, new_maps = [], [], [], []
     known = np.zeros(maps.shape[1:], dtype=bool)
     for n in range(len(maps)):
@@ -116,7 +116,7 @@ def advance(hand, grid, model, contacts, touch, average, watched, place, centres
         score = [log_likelihood(hand, grid, model, q, contacts, watched, maps[n]) for q in candidates]
         likelihood = np.exp(model.temper * np.array(score))
         chosen = int(np.searchsorted(np.cumsum(likelihood), uniform[n] * likelihood.sum()))
-        q = likelihood @ candidates / likelihood.sum() if average else candidates[chosen]
+        q = candidates[chosen]
         log_means.append(np.log(likelihood.mean()))
         moved.append(likelihood.min() < 0.5 * likelihood.max())
         poses.append(q)

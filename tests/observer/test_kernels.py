@@ -8,7 +8,7 @@ import pytest
 
 from haptic_env import hands
 from haptic_env.grid import Grid
-from observer import kernels
+from observer import capsules, kernels
 from observer.contact_model import ContactModel
 from observer.kinematics import body_frames, tree_of
 from tests.observer import reference
@@ -40,7 +40,6 @@ class Inputs:
         self.hand, self.grid = hand, grid
         self.contacts = rng.random(patches) < touches
         self.touch = rng.uniform(0, 1, patches)
-        self.average = bool(seed % 2)
         self.watched = rng.random(len(hand.links)) < 0.7
         self.watched[0] = True
         self.place = rng.uniform(0, 0.006, len(hand.links))
@@ -57,11 +56,11 @@ class Inputs:
         poses = np.full(self.centres.shape, np.nan)
         log_mean, moved = kernels.advance(
             tree_of(self.hand),
-            kernels.body_of(self.hand, self.grid.resolution),
-            kernels.lattice_of(self.grid),
+            capsules.body_of(self.hand, self.grid.resolution),
+            capsules.lattice_of(self.grid),
             model.evidence(self.grid.resolution),
-            kernels.reach_of(
-                kernels.body_of(self.hand, self.grid.resolution), model.evidence(self.grid.resolution), self.place
+            capsules.reach_of(
+                capsules.body_of(self.hand, self.grid.resolution), model.evidence(self.grid.resolution), self.place
             ),
             self.contacts,
             self.touch,
@@ -70,7 +69,6 @@ class Inputs:
             self.spread,
             self.normals,
             self.uniform,
-            self.average,
             maps,
             known,
             poses,
@@ -79,7 +77,7 @@ class Inputs:
 
     def expected(self, model=MODEL):
         """What the reference makes of it."""
-        felt = (self.contacts, self.touch, self.average, self.watched)
+        felt = (self.contacts, self.touch, self.watched)
         rest = (self.place, self.centres, self.spread, self.normals, self.uniform, self.maps)
         return reference.advance(self.hand, self.grid, model, *felt, *rest)
 
@@ -156,8 +154,8 @@ def test_a_thousand_patches_are_a_thousand():
 
 def test_the_likelihood_agrees(hand):
     grid = _grid(hand)
-    tree, body = tree_of(hand), kernels.body_of(hand, grid.resolution)
-    lattice, evidence = kernels.lattice_of(grid), MODEL.evidence(grid.resolution)
+    tree, body = tree_of(hand), capsules.body_of(hand, grid.resolution)
+    lattice, evidence = capsules.lattice_of(grid), MODEL.evidence(grid.resolution)
     position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
     for seed in range(10):
         inputs = Inputs(hand, grid, seed, particles=1)
@@ -188,13 +186,13 @@ def test_one_touch_is_bayes_rule(two_finger):
         rings = 1 - (1 - model.false_alarm) * (1 - model.hit) ** worlds.sum(axis=0)
         marginal = (worlds * rings).sum(axis=1) / rings.sum()
         written = reference.probability(model, [new[tuple(cell)] for cell in suspects])
-        np.testing.assert_allclose(written, marginal, atol=0.25 * kernels.QUANTUM)
+        np.testing.assert_allclose(written, marginal, atol=0.25 * capsules.QUANTUM)
         tried += 1
     assert tried >= 5
 
 
 def test_points_of_the_skin_are_sorted_by_patch(hand):
-    body = kernels.body_of(hand, 0.004)
+    body = capsules.body_of(hand, 0.004)
     skin = hand.patches.surface(0.008)
     assert body.begin[0] == 0
     assert body.begin[-1] == len(body.points) == len(skin.points)
@@ -204,42 +202,10 @@ def test_points_of_the_skin_are_sorted_by_patch(hand):
     np.testing.assert_array_equal(body.patch_link, hand.patches.link)
 
 
-def test_mean_probability_is_the_weighted_mean():
-    rng = np.random.default_rng(0)
-    maps = rng.integers(-127, 128, (7, 9, 8, 17)).astype(np.int8)
-    weights = rng.dirichlet(np.ones(7))
-    cells = rng.permutation(9 * 8 * 17)[:1100]
-    expected = (weights @ reference.probability(MODEL, maps.reshape(7, -1)))[cells]
-    got = kernels.mean_probability(maps, weights, cells, PROBABILITY)
-    np.testing.assert_allclose(got, expected, rtol=1e-12)
-    nothing = kernels.mean_probability(maps, weights, cells[:0], PROBABILITY)
-    assert nothing.shape == (0,)
-
-
-def test_copied_maps_are_copies():
-    rng = np.random.default_rng(0)
-    maps = rng.integers(-127, 128, (6, 3, 4, 5)).astype(np.int8)
-    before = maps.copy()
-    kernels.copy_maps(maps, np.array([1, 1, 4]), np.array([0, 3, 5]))
-    np.testing.assert_array_equal(maps, before[[1, 1, 2, 1, 4, 4]])
-    maps[0] = 0
-    np.testing.assert_array_equal(maps[1], before[1])
-    kernels.copy_maps(maps, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
-    np.testing.assert_array_equal(maps[2], before[2])
-
-
 def test_the_table_of_probabilities():
     entries = np.arange(-128, 128)
     np.testing.assert_allclose(PROBABILITY[entries + 128], reference.probability(MODEL, entries))
     assert PROBABILITY[128] == pytest.approx(MODEL.prior)
-
-
-def test_what_is_near_is_seen(two_finger):
-    """Against the signed distance of the capsules, at a pose for which a part of the hand lies outside the grid."""
-    grid, q, near = _grid(two_finger), np.deg2rad([0, 15, 40, 30] * 2), 0.005
-    body = kernels.body_of(two_finger, grid.resolution)
-    seen = kernels.near_skin(tree_of(two_finger), body, kernels.lattice_of(grid), near, q)
-    np.testing.assert_array_equal(seen.reshape(grid.shape), reference.height(two_finger, grid, q) < near)
 
 
 def test_any_number_of_threads_gives_the_same_bits(two_finger, both_numbers_of_threads):
@@ -247,8 +213,5 @@ def test_any_number_of_threads_gives_the_same_bits(two_finger, both_numbers_of_t
     results = []
     for number in both_numbers_of_threads:
         numba.set_num_threads(number)
-        weights = np.full(33, 1 / 33)
-        cells = np.arange(np.prod(inputs.grid.shape))
-        outputs = (*inputs.advance(), kernels.mean_probability(inputs.maps, weights, cells, PROBABILITY))
-        results.append([np.asarray(each).tobytes() for each in outputs])
+        results.append([np.asarray(each).tobytes() for each in inputs.advance()])
     assert results[0] == results[1]

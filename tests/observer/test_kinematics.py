@@ -84,23 +84,26 @@ def test_point_jacobian_is_mujocos_and_that_of_differences(hand):
                 np.testing.assert_allclose(jacobian[:, joint], (moved[1] - moved[0]) / (2 * step), atol=1e-7)
 
 
+def _lengths(hand):
+    return np.array([link.length for link in hand.links])
+
+
 def test_link_spread_is_the_rms_of_sampled_places(hand):
     tree, rng = kinematics.tree_of(hand), np.random.default_rng(2)
     q = _poses(hand, 1)[0]
     half = 0.01 * rng.standard_normal((hand.joints, hand.joints)) / np.sqrt(hand.joints)
-    spread = kinematics.link_spread(hand, tree, q, half @ half.T)
-    length = np.array([link.length for link in hand.links])
+    spread = kinematics.link_spread(tree, _lengths(hand), q, half @ half.T)
     middles = []
     for _ in range(4000):
         at, turn = kinematics.link_frames(tree, q + half @ rng.standard_normal(hand.joints))
-        middles.append(at + 0.5 * length[:, None] * turn[:, :, 2])
+        middles.append(at + 0.5 * _lengths(hand)[:, None] * turn[:, :, 2])
     sampled = np.sqrt(np.var(middles, axis=0).mean(axis=1))
     np.testing.assert_allclose(spread, sampled, rtol=0.08)
 
 
 def test_link_spread_of_a_known_pose_is_zero(hand):
     tree = kinematics.tree_of(hand)
-    spread = kinematics.link_spread(hand, tree, hand.rest_pose, np.zeros((hand.joints, hand.joints)))
+    spread = kinematics.link_spread(tree, _lengths(hand), hand.rest_pose, np.zeros((hand.joints, hand.joints)))
     np.testing.assert_array_equal(spread, 0.0)
 
 

@@ -17,16 +17,22 @@ GRID = Grid.around(np.zeros(3), np.full(3, 0.02), 0.004)
 
 
 def _expected(maps, weights):
-    mean = np.tensordot(weights, PROBABILITY[maps.log_odds.astype(int) + 128], axes=1)
-    known = (maps.log_odds != 0).any(axis=0) | maps.seen.reshape(GRID.shape)
-    return np.where(known, mean, 0.5)
+    own = np.zeros((len(maps.own), maps.sweep.size), dtype=int)
+    own[:, maps.cells] = maps.own[:, : len(maps.cells)]
+    mean = weights @ PROBABILITY[maps.sweep + own + 128]
+    return np.where(maps.seen, mean, 0.5).reshape(GRID.shape)
 
 
 def _change(maps, rng):
-    """Write at random into some cells of some maps."""
-    cells = rng.random(maps.written.size) < 0.2
-    maps.log_odds.reshape(len(maps.log_odds), -1)[:, cells] += rng.integers(1, 5, cells.sum()).astype(np.int8)
-    maps.written[cells] = True
+    """Write at random: into some cells of all maps, into some of the particles' own."""
+    cells = np.flatnonzero(rng.random(maps.sweep.size) < 0.2)
+    maps.make_room(cells)
+    maps.own[:, maps.slot[cells]] += rng.integers(1, 5, len(cells)).astype(np.int8)
+    maps.touched[cells] = True
+    swept = rng.random(maps.sweep.size) < 0.1
+    maps.sweep[swept] -= 3
+    maps.seen |= swept
+    maps.stale |= swept
 
 
 @pytest.mark.parametrize("asked", [1, 3])
@@ -36,11 +42,10 @@ def test_the_running_mean_is_the_mean(asked):
     maps, weights = Maps(5, GRID, PROBABILITY), np.full(5, 0.2)
     for turn in range(9):
         maps.before_change()
-        maps.see(rng.random(maps.written.size) < 0.1)
         _change(maps, rng)
         if turn % 4 == 3:
             weights = rng.dirichlet(np.ones(5))
-        maps.after_change(weights_changed=turn % 4 == 3)
+            maps.weights_changed()
         snapshot = maps.snapshot(weights)
         if turn % asked == 0:
             np.testing.assert_allclose(snapshot.value(), _expected(maps, weights), rtol=1e-12)
@@ -51,12 +56,41 @@ def test_a_held_snapshot_never_changes():
     rng = np.random.default_rng(0)
     maps, weights = Maps(3, GRID, PROBABILITY), np.full(3, 1 / 3)
     _change(maps, rng)
-    maps.after_change(weights_changed=False)
     held, before = maps.snapshot(weights), _expected(maps, weights)
     maps.before_change()
     _change(maps, rng)
-    maps.after_change(weights_changed=False)
     np.testing.assert_allclose(held.value(), before, rtol=1e-12)
     assert not held.value().flags.writeable
-    np.testing.assert_array_equal(pickle.loads(pickle.dumps(maps.snapshot(weights))).value(), _expected(maps, weights))
+    sent = pickle.loads(pickle.dumps(maps.snapshot(weights))).value()
+    np.testing.assert_allclose(sent, _expected(maps, weights), rtol=1e-12)
     assert (maps.snapshot(weights).value() != before).any()
+
+
+def test_room_is_made_once_and_keeps_what_was_there():
+    maps, rng = Maps(2, GRID, PROBABILITY), np.random.default_rng(1)
+    told = {}
+    for _ in range(12):
+        cells = rng.integers(0, maps.sweep.size, 40)
+        maps.make_room(cells)
+        assert len(np.unique(maps.cells)) == len(maps.cells)
+        np.testing.assert_array_equal(maps.slot[maps.cells], np.arange(len(maps.cells)))
+        for cell in cells:
+            told.setdefault(cell, rng.integers(-9, 9, 2))
+            maps.own[:, maps.slot[cell]] = told[cell]
+    for cell, values in told.items():
+        np.testing.assert_array_equal(maps.own[:, maps.slot[cell]], values)
+    assert np.count_nonzero(maps.slot >= 0) == len(told)
+
+
+def test_copied_maps_are_copies():
+    rng = np.random.default_rng(0)
+    maps = Maps(6, GRID, PROBABILITY)
+    _change(maps, rng)
+    maps.own[:, : len(maps.cells)] = rng.integers(-127, 128, (6, len(maps.cells)))
+    before = maps.own.copy()
+    maps.copy(np.array([1, 1, 4]), np.array([0, 3, 5]))
+    np.testing.assert_array_equal(maps.own, before[[1, 1, 2, 1, 4, 4]])
+    maps.own[0] = 0
+    np.testing.assert_array_equal(maps.own[1], before[1])
+    maps.copy(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
+    np.testing.assert_array_equal(maps.own[2], before[2])

@@ -88,13 +88,14 @@ def test_a_copy_of_a_particle_owns_its_map():
     """Resample the observer's particles, then change one map: no other follows."""
     slam = HapticSLAM(pointer(), 1.0, particles=8)
     slam.reset(seed=0)
-    slam._maps.log_odds[:] = np.arange(8, dtype=np.int8)[:, None, None, None]
+    slam._maps.make_room(np.arange(20))
+    slam._maps.own[:] = np.arange(8, dtype=np.int8)[:, None]
     slam._poses[:] = np.arange(8)[:, None]
     slam._log_weights[:] = np.log([1e-9, 1e-9, 0.5, 1e-9, 1e-9, 0.5, 1e-9, 1e-9])
     assert slam._resample()
-    assert slam._maps.log_odds[2].max() == 2, "survivors stay where they are"
-    assert slam._maps.log_odds[5].max() == 5
-    held = slam._maps.log_odds.reshape(8, -1)
+    held = slam._maps.own[:, :20]
+    assert held[2].max() == 2, "survivors stay where they are"
+    assert held[5].max() == 5
     assert sorted(held[:, 0]) == [2] * 4 + [5] * 4
     np.testing.assert_array_equal(held[:, 0], slam._poses[:, 0])
     np.testing.assert_allclose(slam._log_weights, -np.log(8))

@@ -11,6 +11,7 @@ from haptic_env import shapes
 from haptic_env.shapes.base import rotation_matrix
 from observer import HapticSLAM, ShapePosterior, TruePose
 from observer.kinematics import link_frames, tree_of
+from observer.parts import parts_of
 from observer.shape_kernels import contact_likelihood, patch_gaps, resample, weigh
 from observer.shape_posterior import Habit
 from observer.solid_fields import FIELD_RESOLUTION, SKIN_SPACING, field_distance, skin_of, solids_of
@@ -152,7 +153,7 @@ def test_the_likelihood_is_the_product_over_a_fingers_patches(two_finger):
     poses = rng.uniform(*two_finger.joint_limits.T, (20, two_finger.joints))
     contacts = rng.random(len(two_finger.patches)) < 0.1
     out = np.empty((2, 2, 20))
-    contact_likelihood(tree, skin, solids, poses, contacts, 0.002, 0.01, out)
+    contact_likelihood(tree, skin, solids, poses, parts_of(two_finger).column, contacts, 0.002, 0.01, out)
     finger = two_finger.link_group[two_finger.patches.link]
     for h, solid in enumerate(made):
         for s, pose in enumerate(poses):

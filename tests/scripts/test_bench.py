@@ -33,11 +33,11 @@ def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture
 def test_what_was_watched_is_as_before() -> None:
     recording = bench.measures.record("HapticSLAM/TwoFinger-v0", "cube", 3.0, seed=0, steps=15)
     slam, shape = bench.measures.make_slam(recording, 5, 16), bench.ShapePosterior(recording.hand)
-    advance = bench.measures.kernels.advance
+    kernel = bench.measures.marginal_kernels.match_and_touch
     took = bench.measures.stages(slam, shape, recording)
     assert set(took) == set(bench.STAGES)
     assert all(each.shape == (15,) for each in took.values())
-    assert bench.measures.kernels.advance is advance
+    assert bench.measures.marginal_kernels.match_and_touch is kernel
     assert not {"step", "_match_and_map"} & set(vars(slam)), "the class's own again"
 
 

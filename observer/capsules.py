@@ -1,0 +1,204 @@
+"""The hand, the grid and the contact model as arrays, and what compiled code asks of them.
+
+L links, P patches, M points of the skin, (X, Y, Z) voxels, V = X·Y·Z.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+
+QUANTUM = 0.05  # log-odds per unit of the int8 maps, which thus reach ±6.35
+LIMIT = 127
+LEAST = np.log(1e-6)  # of the probability of one patch: nothing is impossible
+LOG_ODDS = QUANTUM * np.arange(-128, 128)  # of a map entry v at [v + 128], above those of the prior
+BINS = 64  # of the squared distance from a bone, in tables of what a link says of a cell
+
+
+class Body(NamedTuple):
+    """The hand as capsules with patches, in arrays: `radius`, `length`, `tip`, `first` (L,); the layout of patches;
+    and M points just outside the skin, `points` (M, 3) m in their link's frame, sorted by patch: those of patch p are
+    `begin[p]` up to `begin[p + 1]`; `patch_link` (P,); `core` (M, 3) m are the same points moved beneath the skin.
+    """
+
+    radius: NDArray[np.float64]
+    length: NDArray[np.float64]
+    tip: NDArray[np.bool_]
+    first: NDArray[np.int64]
+    along: int
+    around: int
+    rings: int
+    points: NDArray[np.float64]
+    core: NDArray[np.float64]
+    begin: NDArray[np.int64]
+    patch_link: NDArray[np.int64]
+
+
+class Lattice(NamedTuple):
+    """A grid in arrays: `origin` (3,) m, `resolution` m, `shape` (3,)."""
+
+    origin: NDArray[np.float64]
+    resolution: float
+    shape: NDArray[np.int64]
+
+
+class Evidence(NamedTuple):
+    """The numbers of `observer.contact_model.ContactModel`, for the kernels; lengths in metres.
+
+    Tables (256,) of a map entry v at [v + 128]: `probability` that the cell is occupied, `log_clear` log of the
+    probability that it rings no patch, and `log_silent` the same where only what is known to be occupied counts.
+    `log_no_alarm`: that there is no false alarm. `solid`: the least map entry that says occupied rather than free.
+    """
+
+    hit: float
+    false_alarm: float
+    free: float
+    give: float
+    edge: float
+    deep: float
+    shell: float
+    fall: float
+    blur: float
+    near: float
+    temper: float
+    log_no_alarm: float
+    solid: int
+    probability: NDArray[np.float64]
+    log_clear: NDArray[np.float64]
+    log_silent: NDArray[np.float64]
+
+
+class Reach(NamedTuple):
+    """What each link says of the cells about it at one step, given how surely its place is known (L links).
+
+    `place` (L,) m: SD of its place along any one axis, as far as maps allow for it.
+    `free` (L, BINS): quanta of log-odds that a cell loses, by its squared distance from the bone in units of `bin`
+    (L,) m²; `carved` (L,) m: the distance from which on it loses nothing. `fall` (L,) m: over what distance beyond the
+    shell a cell's part in a touch fades; `felt` (L,) m: the distance from which on it has none.
+    """
+
+    place: NDArray[np.float64]
+    free: NDArray[np.int64]
+    bin: NDArray[np.float64]
+    carved: NDArray[np.float64]
+    fall: NDArray[np.float64]
+    felt: NDArray[np.float64]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def reach_of(body, evidence, place):
+    """The `Reach` of the links of `body`, the SD of their places being `place` (L,) m.
+
+    If the cell at depth d beneath the skin were occupied, the link could not be there: what speaks for it is only the
+    probability Φ(-d / SD) that it is elsewhere.
+    """
+    links = len(place)
+    free, bin = np.zeros((links, BINS), dtype=np.int64), (body.radius + 2.0 * evidence.edge) ** 2 / BINS
+    carved = np.zeros(links)
+    for link in range(links):
+        unsure = np.hypot(place[link], evidence.edge)
+        for b in range(BINS):
+            height = np.sqrt((b + 0.5) * bin[link]) - body.radius[link]
+            lost = -evidence.free * _log_normal_tail((height + evidence.give) / unsure)
+            free[link, b] = int(min(np.round(lost / QUANTUM), LIMIT))
+            if free[link, b] == 0:
+                break
+            carved[link] = np.sqrt((b + 1) * bin[link])
+    fall = np.hypot(evidence.fall, evidence.blur * place)
+    return Reach(place, free, bin, carved, fall, body.radius + evidence.shell + 2.5 * fall)
+
+
+@numba.njit(cache=True)
+def _log_normal_tail(x):
+    """log Φ(x), where it is too small by its asymptote (Abramowitz & Stegun 1964, 26.2.12)."""
+    if x > -30.0:
+        return math.log(0.5 * math.erfc(-x / math.sqrt(2.0)))
+    return -0.5 * x * x - math.log(-x * math.sqrt(2.0 * math.pi))
+
+
+def body_of(hand: Hand, resolution: float) -> Body:
+    """The arrays of `hand`, with points of the skin about two voxels apart."""
+    patches = hand.patches
+    skin = patches.surface(2.0 * resolution)
+    order = np.argsort(skin.patch, kind="stable")
+    lift = 0.5 * resolution * skin.normals
+    return Body(
+        radius=np.array([link.radius for link in hand.links]),
+        length=np.array([link.length for link in hand.links]),
+        tip=np.array([link.tip for link in hand.links]),
+        first=patches.first,
+        along=patches.along,
+        around=patches.around,
+        rings=patches.rings,
+        points=(skin.points + lift)[order],
+        core=(skin.points - lift)[order],
+        begin=np.searchsorted(skin.patch[order], np.arange(len(patches) + 1)).astype(np.int64),
+        patch_link=patches.link.astype(np.int64),
+    )
+
+
+def lattice_of(grid: Grid) -> Lattice:
+    """The arrays of `grid`."""
+    return Lattice(np.array(grid.origin), grid.resolution, np.array(grid.shape))
+
+
+@numba.njit(cache=True, inline="always")
+def from_bone(dx, dy, dz, axis, length):
+    """Of a point, from the start of a bone of `length` m along `axis` (3,): its height along it, m, and the square of
+    its distance from it, m²."""
+    z = axis[0] * dx + axis[1] * dy + axis[2] * dz
+    along = min(max(z, 0.0), length)
+    return z, dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along
+
+
+@numba.njit(cache=True, inline="always")
+def voxel_range(start, along, pad, origin, res, count):
+    """Voxels along one axis that a capsule from `start` to `start + along` may fill, padded."""
+    low = int(np.floor((min(start, start + along) - pad - origin) / res))
+    high = int(np.floor((max(start, start + along) + pad - origin) / res)) + 1
+    return max(low, 0), min(high, count)
+
+
+@numba.njit(cache=True, inline="always")
+def voxel_span(dx, dy, axis, outer, first, res, low, high):
+    """Of the voxels `low` to `high` of a row, those within √`outer` m of the line through the origin along `axis`."""
+    across = 1.0 - axis[2] * axis[2]
+    if across < 1e-9:
+        return low, high
+    s = axis[0] * dx + axis[1] * dy
+    inside = (s * axis[2]) ** 2 - across * (dx * dx + dy * dy - s * s - outer)
+    if inside <= 0.0:
+        return low, low
+    half = np.sqrt(inside)
+    begin = int(np.floor(((s * axis[2] - half) / across - first) / res))
+    end = int(np.ceil(((s * axis[2] + half) / across - first) / res)) + 1
+    return max(begin, low), min(end, high)
+
+
+@numba.njit(cache=True)
+def ringing(body, contacts):
+    """(L, along + 1): whether any patch in a row of a link, or on its tip, feels contact."""
+    rings = np.zeros((len(body.radius), body.along + 1), dtype=np.bool_)
+    for patch in range(len(contacts)):
+        if contacts[patch]:
+            link = body.patch_link[patch]
+            rings[link, min((patch - body.first[link]) // body.around, body.along)] = True
+    return rings
+
+
+@numba.njit(cache=True)
+def room(body, lattice, reach, touched):
+    """More than the number of cells at most `reach` (L,) m from the bones of the `touched` (L,) links."""
+    most = 0.0
+    for link in range(len(body.radius)):
+        if touched[link]:
+            radius = reach[link] + lattice.resolution
+            most += np.pi * radius**2 * (body.length[link] + 4.0 / 3.0 * radius)
+    return int(most / lattice.resolution**3) + 1

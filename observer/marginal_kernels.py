@@ -1,0 +1,446 @@
+"""The compiled inner loop where the pose is a Gaussian that all particles share.
+
+What a link says of the cells that it sweeps depends on that Gaussian alone: it is said once, to a map that all
+particles have in common. A particle keeps what touches told it, for which its own pose counts. It lies near the mean,
+so that points of the skin move with it in a straight line: geometry is done once a step, at the mean.
+
+N particles, J joints, P patches, K candidates, L links, V voxels, S points that are scored, C cells that a touch may
+be due to, A joints that move the links in question, T slots. `sweep` (V,) int8: log-odds in common, in units of
+`QUANTUM`; `slot` (V,) int32: where a cell is kept in `own` (N, > T) int8, the particles' own, which add to it; at -1,
+the last of `own`, nothing is kept.
+
+Kernels are pure: random numbers come in, nothing is kept. Each particle is computed in one order: the same bits for
+any number of threads.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.patches import patch_at, row_at
+from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_range, voxel_span
+from observer.kinematics import body_frames, twists
+from observer.threads import parallel
+
+BLOCK = 16  # particles that one thread takes in turn
+FARTHEST = 2.5  # SDs beyond the shell, where a cell's part in a touch ends
+FADE = np.exp(-0.5 * ((np.arange(256) + 0.5) / 256 * FARTHEST) ** 2)  # of it, by the SDs beyond the shell
+
+
+class Scan(NamedTuple):
+    """Points of the skin that scan matching scores, patch by patch: those of the i-th are `begin[i]` up to
+    `begin[i + 1]`, and `felt[i]` says whether it feels contact. `place` (S, 3) in voxels, at the mean pose; `gain`
+    (S, 3, A) voxels per radian of the joints `active` (A,)."""
+
+    begin: NDArray[np.int64]
+    felt: NDArray[np.bool_]
+    place: NDArray[np.float64]
+    gain: NDArray[np.float64]
+    active: NDArray[np.int64]
+
+
+class Suspects(NamedTuple):
+    """Cells that the touches may be due to, patch by patch: those of the i-th are `begin[i]` up to `begin[i + 1]`,
+    `weight[i]` is the weight of its touch and `fall[i]` m what a cell's part in it fades over. `cell` (C,); `height`
+    (C,) m above the skin at the mean pose; `slope` (A, C) m per radian of the joints `active` (A,)."""
+
+    begin: NDArray[np.int64]
+    weight: NDArray[np.float64]
+    fall: NDArray[np.float64]
+    cell: NDArray[np.int64]
+    height: NDArray[np.float64]
+    slope: NDArray[np.float64]
+    active: NDArray[np.int64]
+
+
+@numba.njit(cache=True)
+def _moving(tree, links):
+    """The joints (A,) that move any of the `links` (L,) that are marked."""
+    moves = np.zeros(len(tree.axis), dtype=np.bool_)
+    for link in range(len(links)):
+        body = tree.link_body[link] if links[link] else 0
+        while body > 0:
+            moves[tree.first_joint[body] : tree.first_joint[body + 1]] = True
+            body = tree.parent[body]
+    return np.flatnonzero(moves)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def scan(tree, body, lattice, contacts, watched, solid, reach, pose):
+    """The `Scan` of the patches of the `watched` (L,) links at the mean `pose` (J,).
+
+    Of a silent patch only points within `reach` voxels of a cell that is `solid` (V,) to any particle: silence speaks
+    of what is known to be occupied alone.
+    """
+    most = 0
+    for patch in range(len(contacts)):
+        if watched[body.patch_link[patch]]:
+            most += body.begin[patch + 1] - body.begin[patch]
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, pose, position, rotation)
+    active = _moving(tree, watched)
+    begin, felt = np.zeros(len(contacts) + 1, dtype=np.int64), np.empty(len(contacts), dtype=np.bool_)
+    place, gain = np.empty((most, 3)), np.empty((most, 3, len(active)))
+    linear, angular, arm = np.empty((len(pose), 3)), np.empty((len(pose), 3)), np.empty(3)
+    scale = 1.0 / lattice.resolution
+    count = segments = 0
+    last = -1
+    for patch in range(len(contacts)):
+        link = body.patch_link[patch]
+        if not watched[link]:
+            continue
+        own = tree.link_body[link]
+        turn, at = rotation[own], position[own]
+        if link != last:
+            twists(tree, pose, position, rotation, own, linear, angular)
+            last = link
+        points = body.points if contacts[patch] else body.core
+        for m in range(body.begin[patch], body.begin[patch + 1]):
+            for i in range(3):
+                arm[i] = turn[i, 0] * points[m, 0] + turn[i, 1] * points[m, 1] + turn[i, 2] * points[m, 2]
+                place[count, i] = (at[i] + arm[i] - lattice.origin[i]) * scale
+            if not contacts[patch] and not _beside(solid, lattice.shape, place[count], reach):
+                continue
+            for a in range(len(active)):
+                moved = _moved(linear[active[a]], angular[active[a]], arm)
+                for i in range(3):
+                    gain[count, i, a] = moved[i] * scale
+            count += 1
+        if count > begin[segments]:
+            felt[segments] = contacts[patch]
+            segments += 1
+            begin[segments] = count
+    return Scan(begin[: segments + 1], felt[:segments], place[:count], gain[:count], active)
+
+
+@numba.njit(cache=True, inline="always")
+def _beside(solid, shape, place, reach):
+    """Whether any marked cell is at most `reach` voxels from that of `place` (3,) voxels along each axis."""
+    x, y, z = int(np.floor(place[0])), int(np.floor(place[1])), int(np.floor(place[2]))
+    for i in range(max(x - reach, 0), min(x + reach + 1, shape[0])):
+        for j in range(max(y - reach, 0), min(y + reach + 1, shape[1])):
+            row = (i * shape[1] + j) * shape[2]
+            for k in range(max(z - reach, 0), min(z + reach + 1, shape[2])):
+                if solid[row + k]:
+                    return True
+    return False
+
+
+@numba.njit(cache=True, error_model="numpy")
+def suspects(tree, body, lattice, evidence, reach, contacts, touch, margin, pose):
+    """The `Suspects` of all `contacts` (P,) at the mean `pose` (J,), `touch` (P,) being the weights of the touches.
+
+    Cells up to `margin` m too high or too low are among them, for the pose of a particle is not the mean.
+    """
+    touched = np.zeros(len(body.radius), dtype=np.bool_)
+    rings = ringing(body, contacts)
+    for patch in range(len(contacts)):
+        touched[body.patch_link[patch]] |= contacts[patch]
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, pose, position, rotation)
+    most = room(body, lattice, reach.felt + margin, touched)
+    cells, owner = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    height, centre = np.empty(most), np.empty((most, 3))
+    count = 0
+    res, origin = lattice.resolution, lattice.origin
+    ny, nz = lattice.shape[1], lattice.shape[2]
+    for link in range(len(body.radius)):
+        if not touched[link]:
+            continue
+        at, turn = position[tree.link_body[link]], rotation[tree.link_body[link]]
+        length, radius = body.length[link], body.radius[link]
+        pad = reach.felt[link] + margin
+        low0, high0 = voxel_range(at[0], turn[0, 2] * length, pad, origin[0], res, lattice.shape[0])
+        low1, high1 = voxel_range(at[1], turn[1, 2] * length, pad, origin[1], res, ny)
+        low2, high2 = voxel_range(at[2], turn[2, 2] * length, pad, origin[2], res, nz)
+        outer, inner = pad * pad, max(radius - evidence.deep - margin, 0.0) ** 2
+        for i in range(low0, high0):
+            dx = origin[0] + (i + 0.5) * res - at[0]
+            for j in range(low1, high1):
+                dy = origin[1] + (j + 0.5) * res - at[1]
+                begin, end = voxel_span(dx, dy, turn[:, 2], outer, origin[2] + 0.5 * res - at[2], res, low2, high2)
+                for k in range(begin, end):
+                    dz = origin[2] + (k + 0.5) * res - at[2]
+                    z, square = from_bone(dx, dy, dz, turn[:, 2], length)
+                    if not inner <= square < outer:
+                        continue
+                    if not rings[link, row_at(body.length, body.tip, body.along, link, z)]:
+                        continue
+                    patch = _owner(body, turn, link, dx, dy, dz)
+                    if contacts[patch]:
+                        cells[count] = (i * ny + j) * nz + k
+                        owner[count] = patch
+                        height[count] = np.sqrt(square) - radius
+                        centre[count, 0], centre[count, 1], centre[count, 2] = at[0] + dx, at[1] + dy, at[2] + dz
+                        count += 1
+    # Sorted by patch, with the way each cell's height changes as the joints turn.
+    active = _moving(tree, touched)
+    cell, above, slope = np.empty(count, dtype=np.int64), np.empty(count), np.empty((len(active), count))
+    begin = np.zeros(len(contacts) + 1, dtype=np.int64)
+    weight, fall = np.empty(len(contacts)), np.empty(len(contacts))
+    linear, angular = np.empty((len(pose), 3)), np.empty((len(pose), 3))
+    patches = done = 0
+    last = -1
+    for patch in range(len(contacts)):
+        link = body.patch_link[patch]
+        if not contacts[patch]:
+            continue
+        own = tree.link_body[link]
+        axis = rotation[own][:, 2]
+        if link != last:
+            twists(tree, pose, position, rotation, own, linear, angular)
+            last = link
+        for c in range(count):
+            if owner[c] != patch:
+                continue
+            cell[done], above[done] = cells[c], height[c]
+            arm = centre[c] - position[own]
+            along = min(max(arm[0] * axis[0] + arm[1] * axis[1] + arm[2] * axis[2], 0.0), body.length[link])
+            normal = (arm - along * axis) / (height[c] + body.radius[link] + 1e-9)
+            for a in range(len(active)):
+                moved = _moved(linear[active[a]], angular[active[a]], arm)
+                slope[a, done] = -(normal[0] * moved[0] + normal[1] * moved[1] + normal[2] * moved[2])
+            done += 1
+        if done > begin[patches]:
+            weight[patches], fall[patches] = touch[patch], reach.fall[link]
+            patches += 1
+            begin[patches] = done
+    return Suspects(begin[: patches + 1], weight[:patches], fall[:patches], cell, above, slope, active)
+
+
+@numba.njit(cache=True, inline="always")
+def _moved(linear, angular, arm):
+    """How a point `arm` (3,) m from the origin of a frame moves with a twist of it."""
+    return (
+        linear[0] + angular[1] * arm[2] - angular[2] * arm[1],
+        linear[1] + angular[2] * arm[0] - angular[0] * arm[2],
+        linear[2] + angular[0] * arm[1] - angular[1] * arm[0],
+    )
+
+
+@numba.njit(cache=True, inline="always")
+def _owner(body, turn, link, dx, dy, dz):
+    """The patch of `link`, whose frame is `turn` (3, 3), that is nearest to a point (dx, dy, dz) m from its start."""
+    x = turn[0, 0] * dx + turn[1, 0] * dy + turn[2, 0] * dz
+    y = turn[0, 1] * dx + turn[1, 1] * dy + turn[2, 1] * dz
+    z = turn[0, 2] * dx + turn[1, 2] * dy + turn[2, 2] * dz
+    return patch_at(body.first, body.length, body.tip, body.along, body.around, body.rings, link, x, y, z)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, sweep, seen, stale):
+    """Cells inside a link at the mean `pose` (J,) are free, the surer the deeper (`Reach.free`), but for those about
+    the skin of a patch that feels contact: they lose log-odds in `sweep` (V,) if `carve`.
+
+    `seen` (V,) is set for what lies within `evidence.near` m of the skin, `stale` (V,) for all that changes.
+    """
+    rings = ringing(body, contacts)
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, pose, position, rotation)
+    res, origin = lattice.resolution, lattice.origin
+    ny, nz = lattice.shape[1], lattice.shape[2]
+    for link in range(len(body.radius)):
+        at, turn = position[tree.link_body[link]], rotation[tree.link_body[link]]
+        length, radius = body.length[link], body.radius[link]
+        close = radius + evidence.near
+        pad = max(close, reach.carved[link]) if carve else close
+        low0, high0 = voxel_range(at[0], turn[0, 2] * length, pad, origin[0], res, lattice.shape[0])
+        low1, high1 = voxel_range(at[1], turn[1, 2] * length, pad, origin[1], res, ny)
+        low2, high2 = voxel_range(at[2], turn[2, 2] * length, pad, origin[2], res, nz)
+        outer, near, carved = pad * pad, close * close, reach.carved[link] ** 2
+        core, felt = max(radius - evidence.deep, 0.0) ** 2, reach.felt[link] ** 2
+        per_bin = 1.0 / reach.bin[link]
+        for i in range(low0, high0):
+            dx = origin[0] + (i + 0.5) * res - at[0]
+            for j in range(low1, high1):
+                dy = origin[1] + (j + 0.5) * res - at[1]
+                row = (i * ny + j) * nz
+                begin, end = voxel_span(dx, dy, turn[:, 2], outer, origin[2] + 0.5 * res - at[2], res, low2, high2)
+                for k in range(begin, end):
+                    cell = row + k
+                    dz = origin[2] + (k + 0.5) * res - at[2]
+                    z, square = from_bone(dx, dy, dz, turn[:, 2], length)
+                    if square < near and not seen[cell]:
+                        seen[cell] = stale[cell] = True
+                    if not carve or square >= carved or sweep[cell] == -LIMIT:
+                        continue
+                    if (
+                        core <= square < felt
+                        and rings[link, row_at(body.length, body.tip, body.along, link, z)]
+                        and contacts[_owner(body, turn, link, dx, dy, dz)]
+                    ):
+                        continue
+                    sweep[cell] = max(sweep[cell] - reach.free[link, int(max(square, 0.0) * per_bin)], -LIMIT)
+                    seen[cell] = stale[cell] = True
+
+
+@numba.njit(cache=True, inline="always")
+def _entry(common, where, own, n):
+    """The log-odds of a cell to particle n, as an index into tables of 256: `common` to all, and its own, kept at
+    `where`, which is nought at -1. (A branch here makes the loops three times as slow.)"""
+    return min(max(common + own[n, where], -LIMIT), LIMIT) + 128
+
+
+@numba.njit(cache=True, inline="always")
+def _shifted(gain, active, m, i, delta):
+    """How far `delta` (J,) rad moves point m along axis i, its `gain` being (S, 3, A)."""
+    moved = 0.0
+    for a in range(len(active)):
+        moved += gain[m, i, a] * delta[active[a]]
+    return moved
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=True)
+def _score(scan, lattice, evidence, deviation, away, sweep, slot, own, n, place, shift, score):
+    """Fill `score` (K,) with log p(z | q, m) of the candidates up to a constant, to particle n: they lie `deviation`
+    (J,) plus and minus each of `away` (K // 2, J) rad from the mean. `place` and `shift` (S, 3) are scratch.
+
+    A touch is a noisy-OR over the cells just outside the patch; silence, over the cells just beneath it, where only
+    what is known to be occupied counts: an unknown cell is no reason to stay away.
+    """
+    nx, ny, nz = lattice.shape
+    for m in range(len(place)):
+        for i in range(3):
+            place[m, i] = scan.place[m, i] + _shifted(scan.gain, scan.active, m, i, deviation)
+            shift[m, i] = 0.0
+    for c in range(len(score)):
+        sign = 1.0 - 2.0 * (c % 2)
+        if c % 2 == 0 and c // 2 < len(away):
+            for m in range(len(place)):
+                for i in range(3):
+                    shift[m, i] = _shifted(scan.gain, scan.active, m, i, away[c // 2])
+        elif c % 2 == 0:
+            sign = 0.0
+        total = 0.0
+        for patch in range(len(scan.felt)):
+            felt = scan.felt[patch]
+            log_clear = evidence.log_clear if felt else evidence.log_silent
+            clear = evidence.log_no_alarm if felt else 0.0
+            for m in range(scan.begin[patch], scan.begin[patch + 1]):
+                x = place[m, 0] + sign * shift[m, 0]
+                y = place[m, 1] + sign * shift[m, 1]
+                z = place[m, 2] + sign * shift[m, 2]
+                if x < 0.0 or y < 0.0 or z < 0.0 or x >= nx or y >= ny or z >= nz:
+                    clear += log_clear[128]  # beyond the grid nothing is known
+                else:
+                    cell = (int(x) * ny + int(y)) * nz + int(z)
+                    clear += log_clear[_entry(sweep[cell], slot[cell], own, n)]
+            total += np.log(max(1.0 - np.exp(clear), 1e-6)) if felt else max(clear, LEAST)
+        score[c] = evidence.temper * total
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=True)
+def _share(suspects, common, where, evidence, delta, own, n, touched, solid, hits, ring):
+    """Give the evidence of each touch to the cells that may have caused it, in the map of particle n, whose pose is
+    `delta` (J,) rad from the mean. At least one of them is occupied: each gets the log of its noisy-OR likelihood
+    ratio given what is known of the others, so that a single suspect gets all of the evidence, and one of many next
+    to none. `hits` and `ring` (C,) are scratch."""
+    for c in range(len(suspects.cell)):
+        hits[c] = suspects.height[c]
+    for a in range(len(suspects.active)):
+        turned = delta[suspects.active[a]]
+        for c in range(len(suspects.cell)):
+            hits[c] += suspects.slope[a, c] * turned
+    for patch in range(len(suspects.weight)):
+        begin, end = suspects.begin[patch], suspects.begin[patch + 1]
+        per_fall, weight = 1.0 / suspects.fall[patch], suspects.weight[patch] / QUANTUM
+        clear = 1.0 - evidence.false_alarm  # probability that nothing rings the patch
+        for c in range(begin, end):
+            beyond = max(hits[c] - evidence.shell, 0.0) * per_fall
+            if hits[c] < -evidence.deep or beyond >= FARTHEST:
+                hits[c] = 0.0
+                continue
+            hits[c] = evidence.hit * FADE[int(beyond * (len(FADE) / FARTHEST))]
+            ring[c] = 1.0 - hits[c] * evidence.probability[_entry(common[c], where[c], own, n)]
+            clear *= ring[c]
+        for c in range(begin, end):
+            # Of the likelihood, if the cell is occupied rather than free, as a fraction: hits · others / (1 - others).
+            gain, rest = hits[c] * clear, ring[c] - clear
+            if weight * gain < 0.5 * rest:
+                continue  # less than half a quantum
+            new = min(own[n, where[c]] + int(weight * np.log(1.0 + gain / rest) + 0.5), LIMIT)
+            own[n, where[c]] = new
+            if not touched[suspects.cell[c]]:
+                touched[suspects.cell[c]] = True
+            if new + common[c] >= evidence.solid and not solid[suspects.cell[c]]:
+                solid[suspects.cell[c]] = True
+
+
+@parallel(cache=True, error_model="numpy")
+def match_and_touch(
+    scan,
+    suspects,
+    common,
+    where,
+    lattice,
+    evidence,
+    candidates,
+    deviations,
+    spread,
+    normals,
+    sweep,
+    slot,
+    own,
+    touched,
+    solid,
+    poses,
+):
+    """Match every particle's pose to its map, then write the touches into the map at the matched pose.
+
+    `common` (C,) log-odds of the suspects and `where` (C,) their slots. `deviations` (N, J) rad of each particle's
+    proposal from the mean pose. Candidates come in pairs about it, as far as the Cholesky factor `spread` (J, J) of
+    all that is uncertain and `normals` (N, K // 2, J) say; where K is odd, or 1, the last one is the proposal itself.
+    `poses` (N, J) is set to the mean of the K `candidates` by likelihood, rad from the mean pose; `touched` and `solid`
+    (V,) where any particle's map was written, and where it says occupied rather than free.
+
+    Returns the log of the mean likelihood (N,), an unbiased estimate of log ∫ p(z|q,m) p(q|·) dq before the log, and
+    whether the likelihood told the candidates apart, so that the match moved the pose (N,).
+    """
+    particles, pairs, joints = normals.shape
+    points, cells = len(scan.place), len(suspects.cell)
+    log_mean = np.zeros(particles)
+    moved = np.zeros(particles, dtype=np.bool_)
+    for block in numba.prange((particles + BLOCK - 1) // BLOCK):
+        place, shift = np.empty((points, 3)), np.empty((points, 3))
+        away, score = np.empty((pairs, joints)), np.zeros(candidates)
+        hits, ring = np.zeros(cells), np.ones(cells)
+        for n in range(block * BLOCK, min(block * BLOCK + BLOCK, particles)):
+            for h in range(pairs):
+                for i in range(joints):
+                    away[h, i] = 0.0
+                    for j in range(i + 1):
+                        away[h, i] += spread[i, j] * normals[n, h, j]
+            _score(scan, lattice, evidence, deviations[n], away, sweep, slot, own, n, place, shift, score)
+            best, least = score.max(), score.min()
+            total = 0.0
+            for c in range(candidates):
+                score[c] = np.exp(score[c] - best)
+                total += score[c]
+            log_mean[n] = best + np.log(total / candidates)
+            moved[n] = best - least > np.log(2.0)
+            for i in range(joints):
+                poses[n, i] = deviations[n, i]
+                for h in range(pairs):
+                    poses[n, i] += (score[2 * h] - score[2 * h + 1]) / total * away[h, i]
+            _share(suspects, common, where, evidence, poses[n], own, n, touched, solid, hits, ring)
+    return log_mean, moved
+
+
+@parallel(cache=True)
+def mean_probability(common, where, own, weights, probability):
+    """Posterior probability (C,) of voxels of which `common` (C,) is known to all particles and what is kept at
+    `where` (C,) to each, averaged by `weights` (N,); `probability` (256,) is that of an entry v at [v + 128]."""
+    result = np.zeros(len(common))
+    for block in numba.prange((len(common) + 511) // 512):
+        begin, end = block * 512, min(block * 512 + 512, len(common))
+        for n in range(own.shape[0]):
+            for c in range(begin, end):
+                result[c] += weights[n] * probability[_entry(common[c], where[c], own, n)]
+    return result

@@ -1,0 +1,186 @@
+"""Draw the figures of the paper, and those beyond it.
+
+Each is written to --out as PNG and PDF, with its data as CSV beside it (the film also as GIF). One sweep of trials, in
+--out/trials, feeds figure6, confusion, time_course, pose_error and reliability; figure2, figure4, figure5 and film
+show single explorations, kept in --out/explorations. The same command goes on where it was stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+# Before numba starts its threads (see explore.py).
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
+import command_line
+import gymnasium as gym
+import matplotlib
+import pandas as pd
+from evaluate import WIDTH, make_files, progress_on, run, sweep
+from executors import workers
+from explore import Parser
+from joblib import cpu_count
+from plates import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, Plate, save
+from plates.figure6 import TITLES
+from plates.plate import PRINT
+from report import SLAM, parts
+from rich.console import Console
+from showing import Showing, file_of, read, run_showing
+from tasks import STREAM, Task
+
+from haptic_env import shapes, validate
+
+EXAMPLE = """examples: python scripts/figures.py --out out/figures
+          python scripts/figures.py figure5 film --seed 3 --show-seconds 60 --out out/long
+          python scripts/figures.py figure6 confusion --trials-of out/evaluate"""
+DEFAULTS: dict[str, Any] = {  # of the sweep; flags of evaluate.py
+    "shapes": list(shapes.SHAPES),
+    "sigmas": [1.0, 2.0, 3.0, 4.0, 5.0],
+    "trials": 72,
+    "seconds": 10.0,
+    "first_seed": 30_000,
+    "exemplars": 5,
+    "particles": 200,
+    "policy": "random_torque",
+    "env": "HapticSLAM/TwoFinger-v0",
+    "observers": ["floor", "kalman", "smoother", "haptic_slam", "ceiling"],
+    "classifiers": [name for name in TITLES if name != STREAM],
+    "jobs": cpu_count(),
+}
+Plates = Iterator[tuple[str, Plate]]
+QUICK = {"sigmas": [1.0, 3.0, 5.0], "trials": 2, "seconds": 3.0, "exemplars": 1, "show_seconds": 3.0}
+
+
+def parse(arguments: list[str] | None) -> argparse.Namespace:
+    """Read and check the command line; ends the program with code 2 where it makes no sense.
+
+    What it returns has also the checked flags of the `sweep`, with its opened results where a figure needs them.
+    """
+    parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add("names", nargs="*", metavar="NAME", help=f"which figures (default all): {', '.join(FIGURES)}")
+    add("--out", default="out/figures", help="folder for the figures (default out/figures)")
+    add("--shapes", nargs="+", help="what is explored, and the candidates (default all)")
+    add("--sigmas", nargs="+", type=float, help="noise of the sweep, SD in degrees (default 1 2 3 4 5)")
+    add("--trials", type=int, help="explorations of the sweep for each shape and sigma (default 72, the paper's)")
+    add("--seconds", type=float, help="of an exploration of the sweep (default 10, the paper's)")
+    add("--first-seed", type=int, help="seed of its first trial (default 30000)")
+    add("--exemplars", type=int, help="draws over which one-shot learning is averaged (default 5)")
+    add("--observers", nargs="+", help=f"of the sweep (default {' '.join(DEFAULTS['observers'])})")
+    add("--trials-of", metavar="FOLDER", help="take the trials of this sweep of evaluate.py instead")
+    add("--seed", type=int, default=0, help="of the explorations that are shown (default 0)")
+    add("--show-seconds", type=float, default=30.0, help="how long they are (default 30, the paper's)")
+    add("--particles", type=int, help="of the observer (default 200)")
+    add("--policy", help="as evaluate.py's (default random_torque)")
+    add("--env", help="as evaluate.py's")
+    add("--jobs", type=int, help="processes of this machine (default: one a core)")
+    add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
+    quick = ", ".join(" ".join([_flag(name), *_texts(value)]) for name, value in QUICK.items())
+    add("--quick", action="store_true", help=f"a first look: {quick}")
+    parser.set_defaults(**DEFAULTS)
+    given = parser.parse_args(arguments)
+    if given.quick:
+        parser.set_defaults(**QUICK)
+        given = parser.parse_args(arguments)
+    told = {name: getattr(given, name) for name in DEFAULTS} | {"out": str(Path(given.out) / "trials")}
+    if given.cluster is not None:
+        told["cluster"] = given.cluster
+    flags = [each for name, value in told.items() for each in (_flag(name), *_texts(value))]
+    given.sweep = command_line.check(None, flags)
+    try:
+        given.names = list(dict.fromkeys(given.names)) or list(FIGURES)
+        for name in given.names:
+            validate.choice("figure", name, FIGURES)
+        validate.integer("--seed", given.seed, 0, 2**32 - 1)
+        validate.number("--show-seconds", given.show_seconds, 0.0, 3600.0, above=0.0, unit="s")
+        if given.trials_of is not None and not (Path(given.trials_of) / "trials.csv").exists():
+            raise ValueError(
+                f"--trials-of must be a folder of evaluate.py, with trials.csv in it, got {given.trials_of!r}"
+            )
+        given.out = Path(given.out)
+        (given.out / "explorations").mkdir(parents=True, exist_ok=True)
+        if given.trials_of is None and any(name in FROM_TRIALS for name in given.names):
+            command_line.open_results(given.sweep)
+    except ValueError as error:
+        parser.error(str(error))
+    except OSError as error:
+        parser.error(f"--out must be a folder that can be written to: {error}")
+    return given
+
+
+def _flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+def _texts(value: Any) -> list[str]:
+    return [str(each) for each in (value if isinstance(value, list) else [value])]
+
+
+def explorations(given: argparse.Namespace, names: Iterable[str], console: Console) -> Plates:
+    """Run what the scenes `names` show and is not there yet, then draw them one by one."""
+    sweep, folder = given.sweep, given.out / "explorations"
+    settings = replace(sweep.settings, observers=(SLAM,), classifiers=(), exemplars=1, first_seed=0)
+    condition = replace(sweep.conditions[0], seconds=given.show_seconds)
+
+    def place(shape: str, sigma: float) -> tuple[Path, Task]:
+        task = Task(settings, replace(condition, sigma_deg=sigma), shape, given.seed)
+        return file_of(folder, task), task
+
+    def find(shape: str, sigma: float) -> Showing:
+        return read(place(shape, sigma)[0])
+
+    wanted = {name: FROM_EXPLORATIONS[name].wanted(settings.shapes) for name in names}
+    tasks = dict(place(*each) for several in wanted.values() for each in several)
+    if not all(path.exists() for path in tasks):
+        with progress_on(console) as progress, workers(sweep.jobs, sweep.cluster) as team:
+            console.print(f"Run by {team.told}", highlight=False)
+            make_files(team, progress, "explorations", run_showing, tasks)
+    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
+    for name, several in wanted.items():
+        yield name, FROM_EXPLORATIONS[name].draw(several, find, hand)
+
+
+def trials(given: argparse.Namespace, names: Iterable[str], console: Console) -> Plates:
+    """Run the sweep, or take the one that there is, then draw what `names` say of it one by one."""
+    if given.trials_of is None:
+        try:
+            sweep(given.sweep, console)
+        finally:
+            given.sweep.results.rewrite()
+        folder = Path(given.sweep.out)
+    else:
+        folder = Path(given.trials_of)
+    rows = pd.read_csv(folder / "trials.csv")
+    if len(list(parts(rows))) > 1:
+        raise ValueError(f"the trials of {folder} vary in more than sigma; a figure shows no more")
+    if SLAM not in set(rows["observer"]):
+        raise ValueError(f"the trials of {folder} are without the observer {SLAM}, which figures are about")
+    for name in names:
+        yield name, FROM_TRIALS[name](rows)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    given = parse(arguments)
+    console = Console() if sys.stdout.isatty() else Console(width=WIDTH)
+
+    def work() -> None:
+        for source, registry in ((explorations, FROM_EXPLORATIONS), (trials, FROM_TRIALS)):
+            mine = [name for name in given.names if name in registry]
+            if not mine:
+                continue
+            with matplotlib.rc_context(PRINT):
+                for name, plate in source(given, mine, console):
+                    console.print(f"Written: {', '.join(save(plate, name, given.out))}", highlight=False)
+
+    return run(work, console)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

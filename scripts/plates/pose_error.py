@@ -1,0 +1,56 @@
+"""How wrong the pose is, against noise, between the brackets."""
+
+from __future__ import annotations
+
+import pandas as pd
+from matplotlib.figure import Figure
+from report import ALL, SLAM, draw_pose, summarise
+from style import OBSERVER_NAMES, SHAPE_COLOURS
+
+from plates.plate import WIDTH, Plate
+
+MEASURES = ("pose_error_lagged_deg", "pose_error_online_deg")
+
+
+def draw(rows: pd.DataFrame) -> Plate:
+    """Left every observer, in degrees; right haptic SLAM with each shape, in multiples of sigma."""
+    relative = {f"{name.removesuffix('deg')}sigmas": rows[name] / rows["sigma_deg"] for name in MEASURES}
+    data = summarise(rows.assign(**relative), (*MEASURES, *relative), ())
+    data = data[["measure", "observer", "shape", "sigma_deg", "mean", "low", "high", "trials"]]
+    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    lagged = data[data["measure"] == MEASURES[0]]
+    draw_pose(left, lagged[lagged["shape"] == ALL])
+    last = lagged[(lagged["shape"] == ALL) & (lagged["sigma_deg"] == lagged["sigma_deg"].max())]
+    for _, line in last.iterrows():
+        left.annotate(
+            OBSERVER_NAMES[line["observer"]],
+            (line["sigma_deg"], line["mean"]),
+            (6, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=7,
+        )
+    left.set_title("Pose error after 200 ms, all shapes")
+    mine = data[(data["measure"] == next(iter(relative))) & (data["observer"] == SLAM) & (data["shape"] != ALL)]
+    for shape in rows["candidates"].iloc[0].split():
+        line = mine[mine["shape"] == shape]
+        errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
+        right.errorbar(
+            line["sigma_deg"],
+            line["mean"],
+            errors,
+            marker="o",
+            markersize=4,
+            capsize=2,
+            color=SHAPE_COLOURS[shape],
+            label=shape,
+        )
+    right.axhline(1, color="#777777", linestyle=":", linewidth=1)
+    right.set(title="Haptic SLAM, each shape (dotted: felt)", ylabel="RMS error (multiples of σ)")
+    right.set_ylim(0, 1.05)
+    right.legend(loc="center right", bbox_to_anchor=(1.0, 0.75))
+    for axes in (left, right):
+        axes.set_xlim(0, 1.03 * data["sigma_deg"].max())
+        axes.set_xlabel("σ of joint noise (°)")
+    return Plate(figure, data)

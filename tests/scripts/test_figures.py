@@ -1,0 +1,282 @@
+"""Every figure at its smallest: what it shows is what the trials say, and it goes on where it was stopped."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
+
+import executors
+import figures
+import numpy as np
+import pandas as pd
+import pytest
+import tasks
+from conditions import Condition
+from matplotlib.colors import to_rgb
+from PIL import Image
+from plates import FIGURES, FROM_TRIALS, confusion, figure5, isometric, reliability, time_course
+from showing import read, run_showing
+from style import SHAPE_COLOURS
+
+from haptic_env import shapes
+from haptic_env.grid import Grid
+
+TINY = [
+    *("--sigmas", "2", "4", "--trials", "2", "--seconds", "0.6", "--show-seconds", "0.5", "--particles", "5"),
+    *("--exemplars", "1", "--jobs", "1", "--first-seed", "10", "--shapes", "cube", "sphere"),
+    *("--observers", "floor", "haptic_slam", "ceiling"),
+]
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of all figures."""
+    folder = tmp_path_factory.mktemp("figures")
+    assert figures.main([*TINY, "--out", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture
+def copied(drawn: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(drawn, tmp_path / "copied"))
+
+
+@pytest.fixture(scope="module")
+def rows(drawn: Path) -> pd.DataFrame:
+    return pd.read_csv(drawn / "trials" / "trials.csv")
+
+
+def refused(capsys: pytest.CaptureFixture, *arguments: str) -> str:
+    """What is told about a command line that makes no sense."""
+    with pytest.raises(SystemExit) as ended:
+        figures.main([*arguments])
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert error.count("\n") == 1
+    return error
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_figure_is_for_screen_and_print_with_its_data(drawn: Path, name: str) -> None:
+    assert (drawn / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert (drawn / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+    assert len(pd.read_csv(drawn / f"{name}.csv").columns) > 2
+    assert (drawn / f"{name}.gif").exists() == (name == "film")
+
+
+def test_the_film_moves_in_the_colours_of_the_shapes(drawn: Path) -> None:
+    with Image.open(drawn / "film.gif") as film:
+        assert film.n_frames == 4  # every tenth of a second up to the lag before the end, and the end
+        film.seek(3)
+        pixels = np.asarray(film.convert("RGB"))
+    for name in ("cube", "sphere"):
+        colour = np.round(255 * np.array(to_rgb(SHAPE_COLOURS[name])))
+        assert (pixels == colour).all(axis=-1).sum() > 10
+
+
+@pytest.mark.parametrize("name", ["figure6", "pose_error"])
+def test_means_are_those_of_the_trials(drawn: Path, rows: pd.DataFrame, name: str) -> None:
+    data = pd.read_csv(drawn / f"{name}.csv")
+    assert {"cube", "sphere", "all"} == set(data["shape"])
+    for _, line in data.iterrows():
+        mine = rows[(rows["observer"] == line["observer"]) & (rows["sigma_deg"] == line["sigma_deg"])]
+        if line["shape"] != "all":
+            mine = mine[mine["shape"] == line["shape"]]
+        values = mine[line["measure"].replace("_sigmas", "_deg")]
+        values = values / mine["sigma_deg"] if line["measure"].endswith("_sigmas") else values
+        assert line["mean"] == pytest.approx(values.mean())
+        assert line["low"] <= line["mean"] <= line["high"]
+        assert line["trials"] == len(mine) == (4 if line["shape"] == "all" else 2)
+
+
+def test_figure_6_has_each_way_to_name_between_its_brackets(drawn: Path) -> None:
+    data = pd.read_csv(drawn / "figure6.csv")
+    namers = {"nearest_neighbour", "touched_nearest_neighbour", "shape_likelihood", "shape_posterior"}
+    assert set(data["measure"]) == {f"{namer}_correct" for namer in namers}
+    assert {"floor", "haptic_slam", "ceiling"} == set(data["observer"])
+
+
+def test_confusions_add_up_and_agree_with_the_accuracy(drawn: Path, rows: pd.DataFrame) -> None:
+    data = pd.read_csv(drawn / "confusion.csv")
+    keys = ["namer", "observer", "sigma_deg", "shape"]
+    assert data.groupby(keys)["share"].sum().to_numpy() == pytest.approx(1.0)
+    for _, line in data[data["shape"] == data["named"]].iterrows():
+        mine = rows[[*keys[1:], f"{line['namer']}_correct"]]
+        mine = mine[(mine[keys[1:]] == line[keys[1:]]).all(axis=1)]
+        assert line["share"] == pytest.approx(mine.iloc[:, -1].mean())
+
+
+def test_several_draws_of_the_exemplars_share_a_trial() -> None:
+    rows = pd.DataFrame(
+        {
+            "candidates": "cube sphere",
+            "observer": "haptic_slam",
+            "sigma_deg": 3.0,
+            "shape": ["cube", "cube", "sphere"],
+            "nearest_neighbour": ["cube sphere", "cube cube", "cube sphere"],
+        }
+    )
+    share = confusion.table(rows).set_index(["shape", "named"])["share"]
+    assert share.to_dict() == {
+        ("cube", "cube"): 0.75,
+        ("cube", "sphere"): 0.25,
+        ("sphere", "cube"): 0.5,
+        ("sphere", "sphere"): 0.5,
+    }
+
+
+def test_the_course_of_time_is_that_of_the_posterior() -> None:
+    """The probability of the truth rises by 0.01 each step, and is the largest from 0.5 on."""
+    seconds = 0.02 * np.arange(1, 101)
+    p = 0.01 * np.arange(1, 101)
+    account = SimpleNamespace(labels=("sphere", "cube"), posterior=np.stack([1 - p - 1e-9, p], axis=1))
+    exploration = SimpleNamespace(seconds=seconds, solid=SimpleNamespace(name="cube"))
+    posterior, correct = tasks.course(exploration, account)
+    np.testing.assert_allclose(posterior, 0.01 * np.ceil(50 * 0.25 * np.arange(1, 9) - 1e-9))
+    np.testing.assert_array_equal(correct, [0, 0, 0, 1, 1, 1, 1, 1])
+
+
+def test_decisions_are_counted_from_their_time_on() -> None:
+    rows = pd.DataFrame(
+        {
+            "sigma_deg": 3.0,
+            "observer": "haptic_slam",
+            "course_p": ["0.3 0.6 0.99", "0.2 0.4 0.5"],
+            "course_correct": ["0 1 1", "0 0 1"],
+            "time_to_decision": [0.6, np.nan],
+        }
+    )
+    mean = time_course.curves(rows).pivot(index="seconds", columns="measure", values="mean")
+    assert mean.index.tolist() == [0.25, 0.5, 0.75]
+    assert mean["decided"].tolist() == [0.0, 0.0, 0.5]
+    assert mean["correct"].tolist() == [0.0, 0.5, 1.0]
+    np.testing.assert_allclose(mean["posterior"], [0.25, 0.5, 0.745])
+
+
+def test_reliability_counts_every_voxel_once(drawn: Path, rows: pd.DataFrame) -> None:
+    data = pd.read_csv(drawn / "reliability.csv")
+    for (sigma, observer), line in data.groupby(["sigma_deg", "observer"]):
+        mine = rows[(rows["sigma_deg"] == sigma) & (rows["observer"] == observer)]
+        assert line["voxels"].sum() == sum(int(each) for text in mine["cells"] for each in text.split())
+    assert ((data["low"] <= data["found"] + 1e-9) & (data["found"] <= data["high"] + 1e-9)).all()
+    assert len(reliability.draw(rows).data) == len(data)
+
+
+def test_scenes_show_their_explorations(drawn: Path) -> None:
+    maps = pd.read_csv(drawn / "figure5.csv")
+    assert set(maps["sigma_deg"]) <= set(figure5.SIGMAS)
+    assert ((maps["probability"] >= 0.5) & (maps["probability"] <= 1)).all()
+    course = pd.read_csv(drawn / "film.csv")
+    assert len(course) == 25
+    np.testing.assert_allclose(course[["p_cube", "p_sphere"]].sum(axis=1), 1.0)
+    assert course["inferred_error_deg"].mean() < course["felt_error_deg"].mean()
+    assert len(list((drawn / "explorations").iterdir())) == 2 * len(figure5.SIGMAS)
+
+
+def test_stopped_it_goes_on_to_the_same(copied: Path, drawn: Path) -> None:
+    table = copied / "trials" / "trials.csv"
+    whole = table.read_bytes()
+    table.write_bytes(whole[: 2 * len(whole) // 3])
+    lost = next((copied / "explorations").glob("sphere_5*"))
+    lost.unlink()
+    assert figures.main(["figure6", "figure2", *TINY, "--out", str(copied)]) == 0
+    assert table.read_bytes() == whole
+    assert lost.exists()
+    for name in ("figure6.csv", "figure2.csv", "figure6.png", "figure6.pdf", "figure2.pdf"):
+        assert (copied / name).read_bytes() == (drawn / name).read_bytes(), name
+
+
+def test_what_is_there_is_not_run_again(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(executors.LocalWorkers, "run")
+    (copied / "pose_error.csv").unlink()
+    assert figures.main(["pose_error", "figure4", *TINY, "--out", str(copied)]) == 0
+    assert (copied / "pose_error.csv").exists()
+
+
+def test_the_trials_of_another_sweep(
+    drawn: Path, rows: pd.DataFrame, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    assert figures.main([*FROM_TRIALS, "--trials-of", str(drawn / "trials"), "--out", str(tmp_path)]) == 0
+    for name in FROM_TRIALS:
+        assert (tmp_path / f"{name}.csv").read_bytes() == (drawn / f"{name}.csv").read_bytes()
+    assert not (tmp_path / "trials").exists()
+    other = tmp_path / "other"
+    other.mkdir()
+    for changed, told in (
+        (pd.concat([rows, rows.assign(bias_deg=2.0)]), "vary in more than sigma"),
+        (rows[rows["observer"] == "floor"], "without the observer haptic_slam"),
+    ):
+        changed.to_csv(other / "trials.csv", index=False)
+        assert figures.main(["figure6", "--trials-of", str(other), "--out", str(tmp_path)]) == 1
+        assert told in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--seed", "-1"], "--seed must be an integer"),
+        (["--show-seconds", "0"], "--show-seconds must be a finite number"),
+        (["--trials", "0"], "--trials must be an integer in [1, 100000]"),
+        (["--sigmas", "nan"], "must be a finite number"),
+        (["--policy", "push"], "unknown --policy 'push'; choose from"),
+        (
+            ["--trials-of", "nowhere"],
+            "--trials-of must be a folder of evaluate.py, with trials.csv in it, got 'nowhere'",
+        ),
+        (["--out", "/dev/null/here"], "--out must be a folder"),
+    ],
+)
+def test_bad_input_is_one_clear_line(
+    arguments: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    assert told in refused(capsys, *TINY, "--out", str(tmp_path), *arguments)
+
+
+def test_an_unknown_figure_lists_the_valid_ones(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    told = refused(capsys, "figure2", "figure3", *TINY, "--out", str(tmp_path))
+    assert "unknown figure 'figure3'" in told
+    assert all(name in told for name in FIGURES)
+
+
+def tiny_task() -> tasks.Task:
+    given = {"env": "HapticSLAM/TwoFinger-v0", "particles": 3, "shapes": ("cube", "sphere"), "exemplars": 1}
+    settings = tasks.Settings(**given, observers=("haptic_slam",), first_seed=0, classifiers=())
+    return tasks.Task(settings, Condition(sigma_deg=2.0, seconds=0.6), "cube", 3)
+
+
+def test_what_is_kept_of_an_exploration_is_what_was_believed(tmp_path: Path) -> None:
+    task = tiny_task()
+    _, content = run_showing(task)
+    path = tmp_path / "kept.npz"
+    path.write_bytes(content)
+    showing = read(path)
+    exploration, accounts = tasks.explore(task, naming=True)
+    account = accounts["haptic_slam"]
+    np.testing.assert_array_equal(showing.occupancy[-1], account.belief.occupancy.astype(np.float16))
+    np.testing.assert_array_equal(showing.true_angles, exploration.true_angles)
+    np.testing.assert_array_equal(showing.mean, account.lagged_joint_angles[showing.step - 1])
+    assert showing.grid == account.belief.grid
+    assert showing.solid == exploration.solid
+    np.testing.assert_array_equal(showing.step, [5, 10, 15, 20, 30])
+    assert [showing.frame_at(seconds) for seconds in (0.0, 0.2, 0.39, 0.6, 9.0)] == [0, 1, 2, 4, 4]
+    spread = showing.poses(2, 4000).std(axis=0)
+    np.testing.assert_allclose(spread, np.sqrt(np.diag(showing.covariance[2])), rtol=0.1)
+    path.write_bytes(content[:100])
+    with pytest.raises(ValueError, match=r"kept.npz is corrupt"):
+        read(path)
+
+
+def test_a_sphere_is_seen_where_and_as_wide_as_it_is() -> None:
+    grid = Grid.around(np.zeros(3), np.full(3, 0.128), 0.004)
+    view = isometric.View(half=(40.0, 40.0))
+    solid = shapes.make("sphere", size=(0.05, 0.05, 0.05))
+    depth, _, gap = isometric._seen(solid, tuple(grid.centre.tolist()), view)
+    columns, rows = view.pixels()
+    square = columns[None] ** 2 + rows[:, None] ** 2
+    inside = square < 24.5**2
+    np.testing.assert_allclose(depth[inside], np.sqrt(25**2 - square[inside]), atol=0.2)
+    near = (square > 25.05**2) & (square < 27**2)
+    np.testing.assert_allclose(gap[near], np.sqrt(square[near]) - 25, atol=0.1)
+    np.testing.assert_allclose(view.axes @ view.axes.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(view.axes) == pytest.approx(1.0)
