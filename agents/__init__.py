@@ -12,7 +12,7 @@ from agents.enclosure import Enclosure
 from agents.information_gain import InformationGain
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
-from agents.sb3 import Sb3
+from agents.sb3 import Sb3, Trained
 from agents.synergy import Synergy
 from haptic_env import validate
 
@@ -23,7 +23,7 @@ POLICIES: dict[str, type[Policy]] = {
     "random_torque": RandomTorque,
     "sb3": Sb3,
     "synergy": Synergy,
-    "trained": Sb3,
+    "trained": Trained,
 }
 
 __all__ = ["POLICIES", "Guided", "Policy", "act", "make"]

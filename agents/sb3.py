@@ -81,6 +81,23 @@ class Sb3(Guided):
         return held.astype(np.float32), (step + 1, held, *memory)
 
 
+class Trained(Sb3):
+    """The model that ships, made by the preset of the same name, without the noise with which it learnt, whatever
+    `deterministic` says."""
+
+    def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
+        super().__init__(env, seed)
+
+    def predict(
+        self,
+        observation: Any,
+        state: State = None,
+        episode_start: EpisodeStart = None,
+        deterministic: bool = False,
+    ) -> tuple[NDArray[np.float32], State]:
+        return super().predict(observation, state, episode_start, deterministic=True)
+
+
 def _load(path: Path) -> tuple[Any, dict[str, Any]]:
     """The network saved at `path`, and what `scripts/train.py` told of how it was trained.
 

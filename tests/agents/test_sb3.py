@@ -177,6 +177,6 @@ def test_the_shipped_model_is_small_and_the_default(env):
     observation, _ = env.reset(seed=0)
     first, second = (
         agents.make("trained", env, seed=0).predict(observation)[0],
-        agents.make("sb3", env, seed=0, path=SHIPPED).predict(observation)[0],
+        agents.make("sb3", env, seed=1, path=SHIPPED).predict(observation, deterministic=True)[0],
     )
     np.testing.assert_array_equal(first, second)
