@@ -124,9 +124,14 @@ def prepare(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, l
     }
     if preset.sweep is not None:
         assert isinstance(model, stable_baselines3.PPO | stable_baselines3.SAC)
-        base: Any = gym.make(preset.world.env).unwrapped
-        imitate(model, env, preset.sweep, base.hand, preset.world.hold / base.control_hz)
+        hand = gym.make(preset.world.env).unwrapped.hand  # type: ignore[attr-defined]
+        imitate(model, env, preset.sweep, hand, _decision_seconds(preset))
     return model
+
+
+def _decision_seconds(preset: Preset) -> float:
+    base: Any = gym.make(preset.world.env).unwrapped
+    return preset.world.hold / base.control_hz
 
 
 def train(preset: Preset, jobs: int, out: Path, console: Console) -> int:
@@ -181,13 +186,13 @@ def _report(preset: Preset, model: BaseAlgorithm, seconds: float, out: Path, con
     if (out / EVALUATIONS).exists():
         with np.load(out / EVALUATIONS) as kept:
             rewards, right, lengths = kept["results"], kept["successes"], kept["ep_lengths"]
-            step_seconds = preset.world.hold / 50.0
-            steps = preset.world.hold * kept["timesteps"]
-            draw(out / "learning_curve.png", steps, step_seconds * lengths, right)
+            decisions = kept["timesteps"]
+        steps, seconds_of = preset.world.hold * decisions, _decision_seconds(preset) * lengths
+        draw(out / "learning_curve.png", steps, rewards, seconds_of, right, preset.world.seconds)
         best = int(rewards.mean(axis=1).argmax())
         told["best"] = {
             "environment_steps": int(steps[best]),
-            "median_seconds": float(np.median(step_seconds * lengths[best])),
+            "median_seconds": float(np.median(seconds_of[best])),
             "right": float(right[best].mean()),
         }
         console.print(

@@ -8,27 +8,34 @@ import numpy as np
 from files import atomic
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from style import OBSERVER_COLOURS
+from style import BETTER
 
 Array = NDArray[np.float64]
 
 
-def draw(path: Path, steps: Array, seconds: Array, right: NDArray[np.bool_]) -> None:
-    """Draw to `path` how long decisions took, `seconds` (E, K), and how many were `right` (E, K), of K explorations
-    at each of E evaluations, after so many `steps` (E,)."""
+def draw(path: Path, steps: Array, rewards: Array, seconds: Array, right: NDArray[np.bool_], longest: float) -> None:
+    """Draw to `path` what each of E evaluations found, after so many `steps` (E,), over the same K explorations: their
+    `rewards` (E, K), and how many ended with the `right` name (E, K) before the `longest` time, by `seconds` (E, K)."""
+    best = int(rewards.mean(axis=1).argmax())
+    decided = right.astype(bool) & (seconds < longest - 1e-9)
     figure = Figure(figsize=(7.0, 5.0), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
-    colour = OBSERVER_COLOURS["haptic_slam"]
-    at = steps / 1e6
-    low, middle, high = np.quantile(seconds, (0.25, 0.5, 0.75), axis=1)
-    upper.fill_between(at, low, high, color=colour, alpha=0.25, lw=0, label="middle half")
-    upper.plot(at, middle, color=colour, marker="o", ms=3, label="median")
-    upper.set(ylabel="time until sure (s)", ylim=(0, None), title="Learning to decide, on sizes not trained with")
-    upper.legend(frameon=False)
-    lower.plot(at, 100 * right.mean(axis=1), color=colour, marker="o", ms=3)
-    lower.set(ylabel="named right (%)", ylim=(0, 102), xlabel="steps of the environment (millions)")
-    for axes in (upper, lower):
+    at = steps / 1e3
+    for axes, values, scale in ((upper, rewards, 1.0), (lower, decided, 100.0)):
+        mean = scale * values.mean(axis=1)
+        error = 1.96 * scale * values.std(axis=1) / np.sqrt(values.shape[1])
+        axes.fill_between(at, mean - error, mean + error, color=BETTER, alpha=0.2, lw=0, label="95 % interval")
+        axes.plot(at, mean, color=BETTER, marker="o", ms=4)
+        axes.plot(at[best], mean[best], "o", ms=11, mfc="none", mec="black", label="kept")
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
+    upper.set_ylabel("reward of an exploration (nats)")
+    upper.legend(frameon=False, loc="lower right")
+    lower.set(
+        ylabel=f"sure and right within {longest:g} s (%)", ylim=(0, 100), xlabel="thousand steps of the environment"
+    )
+    figure.suptitle(
+        f"Learning to decide: {values.shape[1]} explorations of sizes not trained with", fontsize=11, fontweight="bold"
+    )
     with atomic(path) as place:
         figure.savefig(place, dpi=110)

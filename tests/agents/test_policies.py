@@ -28,7 +28,8 @@ def pair(request: pytest.FixtureRequest):
     try:
         agents.make(name, env)
     except ValueError as error:
-        assert "was trained for another hand" in str(error)
+        if "was trained for another hand" not in str(error):
+            raise
         pytest.skip(f"the model that ships is for another hand than {env_id}")
     yield env, name
     env.close()
