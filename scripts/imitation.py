@@ -59,7 +59,7 @@ def _returns(
 def _fit(model: PPO | SAC, shown: tuple[torch.Tensor, ...], epochs: int) -> None:
     seen, wanted, returns = shown
     learnt = model.policy.parameters() if isinstance(model, PPO) else model.actor.parameters()
-    optimiser = torch.optim.Adam(learnt, lr=1e-3)
+    optimiser = torch.optim.Adam(learnt, lr=1e-2)
     generator = torch.Generator().manual_seed(int(model.seed or 0))
     for _ in range(epochs):
         for batch in torch.randperm(len(seen), generator=generator).split(BATCH):

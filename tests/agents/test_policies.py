@@ -77,6 +77,7 @@ class Replay(gym.Env):
     def __init__(self, env: gym.Env, felt: list) -> None:
         self.action_space, self.observation_space = env.action_space, env.observation_space
         self.hand, self.control_hz, self.felt = env.unwrapped.hand, env.unwrapped.control_hz, felt
+        self.episode_seconds = env.unwrapped.episode_seconds
 
     def reset(self, *, seed=None, options=None):
         self.left = iter(self.felt)
