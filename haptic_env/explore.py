@@ -214,10 +214,11 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         position = options.get("position")
         quaternion = options.get("quaternion")
         usual = shapes.default_size(name, self.scale)
+        told = shapes.find(name).check_size(usual if size is None else size)
         solid = shapes.make(
             name,
-            jitter * usual if size is None else size,
-            self.hand.place(usual if size is None else size) + shift if position is None else position,
+            jitter * told if size is None else told,
+            self.hand.place(told) + shift if position is None else position,
             (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)) if quaternion is None else quaternion,
         )
         offset = np.abs(np.asarray(solid.position) - self.hand.grasp_centre)

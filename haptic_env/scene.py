@@ -22,6 +22,7 @@ PATCH_RGBA = (0.55, 0.40, 0.36, 1.0)
 LIT_RGBA = (0.95, 0.10, 0.10, 1.0)
 PATCH_SIZE, LIT_SIZE = 0.10, 0.22  # radius of a drawn patch as a fraction of the square root of its area
 CAMERA = "explore"
+WORKSPACE = 0.128  # metres: what the camera shows from its usual distance
 
 
 def compose(hand: Hand, solid: Solid, *, show_patches: bool = False) -> mujoco.MjModel:
@@ -29,7 +30,8 @@ def compose(hand: Hand, solid: Solid, *, show_patches: bool = False) -> mujoco.M
 
     Links touch the object and nothing else. With `show_patches` each patch is a site, in the patches' order.
     """
-    return _compiled(hand.xml, _key(hand) if show_patches else None, solid.shape, solid.size)
+    view = float(hand.workspace.max()) / WORKSPACE
+    return _compiled(hand.xml, view, _key(hand) if show_patches else None, solid.shape, solid.size)
 
 
 def place(model: mujoco.MjModel, data: mujoco.MjData, solid: Solid) -> None:
@@ -52,7 +54,9 @@ def _key(hand: Hand) -> tuple:
 
 
 @lru_cache(maxsize=64)
-def _compiled(hand_xml: str, sites: tuple | None, shape: Shape, size: tuple[float, float, float]) -> mujoco.MjModel:
+def _compiled(
+    hand_xml: str, view: float, sites: tuple | None, shape: Shape, size: tuple[float, float, float]
+) -> mujoco.MjModel:
     root = parse(hand_xml)
     root.option.timestep = PHYSICS_SECONDS
     root.option.integrator = "implicitfast"
@@ -81,5 +85,6 @@ def _compiled(hand_xml: str, sites: tuple | None, shape: Shape, size: tuple[floa
     root.visual.headlight.set_attributes(ambient=(0.45, 0.45, 0.45), diffuse=(0.4, 0.4, 0.4))
     root.visual.rgba.haze = (1, 1, 1, 1)
     root.asset.add("texture", type="skybox", builtin="flat", rgb1=(1, 1, 1), rgb2=(1, 1, 1), width=16, height=16)
-    root.worldbody.add("camera", name=CAMERA, fovy=32, pos=(0.02, -0.26, 0.11), xyaxes=(1, 0.08, 0, -0.03, 0.35, 0.93))
+    near = view * np.array([0.02, -0.26, 0.11])
+    root.worldbody.add("camera", name=CAMERA, fovy=32, pos=near, xyaxes=(1, 0.08, 0, -0.03, 0.35, 0.93))
     return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())

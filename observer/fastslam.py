@@ -18,12 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from observer import capsules, kernels, marginal_kernels, resampling
+from observer import capsules, resampling
 from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
 from observer.gaussian import lower_factor, moved_along, regression
 from observer.kinematics import link_spread, tree_of
+from observer.matching import MATCHING, Cloud, Felt
 from observer.occupancy import Maps
 from observer.pose_filter import ContactDynamics, PoseFilter
 from observer.pose_source import PoseSource
@@ -74,7 +75,7 @@ class HapticSLAM:
         self.hand = hand
         self.n_particles = validate.integer("particles", particles, 1)
         self.n_candidates = validate.integer("candidates", candidates, 1)
-        self.matching = validate.choice("matching", matching, ("mean", "sample"))
+        self.matching = validate.choice("matching", matching, MATCHING)
         self.lag = round(LAG_SECONDS * rate) if lag is None else validate.integer("lag", lag, 0)
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION) if grid is None else grid
         self.contact_model = ContactModel() if contact_model is None else contact_model
@@ -175,111 +176,24 @@ class HapticSLAM:
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Scan matching against each particle's own map, and that map's update at the matched pose (4 and 5)."""
         self._maps.before_change()
-        watched = self._watches[contacts].any(axis=0)
-        touch = np.where(self._felt, self.contact_model.sustained, self.contact_model.touch)
-        self._felt = contacts
         lagged = self.pose.lagged(ago)
         place = self.contact_model.caution * link_spread(
             self._tree, self._body.length, proposal.mean, self.pose.covariance[lagged, lagged]
         )
-        reach = capsules.reach_of(self._body, self._evidence, place)
-        centres = (self._poses - proposal.before) @ proposal.follow.T  # of the candidates, from the mean
-        own = self.matching == "sample"
-        result = (self._each if own else self._all)(proposal, contacts, touch, watched, reach, centres)
-        marginal_kernels.sweep_free(
+        felt = Felt(
             self._tree,
             self._body,
             self._lattice,
             self._evidence,
-            reach,
+            capsules.reach_of(self._body, self._evidence, place),
             contacts,
-            not own,
-            proposal.mean,
-            self._maps.sweep,
-            self._maps.seen,
-            self._maps.stale,
+            np.where(self._felt, self.contact_model.sustained, self.contact_model.touch),
+            self._watches[contacts].any(axis=0),
         )
-        return result
-
-    def _all(
-        self,
-        proposal: Transition,
-        contacts: NDArray[np.bool_],
-        touch: Array,
-        watched: NDArray[np.bool_],
-        reach: capsules.Reach,
-        centres: Array,
-    ) -> tuple[Array, NDArray[np.bool_]]:
-        """Every particle takes the mean of its candidates, which come from all that is uncertain of the pose, in
-        pairs about the centre: where the map has nothing to say nothing moves. What the pose's uncertainty does to
-        the map is in `reach`, the same for all."""
-        particles, joints = centres.shape
-        if not watched.any():  # effort goes where contact is
-            self._poses = proposal.mean + centres
-            return np.zeros(particles), np.zeros(particles, dtype=bool)
-        maps, tree, body, lattice = self._maps, self._tree, self._body, self._lattice
-        about = 1 + int(2.0 * reach.place.max() / lattice.resolution)  # voxels that a candidate may be away
-        margin = 0.5 * lattice.resolution
-        scan = marginal_kernels.scan(tree, body, lattice, contacts, watched, maps.solid, about, proposal.mean)
-        suspects = marginal_kernels.suspects(
-            tree, body, lattice, self._evidence, reach, contacts, touch, margin, proposal.mean
-        )
-        common, where = maps.make_room(suspects.cell)
-        normals = self._rng.standard_normal((particles, self.n_candidates // 2, joints))
-        result = marginal_kernels.match_and_touch(
-            scan,
-            suspects,
-            common,
-            where,
-            lattice,
-            self._evidence,
-            self.n_candidates,
-            centres,
-            self._drawn[1],
-            normals,
-            maps.sweep,
-            maps.slot,
-            maps.own,
-            maps.touched,
-            maps.solid,
-            self._poses,
-        )
-        self._poses += proposal.mean
-        return result
-
-    def _each(
-        self,
-        proposal: Transition,
-        contacts: NDArray[np.bool_],
-        touch: Array,
-        watched: NDArray[np.bool_],
-        reach: capsules.Reach,
-        centres: Array,
-    ) -> tuple[Array, NDArray[np.bool_]]:
-        """Every particle takes one of its candidates, drawn by likelihood from the proposal, and has the whole of its
-        map at its own pose."""
-        particles, joints = centres.shape
-        count = self.n_candidates if watched.any() else 1
-        normals = self._rng.standard_normal((particles, count, joints))
-        result = kernels.advance(
-            self._tree,
-            self._body,
-            self._lattice,
-            self._evidence,
-            reach,
-            contacts,
-            touch,
-            watched,
-            proposal.mean + centres,
-            lower_factor(proposal.rest),
-            normals,
-            self._rng.random(particles),
-            self._maps.own.reshape(particles, *self.grid.shape),
-            self._maps.stale,
-            self._poses,
-        )
-        self._maps.seen |= self._maps.stale
-        return result
+        self._felt = contacts
+        cloud = Cloud(proposal.mean, (self._poses - proposal.before) @ proposal.follow.T, proposal.rest, self._drawn[1])
+        match = MATCHING[self.matching]
+        return match(felt, cloud, self.n_candidates, self._maps, self._rng, self._poses)
 
     def _weigh(self, log_likelihood: Array) -> None:
         """w ∝ w · p(z | q, m) (step 5); raises `FloatingPointError` for what is not finite."""

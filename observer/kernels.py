@@ -1,7 +1,7 @@
 """The compiled inner loop where the pose is all the particles': each has the whole of the map at its own pose.
 
 N particles, J joints, P patches, K candidates, L links, V = X·Y·Z voxels, M points of the skin. Maps are int8
-log-odds in units of `QUANTUM`, (N, X, Y, Z). Kernels are pure: random numbers come in, nothing is kept. Loops run in
+log-odds in units of `QUANTUM`, (N, V). Kernels are pure: random numbers come in, nothing is kept. Loops run in
 parallel over particles, each of which is computed in one order: the same bits for any number of threads.
 """
 
@@ -200,7 +200,7 @@ def advance(
         rotation = np.empty((len(tree.parent), 3, 3))
         candidate = np.empty((candidates, joints))
         score = np.zeros(candidates)
-        flat = maps[n].reshape(-1)
+        flat = maps[n]
         for c in range(candidates):
             for i in range(joints):
                 candidate[c, i] = centres[n, i]

@@ -1,13 +1,14 @@
 """The compiled inner loop where the pose is a Gaussian that all particles share.
 
 What a link says of the cells that it sweeps depends on that Gaussian alone: it is said once, to a map that all
-particles have in common. A particle keeps what touches told it, for which its own pose counts. It lies near the mean,
-so that points of the skin move with it in a straight line: geometry is done once a step, at the mean.
+particles have in common. A particle keeps the cells that a touch may have been due to, for which its own pose counts.
+It lies near the mean, so that points of the skin move with it in a straight line: geometry is done once a step, at the
+mean.
 
 N particles, J joints, P patches, K candidates, L links, V voxels, S points that are scored, C cells that a touch may
-be due to, A joints that move the links in question, T slots. `sweep` (V,) int8: log-odds in common, in units of
-`QUANTUM`; `slot` (V,) int32: where a cell is kept in `own` (N, > T) int8, the particles' own, which add to it; at -1,
-the last of `own`, nothing is kept.
+be due to, A joints that move the links in question, T slots. Log-odds are int8 in units of `QUANTUM`: `common` (V,) to
+all; `own` (N, > T) the particles', of the cells for which `slot` (V,) is not -1, and 0 in its last column. Of the one
+or the other a cell has nought, so that their sum is what a particle believes.
 
 Kernels are pure: random numbers come in, nothing is kept. Each particle is computed in one order: the same bits for
 any number of threads.
@@ -234,12 +235,17 @@ def _owner(body, turn, link, dx, dy, dz):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, sweep, seen, stale):
+def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, common, slot, seen, stale):
     """Cells inside a link at the mean `pose` (J,) are free, the surer the deeper (`Reach.free`), but for those about
-    the skin of a patch that feels contact: they lose log-odds in `sweep` (V,) if `carve`.
+    the skin of a patch that feels contact: if `carve`, they lose log-odds in `common` (V,). Of those that particles
+    keep, returns the slots (W,) and what they have to lose (W,); see `lose`.
 
     `seen` (V,) is set for what lies within `evidence.near` m of the skin, `stale` (V,) for all that changes.
     """
+    every = np.ones(len(body.radius), dtype=np.bool_)
+    most = room(body, lattice, reach.carved, every)
+    where, loses = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    kept = 0
     rings = ringing(body, contacts)
     position = np.empty((len(tree.parent), 3))
     rotation = np.empty((len(tree.parent), 3, 3))
@@ -269,7 +275,7 @@ def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, swee
                     z, square = from_bone(dx, dy, dz, turn[:, 2], length)
                     if square < near and not seen[cell]:
                         seen[cell] = stale[cell] = True
-                    if not carve or square >= carved or sweep[cell] == -LIMIT:
+                    if not carve or square >= carved or common[cell] == -LIMIT:
                         continue
                     if (
                         core <= square < felt
@@ -277,15 +283,22 @@ def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, swee
                         and contacts[_owner(body, turn, link, dx, dy, dz)]
                     ):
                         continue
-                    sweep[cell] = max(sweep[cell] - reach.free[link, int(max(square, 0.0) * per_bin)], -LIMIT)
+                    lost = reach.free[link, int(max(square, 0.0) * per_bin)]
                     seen[cell] = stale[cell] = True
+                    if slot[cell] < 0:
+                        common[cell] = max(common[cell] - lost, -LIMIT)
+                    else:
+                        where[kept], loses[kept] = slot[cell], lost
+                        kept += 1
+    return where[:kept], loses[:kept]
 
 
-@numba.njit(cache=True, inline="always")
-def _entry(common, where, own, n):
-    """The log-odds of a cell to particle n, as an index into tables of 256: `common` to all, and its own, kept at
-    `where`, which is nought at -1. (A branch here makes the loops three times as slow.)"""
-    return min(max(common + own[n, where], -LIMIT), LIMIT) + 128
+@parallel(cache=True)
+def lose(where, loses, own):
+    """Take `loses` (W,) from the log-odds at the slots `where` (W,) in every particle's map."""
+    for n in numba.prange(len(own)):
+        for w in range(len(where)):
+            own[n, where[w]] = max(own[n, where[w]] - loses[w], -LIMIT)
 
 
 @numba.njit(cache=True, inline="always")
@@ -298,7 +311,7 @@ def _shifted(gain, active, m, i, delta):
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=True)
-def _score(scan, lattice, evidence, deviation, away, sweep, slot, own, n, place, shift, score):
+def _score(scan, lattice, evidence, deviation, away, common, slot, own, n, place, shift, score):
     """Fill `score` (K,) with log p(z | q, m) of the candidates up to a constant, to particle n: they lie `deviation`
     (J,) plus and minus each of `away` (K // 2, J) rad from the mean. `place` and `shift` (S, 3) are scratch.
 
@@ -331,13 +344,14 @@ def _score(scan, lattice, evidence, deviation, away, sweep, slot, own, n, place,
                     clear += log_clear[128]  # beyond the grid nothing is known
                 else:
                     cell = (int(x) * ny + int(y)) * nz + int(z)
-                    clear += log_clear[_entry(sweep[cell], slot[cell], own, n)]
+                    # A branch for cells without a slot would take three times as long.
+                    clear += log_clear[common[cell] + own[n, slot[cell]] + 128]
             total += np.log(max(1.0 - np.exp(clear), 1e-6)) if felt else max(clear, LEAST)
         score[c] = evidence.temper * total
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=True)
-def _share(suspects, common, where, evidence, delta, own, n, touched, solid, hits, ring):
+def _share(suspects, where, evidence, delta, own, n, touched, solid, hits, ring):
     """Give the evidence of each touch to the cells that may have caused it, in the map of particle n, whose pose is
     `delta` (J,) rad from the mean. At least one of them is occupied: each gets the log of its noisy-OR likelihood
     ratio given what is known of the others, so that a single suspect gets all of the evidence, and one of many next
@@ -358,7 +372,7 @@ def _share(suspects, common, where, evidence, delta, own, n, touched, solid, hit
                 hits[c] = 0.0
                 continue
             hits[c] = evidence.hit * FADE[int(beyond * (len(FADE) / FARTHEST))]
-            ring[c] = 1.0 - hits[c] * evidence.probability[_entry(common[c], where[c], own, n)]
+            ring[c] = 1.0 - hits[c] * evidence.probability[own[n, where[c]] + 128]
             clear *= ring[c]
         for c in range(begin, end):
             # Of the likelihood, if the cell is occupied rather than free, as a fraction: hits · others / (1 - others).
@@ -369,7 +383,7 @@ def _share(suspects, common, where, evidence, delta, own, n, touched, solid, hit
             own[n, where[c]] = new
             if not touched[suspects.cell[c]]:
                 touched[suspects.cell[c]] = True
-            if new + common[c] >= evidence.solid and not solid[suspects.cell[c]]:
+            if new >= evidence.solid and not solid[suspects.cell[c]]:
                 solid[suspects.cell[c]] = True
 
 
@@ -377,7 +391,6 @@ def _share(suspects, common, where, evidence, delta, own, n, touched, solid, hit
 def match_and_touch(
     scan,
     suspects,
-    common,
     where,
     lattice,
     evidence,
@@ -385,7 +398,7 @@ def match_and_touch(
     deviations,
     spread,
     normals,
-    sweep,
+    common,
     slot,
     own,
     touched,
@@ -394,11 +407,11 @@ def match_and_touch(
 ):
     """Match every particle's pose to its map, then write the touches into the map at the matched pose.
 
-    `common` (C,) log-odds of the suspects and `where` (C,) their slots. `deviations` (N, J) rad of each particle's
-    proposal from the mean pose. Candidates come in pairs about it, as far as the Cholesky factor `spread` (J, J) of
-    all that is uncertain and `normals` (N, K // 2, J) say; where K is odd, or 1, the last one is the proposal itself.
-    `poses` (N, J) is set to the mean of the K `candidates` by likelihood, rad from the mean pose; `touched` and `solid`
-    (V,) where any particle's map was written, and where it says occupied rather than free.
+    `where` (C,) are the slots of the suspects. `deviations` (N, J) rad of each particle's proposal from the mean pose.
+    Candidates come in pairs about it, as far as the Cholesky factor `spread` (J, J) of all that is uncertain and
+    `normals` (N, K // 2, J) say; where K is odd, or 1, the last one is the proposal itself. `poses` (N, J) is set to
+    the mean of the K `candidates` by likelihood, rad from the mean pose; `touched` and `solid` (V,) where any
+    particle's map was written, and where it says occupied rather than free.
 
     Returns the log of the mean likelihood (N,), an unbiased estimate of log ∫ p(z|q,m) p(q|·) dq before the log, and
     whether the likelihood told the candidates apart, so that the match moved the pose (N,).
@@ -417,7 +430,7 @@ def match_and_touch(
                     away[h, i] = 0.0
                     for j in range(i + 1):
                         away[h, i] += spread[i, j] * normals[n, h, j]
-            _score(scan, lattice, evidence, deviations[n], away, sweep, slot, own, n, place, shift, score)
+            _score(scan, lattice, evidence, deviations[n], away, common, slot, own, n, place, shift, score)
             best, least = score.max(), score.min()
             total = 0.0
             for c in range(candidates):
@@ -429,18 +442,18 @@ def match_and_touch(
                 poses[n, i] = deviations[n, i]
                 for h in range(pairs):
                     poses[n, i] += (score[2 * h] - score[2 * h + 1]) / total * away[h, i]
-            _share(suspects, common, where, evidence, poses[n], own, n, touched, solid, hits, ring)
+            _share(suspects, where, evidence, poses[n], own, n, touched, solid, hits, ring)
     return log_mean, moved
 
 
 @parallel(cache=True)
-def mean_probability(common, where, own, weights, probability):
-    """Posterior probability (C,) of voxels of which `common` (C,) is known to all particles and what is kept at
-    `where` (C,) to each, averaged by `weights` (N,); `probability` (256,) is that of an entry v at [v + 128]."""
-    result = np.zeros(len(common))
-    for block in numba.prange((len(common) + 511) // 512):
-        begin, end = block * 512, min(block * 512 + 512, len(common))
+def mean_probability(where, own, weights, probability):
+    """Posterior probability (C,) of the voxels at the slots `where` (C,): the particles' own, averaged by `weights`
+    (N,); `probability` (256,) is that of an entry v at [v + 128]."""
+    result = np.zeros(len(where))
+    for block in numba.prange((len(where) + 511) // 512):
+        begin, end = block * 512, min(block * 512 + 512, len(where))
         for n in range(own.shape[0]):
             for c in range(begin, end):
-                result[c] += weights[n] * probability[_entry(common[c], where[c], own, n)]
+                result[c] += weights[n] * probability[own[n, where[c]] + 128]
     return result

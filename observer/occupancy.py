@@ -41,11 +41,12 @@ class OccupancySnapshot:
 
 
 class Maps:
-    """What the particles believe of every voxel: log-odds in common, and each particle's own, which add to it.
+    """What the particles believe of every voxel: a map in common, and each particle's own of the cells that a touch
+    may have been due to.
 
-    `sweep` (V,) int8: in common. `own` (N, > T) int8: the particles', for the T cells that have a slot; `slot` (V,)
-    int32 says which, and -1 for none: nothing is ever kept in the last one. With `dense` every cell has one, in
-    order. `touched` (V,): the cells of which any particle has something of its own; `solid` (V,): those that any
+    `common` (V,) int8, 0 for the cells that have a slot; of those `own` (N, > T) int8 has the log-odds, `slot` (V,)
+    int32 says where, and -1 for the others: nothing is ever kept in the last one. With `dense` every cell has a slot,
+    in order. `touched` (V,): the cells of which particles may believe different things; `solid` (V,): those that any
     particle holds for occupied rather than free; `seen` (V,): those that the hand came near, of the others nothing is
     said, which is told as 0.5; `stale` (V,): those whose mean has changed since it was last asked for.
     """
@@ -53,12 +54,12 @@ class Maps:
     def __init__(self, particles: int, grid: Grid, probability: Array, dense: bool = False) -> None:
         """`probability` (256,) that a voxel is occupied, of an entry v at [v + 128]."""
         count = int(np.prod(grid.shape))
-        self.sweep = np.zeros(count, dtype=np.int8)
+        self.common = np.zeros(count, dtype=np.int8)
         self.slot = np.arange(count, dtype=np.int32) if dense else np.full(count, -1, dtype=np.int32)
         self.cells = np.arange(count) if dense else np.empty(0, dtype=np.int64)  # (T,) of the slots
         self.own = np.zeros((particles, count if dense else FIRST_SLOTS), dtype=np.int8)
-        self.solid, self.seen, self.stale = np.zeros((3, count), dtype=bool)
         self.touched = np.full(count, dense)
+        self.solid, self.seen, self.stale = np.zeros((3, count), dtype=bool)
         self._probability = probability
         self._mean = np.full(grid.shape, 0.5)
         self._snapshot: weakref.ref[OccupancySnapshot] | None = None
@@ -70,20 +71,21 @@ class Maps:
             snapshot.value()
         self._snapshot = None
 
-    def make_room(self, cells: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Give a slot to each of `cells` (C,) that has none, and take note that they change; returns (C,) their
-        log-odds in common and their slots."""
+    def make_room(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Give a slot to each of `cells` (C,) that has none, and take note that they change; returns the slots (C,)."""
         self.seen[cells] = self.stale[cells] = True
         new = np.unique(cells[self.slot[cells] < 0])
         if new.size:
             used = len(self.cells)
-            self.slot[new] = np.arange(used, used + new.size)
             self.cells = np.concatenate([self.cells, new])
             if len(self.cells) >= self.own.shape[1]:
                 room = np.zeros((len(self.own), 2 * len(self.cells)), dtype=np.int8)
                 room[:, :used] = self.own[:, :used]
                 self.own = room
-        return self.sweep[cells].astype(np.int64), self.slot[cells].astype(np.int64)
+            self.own[:, used : len(self.cells)] = self.common[new]
+            self.common[new] = 0
+            self.slot[new] = np.arange(used, len(self.cells))
+        return self.slot[cells].astype(np.int64)
 
     def weights_changed(self) -> None:
         """Take note that the mean changes wherever particles differ."""
@@ -104,11 +106,10 @@ class Maps:
 
     def _refresh(self, weights: Array) -> Array:
         cells = np.flatnonzero(self.stale)
-        common = self.sweep[cells].astype(np.int64)
-        mean = self._probability[common + 128]
-        own = self.touched[cells]
-        where = self.slot[cells[own]]
-        mean[own] = mean_probability(common[own], where, self.own, weights, self._probability)
+        where, differs = self.slot[cells], self.touched[cells]
+        entry = self.common[cells].astype(np.int64) + self.own[0, where]  # any particle's, where they do not differ
+        mean = self._probability[entry + 128]
+        mean[differs] = mean_probability(where[differs], self.own, weights, self._probability)
         self._mean.flat[cells] = mean
         self.stale[:] = False
         return self._mean

@@ -202,7 +202,9 @@ class Bench:
         ]
 
     def _of_slam(self, found: Values, touched: dict[int, float]) -> list[Figure]:
-        rows = []
+        plain = 1e6 * measures.plain(self.slams[self.size.few, self.size.coarse], self.recording)
+        note = f"{self.size.coarse}³; the tests' oracle"
+        rows = [Figure("a particle and step with contact in plain NumPy", "µs", plain, note=note)]
         bandwidth = float(np.median(found["bandwidth"]))
         for particles, voxels in self.slams:
             for threads in self.threads:
@@ -211,8 +213,8 @@ class Bench:
                 each = 1e6 * took / particles
                 share = touched[voxels] * particles / took / bandwidth
                 note = (
-                    f"{_number(each)} µs a particle, 1/{PEER_MICROSECONDS / each:.0f} of MRPT; "
-                    f"{share:.1%} of the copy bandwidth"
+                    f"{_number(each)} µs a particle: 1/{plain / each:.0f} of NumPy, "
+                    f"1/{PEER_MICROSECONDS / each:.0f} of MRPT; {share:.1%} of the copy bandwidth"
                 )
                 rows.append(_steps(name, found[name], self.late, self.lag, unit="ms", note=note))
         return rows

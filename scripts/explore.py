@@ -76,7 +76,7 @@ class Settings:
 def environment(name: str) -> str:
     """The id of the environment `name`, which may be said by its hand alone; raises `ValueError` for neither."""
     of_hand = {hand: env_id for env_id, hand in haptic_env.ENVIRONMENTS.items()}
-    return of_hand.get(validate.choice("--hand", name, (*of_hand, *haptic_env.ENVIRONMENTS)), name)
+    return of_hand.get(validate.choice("--hand or --env", name, (*of_hand, *haptic_env.ENVIRONMENTS)), name)
 
 
 class Parser(argparse.ArgumentParser):
@@ -294,7 +294,7 @@ def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], 
     verdict = "right" if summary["correct"] else f"wrong: a {title_of(summary['truth'])}"
     figure.suptitle(
         f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°: "
-        f"“a {slam.name}”, {sure:.0%} sure ({verdict})",
+        f"“a {title_of(slam.name)}”, {sure:.0%} sure ({verdict})",
         fontsize=13,
         fontweight="bold",
     )
@@ -335,7 +335,11 @@ def main(arguments: list[str] | None = None) -> int:
     console = Console()
     what = f"a {title_of(settings.shape)}" if settings.shape else "a hidden object"
     console.print(f"Exploring {what} by blind touch for {settings.seconds:g} s …", highlight=False)
-    exploration, accounts, took, stopped = explore(settings, console)
+    try:
+        exploration, accounts, took, stopped = explore(settings, console)
+    except (ValueError, ImportError) as error:  # an object that this hand cannot hold, a hand that is not installed
+        sys.stderr.write(f"explore.py: error: {error}\n")
+        return 2
     summary = summarise(settings, exploration, accounts, took)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, accounts, summary)

@@ -6,7 +6,9 @@ again and again: each call takes every step anew, so that repetitions of all can
 
 from __future__ import annotations
 
+import importlib.util
 import json
+import math
 import os
 import subprocess
 import sys
@@ -14,6 +16,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -58,9 +61,9 @@ class Recording:
         return np.concatenate([np.zeros(lag, dtype=bool), self.touching[: len(self.touching) - lag]])
 
 
-def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int) -> Recording:
-    """Explore with random torques."""
-    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=3600.0)
+def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int, **keywords: Any) -> Recording:
+    """Explore with random torques; `keywords` are the environment's."""
+    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=3600.0, **keywords)
     base: Any = env.unwrapped
     observation, _ = env.reset(seed=seed)
     policy, state = agents.make("random_torque", env, seed=seed), None
@@ -223,6 +226,30 @@ def kinematics(recording: Recording, poses: int = 2000) -> float:
     start = clock()
     _frames(tree, angles, *frames)
     return (clock() - start) / poses
+
+
+def plain(slam: HapticSLAM, recording: Recording, steps: int = 3) -> float:
+    """Seconds for one particle and step with contact in plain NumPy: the kernels' oracle among the tests, which scores
+    K candidates and writes one map. NaN where the tests are not at hand."""
+    place = Path(__file__).parents[1] / "tests" / "observer" / "reference.py"
+    if not place.exists():
+        return math.nan
+    spec = importlib.util.spec_from_file_location("reference", place)
+    assert spec is not None
+    assert spec.loader is not None
+    reference = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(reference)
+    hand, grid, model, took = recording.hand, slam.grid, slam.contact_model, []
+    log_odds = np.zeros(grid.shape, dtype=np.int8)
+    watched, sure = np.ones(len(hand.links), dtype=bool), np.zeros(len(hand.links))
+    for k in np.flatnonzero(recording.touching)[:steps]:
+        q, contacts = recording.felt[k].astype(np.float64), recording.contacts[k]
+        start = clock()
+        for _ in range(slam.n_candidates):
+            reference.log_likelihood(hand, grid, model, q, contacts, watched, log_odds)
+        reference.write(hand, grid, model, q, sure, contacts, np.ones(len(contacts)), log_odds)
+        took.append(clock() - start)
+    return float(np.median(took)) if took else math.nan
 
 
 def bytes_touched(slam: HapticSLAM, recording: Recording) -> Array:

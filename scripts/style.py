@@ -38,7 +38,6 @@ OUTLINE = "#000000"
 FREE = "#DCEBF5"
 HAND = "#CDBDB6"
 TRUTH = "#C9D3DC"  # of a solid; its outline is OUTLINE
-WHERE = "#56B4E9"  # the object may be
 # From nothing at 0.5, which is not knowing, to dark at 1; on a scale from 0.5 to 1.
 OCCUPANCY = LinearSegmentedColormap.from_list(
     "occupancy", [(0.0, "#FDD48A00"), (0.2, "#FDC765"), (0.55, "#E8590C"), (1.0, "#6A0D1E")]

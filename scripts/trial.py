@@ -89,6 +89,7 @@ class Watcher:
 
     def step(self, step: int, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> None:
         """One turn, step number `step`."""
+        del self.belief  # its map would be computed just before it changes, though nobody asked for it
         self.belief = self.observer.step(torque, joint_angles, contacts)
         posterior = self._take_in(step, self.belief)
         self.beliefs.append((self.belief.joint_angles, self.belief.joint_std, self.belief.n_eff, posterior))

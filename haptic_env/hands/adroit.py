@@ -7,6 +7,8 @@ it explores as gently as the other hands do.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import mujoco
 
 from haptic_env import extras
@@ -48,8 +50,7 @@ FINGER = {
 
 def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
     """The hand: J = 24, P = 165 with the default patches per bone."""
-    file = extras.folder("gymnasium_robotics", "hands", "AdroitHand") / MODEL
-    model = mujoco.MjSpec.from_file(str(file)).compile()
+    model = _model()
     fingers = {name.format(letter): drive for letter in "FMRL" for name, drive in FINGER.items()}
     return hand_of(
         model,
@@ -66,6 +67,12 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
         patches_along=patches_along,
         patches_around=patches_around,
     )
+
+
+@lru_cache(maxsize=1)
+def _model() -> mujoco.MjModel:
+    file = extras.folder("gymnasium_robotics", "hands", "AdroitHand") / MODEL
+    return mujoco.MjSpec.from_file(str(file)).compile()
 
 
 def _bones(model: mujoco.MjModel) -> list[Bone]:

@@ -31,7 +31,7 @@ MCP_FLEXION = Drive(0.040, 0.0090, 0.025, 15.0)
 PIP_FLEXION = Drive(0.016, 0.0040, 0.012, 30.0)
 DIP_FLEXION = Drive(0.008, 0.0020, 0.008, 25.0)
 THUMB_BASE = Drive(0.040, 0.0090, 0.040, 0.0)
-WRIST = Drive(0.150, 0.0400, 0.400, 0.0)
+WRIST = Drive(0.100, 0.0300, 0.300, 0.0)
 
 
 def add_joint(tree: mjcf.RootElement, body: Any, name: str, drive: Drive, **attributes: Any) -> None:

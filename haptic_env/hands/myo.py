@@ -37,9 +37,9 @@ THUMB_AND_WRIST = {
     "ip_flexion": (drives.PIP_FLEXION._replace(relaxed=-20.0), 0.0),
 }
 FINGER = {
-    "mcp{}_flexion": (drives.MCP_FLEXION, 10.0),
+    "mcp{}_flexion": (drives.MCP_FLEXION, 0.0),
     "mcp{}_abduction": (drives.MCP_ABDUCTION, 0.0),
-    "pm{}_flexion": (drives.PIP_FLEXION, 10.0),
+    "pm{}_flexion": (drives.PIP_FLEXION, 5.0),
     "md{}_flexion": (drives.DIP_FLEXION, 5.0),
 }
 FINGERS = {"index": 2, "middle": 3, "ring": 4, "little": 5}  # the package's numbers

@@ -67,8 +67,11 @@ def _save_film(figure: Figure, film: Film, path: Path) -> None:
         canvas.draw()
         frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
     # A GIF has 256 colours; thin lines would lose theirs to the shades of large areas.
-    kept = [round(255 * part) for each in {**SHAPE_COLOURS, **OBSERVER_COLOURS}.values() for part in to_rgb(each)]
-    common = frames[-1].quantize(256 - len(kept) // 3)
-    common.putpalette([*(common.getpalette() or [])[: 768 - len(kept)], *kept])
+    colours = [*SHAPE_COLOURS.values(), *OBSERVER_COLOURS.values()]
+    kept = [round(255 * part) for each in colours for part in to_rgb(each)]
+    common = frames[-1].quantize(256 - len(colours))
+    shades = np.reshape(common.getpalette() or [], (-1, 3))[: 256 - len(colours)]
+    shades[(shades > 248).all(axis=1)] = 255  # paper is white
+    common.putpalette([*shades.ravel().tolist(), *kept])
     first, *others = (each.quantize(palette=common, dither=Image.Dither.NONE) for each in frames)
     first.save(path, save_all=True, append_images=others, duration=round(1000 * film.seconds), loop=0)

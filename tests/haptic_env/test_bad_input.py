@@ -148,7 +148,7 @@ def test_impossible_actions_are_refused(env_id, make, build, message):
         ({"shape": "cubee"}, "unknown shape 'cubee'"),
         ({"size": [0.05, 0.05]}, r"object size must be finite numbers of shape \(3,\) in m, got shape \(2,\)"),
         ({"size": [0.05, np.nan, 0.05]}, "object size must be finite numbers .*nan"),
-        ({"size": [1.0, 1.0, 1.0]}, r"object size must lie in \[0\.005, 0\.15\] m, got \[1\.0"),
+        ({"size": [1.0, 1.0, 1.0]}, r"object size must lie in \[0\.005, 0\.3\] m, got \[1\.0"),
         ({"size": [-0.05] * 3}, r"object size must lie in .*got \[-0\.05"),
         ({"position": [0.0, 0.0, 1.0]}, r"object position \(0\.0, 0\.0, 1\.0\) m is out of reach; choose it between"),
         ({"position": [np.nan, 0.0, 0.0]}, "object position must be finite numbers .*nan"),

@@ -77,7 +77,7 @@ def test_the_observation_feels_the_probe_where_it_is(env_id, make):
     env = make(env_id, shape="sphere").unwrapped
     env.reset(seed=0, options={"size": [2 * PROBE] * 3})
     probed = list(_probes(env.hand, PROBE))
-    assert len(probed) > 0.8 * len(env.hand.patches)
+    assert len(probed) > 0.7 * len(env.hand.patches), "bones side by side hide some patches of a palm"
     for patch, centre in probed:
         env._data.mocap_pos[:] = centre
         mujoco.mj_forward(env._model, env._data)

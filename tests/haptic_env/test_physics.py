@@ -18,12 +18,10 @@ JITTER = {"size_jitter": 0.1, "position_jitter": 0.003, "yaw_jitter": 180.0}
 
 def _depth(env, solid) -> float:
     """How deep (m) the skin of any link lies in `solid`: along its bone, radius less signed distance."""
-    inner, deepest = env.unwrapped, -np.inf
-    for link in inner.hand.links:
-        body = inner._data.body(link.body)
-        along = np.linspace(0.0, link.length, 40)[:, None] * body.xmat.reshape(3, 3)[:, 2]
-        deepest = max(deepest, float(link.radius - solid.signed_distance(body.xpos + along).min()))
-    return deepest
+    links, data, bodies = env.unwrapped.hand.links, env.unwrapped._data, env.unwrapped._touch.bodies
+    length, radius = (np.array([getattr(link, name) for link in links]) for name in ("length", "radius"))
+    along = np.linspace(0.0, length, 40)[..., None] * data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2]
+    return float((radius - solid.signed_distance(data.xpos[bodies] + along)).max())
 
 
 def _objects(shape: str):
@@ -41,7 +39,7 @@ def test_full_torque_does_not_push_a_finger_into_the_object(env_id, make, shape)
     if joints <= 8:
         pushes = [np.array(signs * (joints // 4)) for signs in itertools.product((-1.0, 1.0), repeat=4)]
     else:
-        pushes = list(rng.choice((-1.0, 1.0), (16, joints)))
+        pushes = list(rng.choice((-1.0, 1.0), (8, joints)))
     touched = False
     for options in _objects(shape):
         for push in pushes:
@@ -75,13 +73,13 @@ def test_contacts_ring_only_where_the_skin_is_at_the_object(env_id, make, play, 
 
     def check():
         touched = feel()
-        bodies = inner._touch.bodies[skin.link]
+        mine = np.flatnonzero(touched[skin.patch])
+        bodies = inner._touch.bodies[skin.link[mine]]
         world = inner._data.xpos[bodies] + np.einsum(
-            "mij,mj->mi", inner._data.xmat[bodies].reshape(-1, 3, 3), skin.points
+            "mij,mj->mi", inner._data.xmat[bodies].reshape(-1, 3, 3), skin.points[mine]
         )
-        distance = inner.solid.signed_distance(world)
         nearest = np.full(len(inner.hand.patches), np.inf)
-        np.minimum.at(nearest, skin.patch, distance)
+        np.minimum.at(nearest, skin.patch[mine], inner.solid.signed_distance(world))
         assert (nearest[touched] < 0.001).all()
         seen[0] += int(touched.sum())
         return touched

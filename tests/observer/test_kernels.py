@@ -69,7 +69,7 @@ class Inputs:
             self.spread,
             self.normals,
             self.uniform,
-            maps,
+            maps.reshape(len(maps), -1),
             known,
             poses,
         )

@@ -54,17 +54,15 @@ class Step:
         self.normals = rng.standard_normal((particles, candidates // 2, joints))
         self.maps = Maps(particles, grid, self.evidence.probability)
         if not empty:
-            self.maps.sweep[:] = -rng.integers(0, 128, cells)
+            self.maps.common[:] = -rng.integers(0, 128, cells)
             self.maps.make_room(np.flatnonzero(rng.random(cells) < 0.3))
             self.maps.own[:, : len(self.maps.cells)] = rng.integers(-127, 128, (particles, len(self.maps.cells)))
             self.maps.touched[self.maps.cells] = self.maps.solid[self.maps.cells] = True
 
     def log_odds(self, n):
         """(X, Y, Z) the map of particle n, as the kernels read it."""
-        held = self.maps.slot >= 0
-        total = self.maps.sweep.astype(int)
-        total[held] += self.maps.own[n, self.maps.slot[held]]
-        return np.clip(total, -capsules.LIMIT, capsules.LIMIT).reshape(self.grid.shape)
+        entry = self.maps.common.astype(int) + self.maps.own[n, self.maps.slot]
+        return entry.reshape(self.grid.shape)
 
     def match(self):
         """What `match_and_touch` makes of it: log mean likelihoods, moved, poses from the mean."""
@@ -75,17 +73,17 @@ class Step:
         suspects = marginal.suspects(
             self.tree, self.body, self.lattice, self.evidence, self.reach, self.contacts, self.touch, 0.002, self.pose
         )
-        kept = self.maps.make_room(suspects.cell)
-        maps = (self.maps.sweep, self.maps.slot, self.maps.own, self.maps.touched, self.maps.solid)
+        where = self.maps.make_room(suspects.cell)
+        maps = (self.maps.common, self.maps.slot, self.maps.own, self.maps.touched, self.maps.solid)
         about = (self.candidates, self.deviations, self.spread, self.normals)
         log_mean, moved = marginal.match_and_touch(
-            scan, suspects, *kept, self.lattice, self.evidence, *about, *maps, poses
+            scan, suspects, where, self.lattice, self.evidence, *about, *maps, poses
         )
         return log_mean, moved, poses
 
     def sweep(self, carve=True):
         """Let `sweep_free` write."""
-        marginal.sweep_free(
+        where, loses = marginal.sweep_free(
             self.tree,
             self.body,
             self.lattice,
@@ -94,10 +92,12 @@ class Step:
             self.contacts,
             carve,
             self.pose,
-            self.maps.sweep,
+            self.maps.common,
+            self.maps.slot,
             self.maps.seen,
             self.maps.stale,
         )
+        marginal.lose(where, loses, self.maps.own)
 
     def candidates_of(self, n):
         """(K, J) poses that particle n considers."""
@@ -137,7 +137,7 @@ def test_scores_beside_the_mean_pose_nearly_agree(two_finger):
         expected = [each @ those / each.sum() for each, those in zip(likelihoods, candidates, strict=True)]
         errors.append(np.abs(poses - expected).max(axis=1))
         told_apart += np.count_nonzero(moved)
-    assert np.median(errors) < 1e-3, "radians, of some 0.02"
+    assert np.median(errors) < 2e-3, "radians, of some 0.02, in a map of noise"
     assert told_apart > 4
 
 
@@ -200,7 +200,7 @@ def test_silent_points_are_left_out_only_where_nothing_is_known_to_be_occupied(t
     )
     assert nothing.felt.all()
     whole = step.match()[0]
-    maps = (step.maps.sweep, step.maps.slot, step.maps.own, step.maps.touched, step.maps.solid)
+    maps = (step.maps.common, step.maps.slot, step.maps.own, step.maps.touched, step.maps.solid)
     none = marginal.Suspects(
         np.zeros(1, dtype=np.int64), *np.zeros((2, 0)), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 0)),
         np.zeros(0, dtype=np.int64),
@@ -208,9 +208,9 @@ def test_silent_points_are_left_out_only_where_nothing_is_known_to_be_occupied(t
     nowhere = step.maps.make_room(none.cell)
     step = Step(two_finger, _grid(two_finger), seed=1)
     about = (step.candidates, step.deviations, step.spread, step.normals)
-    maps = (step.maps.sweep, step.maps.slot, step.maps.own, step.maps.touched, step.maps.solid)
+    maps = (step.maps.common, step.maps.slot, step.maps.own, step.maps.touched, step.maps.solid)
     part = marginal.match_and_touch(
-        few, none, *nowhere, step.lattice, step.evidence, *about, *maps, np.empty_like(step.deviations)
+        few, none, nowhere, step.lattice, step.evidence, *about, *maps, np.empty_like(step.deviations)
     )[0]
     np.testing.assert_allclose(part, whole, rtol=1e-9)
 
@@ -219,16 +219,14 @@ def test_silent_points_are_left_out_only_where_nothing_is_known_to_be_occupied(t
 def test_maps_saturate(two_finger, entry):
     strong = ContactModel(hit=0.9, false_alarm=0.01, free=6.0)
     step = Step(two_finger, _grid(two_finger), touches=0.5, model=strong, empty=True)
-    step.maps.make_room(np.arange(step.maps.sweep.size))
-    step.maps.own[:] = entry
+    step.maps.make_room(np.arange(step.maps.common.size))
+    step.maps.own[:, :-1] = entry
     step.touch[:] = 3.0
     for _ in range(5):
         step.match()
         step.sweep()
-    assert step.maps.sweep.min() == -127
-    assert step.maps.own.max() <= 127
-    assert step.log_odds(0).min() >= -127
-    assert step.log_odds(0).max() <= 127
+    assert step.log_odds(0).min() == -127
+    assert step.log_odds(0).max() == 127
 
 
 def test_a_hand_beside_the_grid_leaves_the_map_alone(two_finger):
@@ -248,19 +246,18 @@ def test_what_is_near_is_seen(two_finger):
     step.sweep(carve=False)
     near = reference.height(two_finger, step.grid, step.pose) < step.evidence.near
     np.testing.assert_array_equal(step.maps.seen.reshape(step.grid.shape), near)
-    assert not step.maps.sweep.any()
+    assert not step.maps.common.any()
 
 
 def test_mean_probability_is_the_weighted_mean(two_finger):
     step = Step(two_finger, _grid(two_finger), particles=7)
-    weights, cells = step.rng.dirichlet(np.ones(7)), step.rng.permutation(step.maps.sweep.size)[:1100]
+    weights, cells = step.rng.dirichlet(np.ones(7)), step.rng.permutation(step.maps.common.size)[:1100]
     maps = np.array([step.log_odds(n).ravel() for n in range(7)])
     expected = (weights @ reference.probability(MODEL, maps))[cells]
-    common, where = step.maps.sweep[cells].astype(np.int64), step.maps.slot[cells]
-    got = marginal.mean_probability(common, where, step.maps.own, weights, step.evidence.probability)
+    where = step.maps.make_room(cells)
+    got = marginal.mean_probability(where, step.maps.own, weights, step.evidence.probability)
     np.testing.assert_allclose(got, expected, rtol=1e-12)
-    nothing = marginal.mean_probability(common[:0], where[:0], step.maps.own, weights, step.evidence.probability)
-    assert nothing.shape == (0,)
+    assert marginal.mean_probability(where[:0], step.maps.own, weights, step.evidence.probability).shape == (0,)
 
 
 def test_any_number_of_threads_gives_the_same_bits(two_finger, both_numbers_of_threads):

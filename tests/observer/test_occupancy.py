@@ -17,20 +17,19 @@ GRID = Grid.around(np.zeros(3), np.full(3, 0.02), 0.004)
 
 
 def _expected(maps, weights):
-    own = np.zeros((len(maps.own), maps.sweep.size), dtype=int)
-    own[:, maps.cells] = maps.own[:, : len(maps.cells)]
-    mean = weights @ PROBABILITY[maps.sweep + own + 128]
+    mean = weights @ PROBABILITY[maps.common.astype(int) + maps.own[:, maps.slot] + 128]
     return np.where(maps.seen, mean, 0.5).reshape(GRID.shape)
 
 
 def _change(maps, rng):
-    """Write at random: into some cells of all maps, into some of the particles' own."""
-    cells = np.flatnonzero(rng.random(maps.sweep.size) < 0.2)
-    maps.make_room(cells)
-    maps.own[:, maps.slot[cells]] += rng.integers(1, 5, len(cells)).astype(np.int8)
-    maps.touched[cells] = True
-    swept = rng.random(maps.sweep.size) < 0.1
-    maps.sweep[swept] -= 3
+    """Write at random: into what all have in common, into some of the particles' own."""
+    cells = np.flatnonzero(rng.random(maps.common.size) < 0.2)
+    maps.own[:, maps.make_room(cells)] += rng.integers(1, 5, len(cells)).astype(np.int8)
+    own = rng.permutation(cells)[: len(cells) // 2]
+    maps.own[0, maps.slot[own]] += 1
+    maps.touched[own] = True
+    swept = (rng.random(maps.common.size) < 0.1) & (maps.slot < 0)
+    maps.common[swept] -= 3
     maps.seen |= swept
     maps.stale |= swept
 
@@ -70,8 +69,11 @@ def test_room_is_made_once_and_keeps_what_was_there():
     maps, rng = Maps(2, GRID, PROBABILITY), np.random.default_rng(1)
     told = {}
     for _ in range(12):
-        cells = rng.integers(0, maps.sweep.size, 40)
+        cells = rng.integers(0, maps.common.size, 40)
+        before = maps.common.astype(int) + maps.own[:, maps.slot]
         maps.make_room(cells)
+        np.testing.assert_array_equal(maps.common + maps.own[:, maps.slot], before)
+        maps.common[(rng.random(maps.common.size) < 0.1) & (maps.slot < 0)] -= 1
         assert len(np.unique(maps.cells)) == len(maps.cells)
         np.testing.assert_array_equal(maps.slot[maps.cells], np.arange(len(maps.cells)))
         for cell in cells:

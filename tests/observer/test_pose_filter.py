@@ -176,7 +176,7 @@ def test_exact_angles_are_believed(hand):
         q = hand.rest_pose + 0.3 * swing * (middle - hand.rest_pose)
         pose.step(np.zeros(hand.joints), q, np.zeros(len(hand.patches), dtype=bool))
         if step > 1:  # the first one is known to start from rest
-            np.testing.assert_allclose(pose.angles, q, atol=1e-4)
+            np.testing.assert_allclose(pose.angles, q, atol=5e-4)
     assert np.isfinite(pose.covariance).all()
     assert np.isfinite(pose.log_evidence)
 

@@ -45,7 +45,7 @@ def test_what_was_watched_is_as_before() -> None:
     ("arguments", "told"),
     [
         (["--shape", "egg"], "unknown --shape 'egg'; choose from"),
-        (["--env", "Hand-v9"], "unknown --env 'Hand-v9'"),
+        (["--env", "Hand-v9"], "unknown --hand or --env 'Hand-v9'"),
         (["--rounds", "0"], "--rounds must be an integer in [1, 1000]"),
         (["--sigma", "nan"], "--sigma must be a finite number"),
         (["--json", "/nowhere/at/all.json"], "--json must be a file in a folder that exists"),

@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import tasks
+import trimesh
 from conditions import DEFAULTS, Condition
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -214,6 +215,16 @@ def test_the_object_varies_as_asked() -> None:
     assert moved.quaternion[0] != 1.0
     np.testing.assert_allclose(moved.size, still.size, rtol=0.2)
     np.testing.assert_allclose(moved.position, still.position, atol=0.01)
+
+
+def test_a_mesh_is_a_label_and_its_name_is_no_folder(tmp_path: Path) -> None:
+    path = str(tmp_path / "box.stl")
+    trimesh.creation.box((45, 45, 45)).export(path)
+    arguments = ["--shapes", path, "sphere", "--scale", "0.001", "--trials", "1", "--hand", "two_finger"]
+    assert evaluate.main([*TINY, *arguments, "--out", str(tmp_path / "out")]) == 0
+    rows = pd.read_csv(tmp_path / "out" / "trials.csv")
+    assert set(rows["shape"]) == {path, "sphere"}
+    assert np.isfinite(rows[f"p_{path}"]).all()
 
 
 @pytest.mark.parametrize("name", DEFAULTS)

@@ -13,6 +13,9 @@ from typing import Any
 import explore
 import numpy as np
 import pytest
+import trimesh
+
+from haptic_env import shapes
 
 ROOT = Path(__file__).resolve().parents[2]
 SHORT = ["--seconds", "1", "--particles", "20", "--seed", "3"]
@@ -75,10 +78,33 @@ def test_angles_may_be_exact(tmp_path: Path) -> None:
     assert summary["pose_error"]["haptic SLAM, lagged"]["degrees"] < 0.1
 
 
+def _box(folder: Path, millimetres: float) -> str:
+    trimesh.creation.box((millimetres,) * 3).export(folder / "box.stl")
+    return str(folder / "box.stl")
+
+
+@pytest.mark.parametrize("hand", ["adroit", "myo"])
+def test_a_whole_hand_explores_a_mesh(tmp_path: Path, hand: str) -> None:
+    box = _box(tmp_path, 70)
+    summary = run(tmp_path, "--hand", hand, "--shape", box, "--scale", "0.001", "--particles", "3")
+    assert summary["truth"] == box
+    assert set(summary["posterior"]) == {box, *shapes.SHAPES}
+
+
+def test_what_the_hand_cannot_hold_is_one_clear_line(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    assert explore.main([*SHORT, "--out", str(tmp_path), "--shape", _box(tmp_path, 0.2)]) == 2
+    error = capsys.readouterr().err
+    assert "lies where the hand rests" in error
+    assert error.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
         (["--shape", "cubee"], "choose from cube, cylinder, pyramid, sphere"),
+        (["--shape", "none.stl"], "mesh 'none.stl' cannot be read"),
+        (["--scale", "0"], "a finite number in (0, inf] m"),
+        (["--hand", "foot"], "choose from HapticSLAM/"),
         (["--policy", "scratch"], "choose from"),
         (["--sigma", "nan"], r"finite number in [0, 90] degrees"),
         (["--sigma", "-1"], r"finite number in [0, 90] degrees"),

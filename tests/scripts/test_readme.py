@@ -22,6 +22,7 @@ EXAMPLES = {  # of files that a reader may add
     "haptic_env/hands/three_finger.py",
     "agents/follow.py",
     "observer/classifiers/mine.py",
+    "scripts/plates/mine.py",
 }
 ELSEWHERE = {"--logdir", "--nthreads", "--nworkers"}  # of TensorBoard and of dask worker
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -1,0 +1,128 @@
+"""How particles match their poses to their maps, and write what was felt there: by name, in `MATCHING`.
+
+Shapes: N particles, J joints, P patches, L links, K candidates. Angles in radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from observer import kernels, marginal_kernels
+from observer.capsules import Body, Evidence, Lattice, Reach
+from observer.gaussian import lower_factor
+from observer.kinematics import Tree
+from observer.occupancy import Maps
+
+Array = NDArray[np.float64]
+
+
+class Felt(NamedTuple):
+    """What one step has to say to the maps: `contacts` (P,) and `touch` (P,), the weight of each patch's touch;
+    `watched` (L,): the links whose patches have a say in the pose; and what it says of the cells about a link."""
+
+    tree: Tree
+    body: Body
+    lattice: Lattice
+    evidence: Evidence
+    reach: Reach
+    contacts: NDArray[np.bool_]
+    touch: Array
+    watched: NDArray[np.bool_]
+
+
+class Cloud(NamedTuple):
+    """Where the particles' proposals lie: `centres` (N, J) from the pose's `mean` (J,), each with the covariance
+    `rest` (J, J); `spread` (J, J): factor of the covariance of all that is uncertain of the pose."""
+
+    mean: Array
+    centres: Array
+    rest: Array
+    spread: Array
+
+
+def match_mean(
+    felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator, poses: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Every particle takes the mean of its candidates by likelihood, which come from all that is uncertain of the
+    pose, in pairs about the centre: where the map has nothing to say nothing moves. What the pose's uncertainty does
+    to the maps is in `Reach`, the same for all, so that sweeps are said once.
+
+    Fills `poses` (N, J); returns the log of the mean likelihood (N,) and whether the match moved the pose (N,).
+    """
+    particles, joints = cloud.centres.shape
+    tree, body, lattice, evidence, reach, contacts, touch, watched = felt
+    if watched.any():  # effort goes where contact is
+        about = 1 + int(2.0 * reach.place.max() / lattice.resolution)  # voxels that a candidate may be away
+        scan = marginal_kernels.scan(tree, body, lattice, contacts, watched, maps.solid, about, cloud.mean)
+        margin = 0.5 * lattice.resolution
+        suspects = marginal_kernels.suspects(tree, body, lattice, evidence, reach, contacts, touch, margin, cloud.mean)
+        log_likelihood, moved = marginal_kernels.match_and_touch(
+            scan,
+            suspects,
+            maps.make_room(suspects.cell),
+            lattice,
+            evidence,
+            candidates,
+            cloud.centres,
+            cloud.spread,
+            rng.standard_normal((particles, candidates // 2, joints)),
+            maps.common,
+            maps.slot,
+            maps.own,
+            maps.touched,
+            maps.solid,
+            poses,
+        )
+        poses += cloud.mean
+    else:
+        np.add(cloud.mean, cloud.centres, out=poses)
+        log_likelihood, moved = np.zeros(particles), np.zeros(particles, dtype=bool)
+    _sweep(felt, cloud, maps, carve=True)
+    return log_likelihood, moved
+
+
+def match_sample(
+    felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator, poses: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Every particle takes one of its candidates, drawn by likelihood from its proposal, and has the whole of its map
+    at its own pose. Fills and returns the same as `match_mean`."""
+    particles, joints = cloud.centres.shape
+    result = kernels.advance(
+        *felt,
+        cloud.mean + cloud.centres,
+        lower_factor(cloud.rest),
+        rng.standard_normal((particles, candidates if felt.watched.any() else 1, joints)),
+        rng.random(particles),
+        maps.own,
+        maps.stale,
+        poses,
+    )
+    maps.seen |= maps.stale
+    _sweep(felt, cloud, maps, carve=False)
+    return result
+
+
+def _sweep(felt: Felt, cloud: Cloud, maps: Maps, carve: bool) -> None:
+    """Take note of what the hand came near, and `carve` the free space out of what all particles have in common."""
+    where, loses = marginal_kernels.sweep_free(
+        felt.tree,
+        felt.body,
+        felt.lattice,
+        felt.evidence,
+        felt.reach,
+        felt.contacts,
+        carve,
+        cloud.mean,
+        maps.common,
+        maps.slot,
+        maps.seen,
+        maps.stale,
+    )
+    marginal_kernels.lose(where, loses, maps.own)
+
+
+MATCHING: dict[str, Callable[..., tuple[Array, NDArray[np.bool_]]]] = {"mean": match_mean, "sample": match_sample}

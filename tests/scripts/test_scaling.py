@@ -1,0 +1,24 @@
+"""The picture of how time grows is drawn and its numbers are written; what they are is for people to read."""
+
+from __future__ import annotations
+
+import pandas as pd
+import pytest
+import scaling
+
+
+def test_quick_writes_a_picture_and_its_numbers(tmp_path, capsys: pytest.CaptureFixture) -> None:
+    assert scaling.main(["--quick", "--rounds", "1", "--out", str(tmp_path)]) == 0
+    rows = pd.read_csv(tmp_path / "scaling.csv")
+    assert set(rows["axis"]) == set(scaling.AXES)
+    assert (rows["ms"] > 0).all()
+    assert rows[rows["axis"] == "patches"]["value"].is_monotonic_increasing
+    assert (tmp_path / "scaling.png").stat().st_size > 5000
+    assert "particles N" in capsys.readouterr().out
+
+
+def test_bad_input_is_one_clear_line(capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit) as ended:
+        scaling.main(["--rounds", "0"])
+    assert ended.value.code == 2
+    assert "--rounds must be an integer in [1, 1000], got 0" in capsys.readouterr().err
