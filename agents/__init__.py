@@ -12,6 +12,7 @@ from agents.enclosure import Enclosure
 from agents.information_gain import InformationGain
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
+from agents.sb3 import Sb3, Trained
 from agents.synergy import Synergy
 from haptic_env import validate
 
@@ -20,7 +21,9 @@ POLICIES: dict[str, type[Policy]] = {
     "enclosure": Enclosure,
     "information_gain": InformationGain,
     "random_torque": RandomTorque,
+    "sb3": Sb3,
     "synergy": Synergy,
+    "trained": Trained,
 }
 
 __all__ = ["POLICIES", "Guided", "Policy", "act", "make"]

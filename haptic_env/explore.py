@@ -24,7 +24,7 @@ from haptic_env.touch import Touch
 Observation = dict[str, NDArray[Any]]
 ANGLE_BOUND = 4 * np.pi  # of the observation space; joints stay within ±pi and noise is added
 DRAWS = 100  # of an object that varies, before it is said to lie where the hand rests
-RESET_OPTIONS = ("position", "quaternion", "shape", "size")
+RESET_OPTIONS = ("position", "quaternion", "shape", "sigma_deg", "size")
 
 
 class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
@@ -84,13 +84,11 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.metadata = {**type(self).metadata, "render_fps": round(1 / step_seconds)}
         self.episode_steps = max(1, round(self.episode_seconds / step_seconds))
 
-        self.proprioception = sensors.Proprioception(
-            [
-                sensors.White(sigma_deg),
-                sensors.Bias(bias_deg),
-                sensors.Drift(drift_deg, drift_seconds, step_seconds),
-                sensors.Proportional(proportional),
-            ]
+        self._white = sensors.White(sigma_deg)
+        self._other_noises = (
+            sensors.Bias(bias_deg),
+            sensors.Drift(drift_deg, drift_seconds, step_seconds),
+            sensors.Proportional(proportional),
         )
         self.contact_detection = sensors.ContactDetection(contact_miss, contact_false_alarm)
         self.motor_noise = sensors.MotorNoise(motor_noise)
@@ -109,8 +107,8 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode at the rest pose. `options` may set `shape`, and `position` (3,) m, `quaternion` (4,)
-        wxyz and `size` (3,) m of the object; what it leaves open is drawn.
+        """Start an episode at the rest pose. `options` may set `shape`, `position` (3,) m, `quaternion` (4,) wxyz and
+        `size` (3,) m of the object; what it leaves open is drawn. `sigma_deg` in it is the noise of this episode.
 
         Raises `ValueError` for an unknown option, or an object that is out of reach or where the hand rests.
         """
@@ -122,6 +120,9 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         if options is not None and not isinstance(options, Mapping):
             raise ValueError(f"reset options must be a dictionary of {', '.join(RESET_OPTIONS)}, got {options!r}")
         model = self._place_solid(world_rng, options or {})
+        sigma = (options or {}).get("sigma_deg")
+        white = self._white if sigma is None else sensors.White(sigma)
+        self.proprioception = sensors.Proprioception([white, *self._other_noises])
         self.proprioception.reset(self._proprioception_rng, self.hand.joints)
         self._steps = 0
         self._model = model

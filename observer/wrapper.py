@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from observer.belief import Belief
 from observer.fastslam import HapticSLAM
+from observer.pose_only import PoseOnly
 from observer.shape_posterior import ShapePosterior
 
 
@@ -23,7 +24,9 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
 
     belief: Belief | None
 
-    def __init__(self, env: gym.Env[Any, Any], observer: HapticSLAM, shape: ShapePosterior | None = None) -> None:
+    def __init__(
+        self, env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly, shape: ShapePosterior | None = None
+    ) -> None:
         gym.Wrapper.__init__(self, env)
         hand = env.unwrapped.hand  # type: ignore[attr-defined]
         if hand.joint_names != observer.hand.joint_names or len(hand.patches) != len(observer.hand.patches):
@@ -34,11 +37,14 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
         gym.utils.RecordConstructorArgs.__init__(self, observer=observer, shape=shape, _disable_deepcopy=True)
         self.observer, self.shape = observer, shape
         self.belief = None
+        self._chance = np.random.SeedSequence()
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         observation, info = self.env.reset(seed=seed, options=options)
-        # Streams of their own, so that the observer's chance is fixed by the seed and apart from the environment's.
-        mine, shapes = (None, None) if seed is None else map(int, np.random.SeedSequence(seed).generate_state(2))
+        # Streams of their own, so that the observer's chance is fixed by the seed and apart from the environment's;
+        # without a seed the next one follows from the last, as the environment's does.
+        self._chance = self._chance.spawn(1)[0] if seed is None else np.random.SeedSequence(seed)
+        mine, shapes = map(int, self._chance.generate_state(2))
         if self.shape is not None:
             self.shape.reset(seed=shapes)
         return observation, {**info, **self._told(self.observer.reset(seed=mine))}

@@ -25,6 +25,12 @@ def pair(request: pytest.FixtureRequest):
     """Every policy with every environment, as (environment, name)."""
     env_id, name = request.param
     env = watched(gym.make(env_id, shape="cube"))
+    try:
+        agents.make(name, env)
+    except ValueError as error:
+        if "was trained for another hand" not in str(error):
+            raise
+        pytest.skip(f"the model that ships is for another hand than {env_id}")
     yield env, name
     env.close()
 
@@ -62,7 +68,7 @@ def test_the_same_seed_is_the_same_bits(pair):
     env, name = pair
     first, second, other = (_play(agents.make(name, env, seed=seed), env, 50) for seed in (3, 3, 4))
     assert first.tobytes() == second.tobytes()
-    assert first.tobytes() != other.tobytes()
+    assert (first.tobytes() != other.tobytes()) == (name != "trained"), "which leaves nothing to chance"
 
 
 class Replay(gym.Env):
@@ -71,6 +77,7 @@ class Replay(gym.Env):
     def __init__(self, env: gym.Env, felt: list) -> None:
         self.action_space, self.observation_space = env.action_space, env.observation_space
         self.hand, self.control_hz, self.felt = env.unwrapped.hand, env.unwrapped.control_hz, felt
+        self.episode_seconds = env.unwrapped.episode_seconds
 
     def reset(self, *, seed=None, options=None):
         self.left = iter(self.felt)

@@ -24,7 +24,7 @@ EXAMPLES = {  # of files that a reader may add
     "observer/classifiers/mine.py",
     "scripts/plates/mine.py",
 }
-DASK = {"--nthreads", "--nworkers"}  # of dask worker
+ELSEWHERE = {"--logdir", "--nthreads", "--nworkers"}  # of TensorBoard and of dask worker
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -81,7 +81,7 @@ def test_flags_that_it_names_exist(document: Path) -> None:
     for script, arguments in re.findall(r"python (scripts/\w+\.py)([^\n`]*)", text):
         assert set(re.findall(r"--[a-z][\w-]*", arguments)) <= flags(script), f"{script}{arguments}"
     every = set().union(*(flags(f"scripts/{path.name}") for path in (ROOT / "scripts").glob("*.py")))
-    assert set(re.findall(r"--[a-z][\w-]*", text)) <= every | DASK
+    assert set(re.findall(r"--[a-z][\w-]*", text)) <= every | ELSEWHERE
 
 
 def test_every_variant_of_the_ablation_is_explained() -> None:

@@ -1,0 +1,34 @@
+"""Fewer decisions than control steps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import validate
+
+
+class HoldAction(gym.Wrapper, gym.utils.RecordConstructorArgs):
+    """Holds each action for `steps` control steps; their rewards add up.
+
+    A learner then decides every 0.1 s, say, not every 0.02 s: what it tries at random lasts long enough to move the
+    hand. `agents.make("sb3", …)` holds the actions of a model as it was trained to.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], steps: int = 5) -> None:
+        """Raises `ValueError` for a number of steps below 1."""
+        gym.utils.RecordConstructorArgs.__init__(self, steps=steps)
+        gym.Wrapper.__init__(self, env)
+        self.held = validate.integer("steps", steps, 1)
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        total = 0.0
+        for _ in range(self.held):
+            observation, reward, terminated, truncated, info = self.env.step(action)
+            total += float(reward)
+            if terminated or truncated:
+                break
+        return observation, total, terminated, truncated, info

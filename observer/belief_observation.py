@@ -1,0 +1,144 @@
+"""A belief as numbers for a network.
+
+Shapes: J joints, P patches, C labels, F fingertips. Every entry of the vector is listed in `ENTRIES`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from haptic_env import validate
+from haptic_env.hand import Hand
+from observer.belief import Belief
+from observer.kinematics import link_frames, tree_of
+
+ENTRIES = {
+    "pose": "(J,) posterior mean of the joint angles now; the joint's limits are -1 and 1",
+    "spread": "(J,) their posterior SD, in units of 0.1 rad",
+    "motion": "(J,) how far the mean has moved since the lagged pose, rad",
+    "contacts": "(P,) what each patch feels now, 0 or 1",
+    "names": "(C,) posterior probability of each label",
+    "occupancy": "(F * 27,) occupancy about the tip of each finger, on a lattice of 3 x 3 x 3 points 1 cm apart in the "
+    "link's frame: probability * 2 - 1, 0 where nothing is known",
+    "time": "(1,) share of the episode that is left",
+    "rhythm": "(4,) sine and cosine of a clock of 0.5 Hz and of one of 1 Hz: a network without memory keeps no rhythm",
+}
+SPREAD_UNIT = 0.1  # rad
+BOUND = 2.0  # of what has no bound of its own; what is beyond is clipped
+SPACING = 0.01  # m
+CLOCKS_HZ = (0.5, 1.0)
+
+
+class BeliefFeatures:
+    """The entries `entries` of `ENTRIES`, one after the other, as a vector in `space`."""
+
+    def __init__(
+        self, hand: Hand, labels: Sequence[str], seconds: float, control_hz: float, entries: Sequence[str] | None = None
+    ) -> None:
+        """`seconds`: of an episode; `entries` None: all. Raises `ValueError` for an unknown one or none."""
+        self.entries = tuple(ENTRIES if entries is None else entries)
+        for entry in self.entries:
+            validate.choice("entry", entry, ENTRIES)
+        if not self.entries:
+            raise ValueError(f"entries must name at least one of {', '.join(ENTRIES)}")
+        self._seconds, self._step_seconds = seconds, 1.0 / control_hz
+        self._middle = hand.joint_limits.mean(axis=1)
+        self._reach = 0.5 * np.ptp(hand.joint_limits, axis=1)
+        self._tree = tree_of(hand)
+        self._tips = np.array([index for index, link in enumerate(hand.links) if link.tip], dtype=np.int64)
+        steps = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+        ends = np.array([[0.0, 0.0, hand.links[tip].length] for tip in self._tips])
+        self._lattice = ends[:, None] + SPACING * steps
+        joints, patches, cells = hand.joints, len(hand.patches), len(self._tips) * len(steps)
+        bounds = {
+            "pose": (joints, -BOUND, BOUND),
+            "spread": (joints, 0.0, BOUND),
+            "motion": (joints, -BOUND, BOUND),
+            "contacts": (patches, 0.0, 1.0),
+            "names": (len(labels), 0.0, 1.0),
+            "occupancy": (cells, -1.0, 1.0),
+            "time": (1, 0.0, 1.0),
+            "rhythm": (2 * len(CLOCKS_HZ), -1.0, 1.0),
+        }
+        low, high = (
+            np.concatenate([np.full(bounds[entry][0], bounds[entry][side], np.float32) for entry in self.entries])
+            for side in (1, 2)
+        )
+        self.space = gym.spaces.Box(low, high, dtype=np.float32)
+
+    def vector(self, belief: Belief, contacts: ArrayLike, posterior: ArrayLike, step: int) -> NDArray[np.float32]:
+        """The numbers (D,) after `step` steps; `contacts` (P,) felt now, `posterior` (C,) of the labels."""
+        seconds = step * self._step_seconds
+        turns = [2 * np.pi * hz * seconds for hz in CLOCKS_HZ]
+        parts: dict[str, Any] = {
+            "pose": (belief.joint_angles - self._middle) / self._reach,
+            "spread": belief.joint_std / SPREAD_UNIT,
+            "motion": belief.joint_angles - belief.lagged_joint_angles,
+            "contacts": contacts,
+            "names": posterior,
+            "time": [1.0 - seconds / self._seconds],
+            "rhythm": [wave(turn) for turn in turns for wave in (np.sin, np.cos)],
+        }
+        if "occupancy" in self.entries:  # which takes longer than all the others
+            parts["occupancy"] = self._occupancy(belief)
+        told = np.concatenate([np.asarray(parts[entry], dtype=np.float32) for entry in self.entries])
+        return np.clip(told, self.space.low, self.space.high)
+
+    def _occupancy(self, belief: Belief) -> NDArray[np.float64]:
+        position, rotation = link_frames(self._tree, belief.joint_angles)
+        tips = self._tips
+        points = position[tips, None] + np.einsum("fij,fkj->fki", rotation[tips], self._lattice)
+        grid = belief.grid
+        cell = np.floor((points.reshape(-1, 3) - grid.origin) / grid.resolution).astype(np.int64)
+        inside = ((cell >= 0) & (cell < grid.shape)).all(axis=1)
+        result = np.zeros(len(cell))
+        result[inside] = 2.0 * belief.occupancy[tuple(cell[inside].T)] - 1.0
+        return result
+
+
+class BeliefObservation(gym.Wrapper, gym.utils.RecordConstructorArgs):
+    """What the observer believes in place of what was felt: a flat Box, its numbers as in `ENTRIES`.
+
+    `env` is an `ObserverWrapper` with a `ShapePosterior`, or has one inside.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], entries: Sequence[str] | None = None) -> None:
+        """Raises `ValueError` for an unknown entry, or where nothing observes `env`."""
+        gym.utils.RecordConstructorArgs.__init__(self, entries=entries)
+        gym.Wrapper.__init__(self, env)
+        self.features = features_of(env, entries)
+        self.observation_space = self.features.space
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        observation, info = self.env.reset(seed=seed, options=options)
+        self._steps = 0
+        return self._told(observation, info), info
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        self._steps += 1
+        return self._told(observation, info), reward, terminated, truncated, info
+
+    def _told(self, observation: Any, info: dict[str, Any]) -> NDArray[np.float32]:
+        return self.features.vector(info["belief"], observation["contacts"], info["posterior"], self._steps)
+
+
+def labels_of(env: gym.Env[Any, Any]) -> tuple[str, ...]:
+    """The labels of `info["posterior"]`; raises `ValueError` where nothing names the object."""
+    shape = env.get_wrapper_attr("shape") if env.has_wrapper_attr("shape") else None
+    if shape is None:
+        raise ValueError(
+            f"nothing names the object in {env}; wrap it: ObserverWrapper(env, HapticSLAM(hand), ShapePosterior(hand))"
+        )
+    return tuple(shape.labels)
+
+
+def features_of(env: gym.Env[Any, Any], entries: Sequence[str] | None = None) -> BeliefFeatures:
+    """The features of what is believed about `env`; raises `ValueError` where nothing observes it."""
+    base: Any = env.unwrapped
+    return BeliefFeatures(base.hand, labels_of(env), base.episode_seconds, base.control_hz, entries)

@@ -1,0 +1,125 @@
+"""The pose filter alone: an observer for whoever needs no map, and needs it fast.
+
+Shapes: J joints, P patches.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from haptic_env import validate
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+from observer.belief import Belief, Transition
+from observer.fastslam import LAG_SECONDS, RESOLUTION
+from observer.occupancy import OccupancySnapshot
+from observer.pose_filter import ContactDynamics, PoseFilter
+
+Array = NDArray[np.float64]
+
+
+class PoseOnly:
+    """`HapticSLAM` without a map: its Gaussian over the pose is the same, the occupancy stays 0.5 everywhere.
+
+    Naming the object needs no more (`ShapePosterior`), so that a policy which looks at no map is trained with it. With
+    a `stride` it says something new only at every so many steps, and a `transition` reaches from one to the next.
+    """
+
+    def __init__(
+        self,
+        hand: Hand,
+        sigma_deg: float = 3.0,
+        *,
+        stride: int = 1,
+        motor_noise: float = 0.1,
+        control_hz: float = 50.0,
+    ) -> None:
+        """Keyword arguments as those of `HapticSLAM`; the lag is rounded to a multiple of `stride`.
+
+        Raises `ValueError` for a value out of range.
+        """
+        self.hand = hand
+        self.stride = validate.integer("stride", stride, 1)
+        rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
+        self.lag = self.stride * max(1, round(LAG_SECONDS * rate / self.stride))
+        self.pose = PoseFilter(
+            hand,
+            sigma=np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")),
+            motor_noise=validate.number("motor_noise", motor_noise, 0.0, 1.0),
+            control_hz=rate,
+            lag=self.lag + self.stride,
+            dynamics=ContactDynamics(),
+        )
+        self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
+        self._contacts: list[NDArray[np.bool_]] | None = None
+
+    def reset(self, seed: int | None = None) -> Belief:
+        """Start at the rest pose; nothing here is left to chance."""
+        self.pose.reset()
+        self._contacts = []  # of every step so far
+        self._told = 0  # steps that were told of
+        self._belief = self._now(ago=0)
+        return self._belief
+
+    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Belief:
+        """One turn, as `HapticSLAM.step`."""
+        felt = self._running()
+        u = validate.array("torque", torque, (self.hand.joints,))
+        q = validate.array("joint_angles", joint_angles, (self.hand.joints,), "radians")
+        z = validate.binary("contacts", contacts, (len(self.hand.patches),))
+        self.pose.step(u, q, z)
+        felt.append(z)
+        if len(felt) % self.stride == 0:
+            self._belief = self._tell(self.lag) if len(felt) >= self.lag + self.stride else self._now(len(felt))
+        elif self._belief.transition is not None:
+            self._belief = self._now(self.lag)  # what was told is not told twice
+        return self._belief
+
+    def flush(self) -> list[Belief]:
+        """End the trial: beliefs about the steps that still waited for the lag."""
+        waiting = len(self._running()) - self._told
+        beliefs = [self._tell(ago) for ago in range(waiting - self.stride, -1, -self.stride)]
+        self._contacts = None
+        return beliefs
+
+    def _tell(self, ago: int) -> Belief:
+        """The belief whose lagged pose is that of `ago` steps back, and how it follows from the one told before."""
+        felt = self._running()
+        self._told = len(felt) - ago
+        now, before = self.pose.lagged(ago), self.pose.lagged(ago + self.stride)
+        mean, covariance = self.pose.mean, self.pose.covariance
+        past = covariance[before, before] + 1e-12 * np.eye(self.hand.joints)
+        follow = np.asarray(np.linalg.solve(past, covariance[before, now])).T
+        rest = covariance[now, now] - follow @ covariance[before, now]
+        transition = Transition(mean[now].copy(), follow, mean[before].copy(), rest)
+        return self._now(ago, lagged_contacts=felt[-1 - ago], transition=transition)
+
+    def _now(self, ago: int, **told: Any) -> Belief:
+        lagged = self.pose.lagged(min(ago, self.lag))
+        mean, covariance = self.pose.mean, self.pose.covariance
+        variance = np.diag(covariance)
+        return Belief(
+            joint_angles=mean[: self.hand.joints].copy(),
+            joint_std=np.sqrt(variance[: self.hand.joints]),
+            lagged_joint_angles=mean[lagged].copy(),
+            lagged_joint_std=np.sqrt(variance[lagged]),
+            lagged_covariance=covariance[lagged, lagged].copy(),
+            lag_steps=min(ago, self.lag),
+            grid=self.grid,
+            weights=np.ones(1),
+            particles=mean[None, lagged].copy(),
+            n_eff=1.0,
+            log_evidence=self.pose.log_evidence,
+            resampled=False,
+            moved_share=0.0,
+            snapshot=OccupancySnapshot(lambda: np.full(self.grid.shape, 0.5)),
+            **{"lagged_contacts": None, "transition": None, **told},
+        )
+
+    def _running(self) -> list[NDArray[np.bool_]]:
+        if self._contacts is None:
+            raise ValueError("the observer is not in a trial: call reset() before step() or flush()")
+        return self._contacts

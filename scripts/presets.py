@@ -1,0 +1,135 @@
+"""What a training run is: an algorithm, what it explores, and how long; read from a TOML file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import haptic_env
+from haptic_env import validate
+from haptic_env.hand import Hand
+from observer.belief_observation import ENTRIES
+
+FOLDER = Path(__file__).parent / "presets"
+ALGORITHMS = ("PPO", "SAC", "RecurrentPPO")
+RAW = "raw"
+
+
+@dataclass(frozen=True)
+class World:
+    """What is explored and how it is rewarded.
+
+    `sigma_deg`: least and largest noise, drawn for each episode; the jitters as the environment's keyword arguments;
+    `observation`: entries of the belief, or ("raw",) for what is felt; `hold`: control steps of an action; `price` and
+    `least` of `DecisionReward`, `threshold` and `sure_seconds` of `DecideWhenSure`; `variants`, `samples`, `stride` and
+    `temper` of the `ShapePosterior` that is asked, a coarser one than evaluation has, as it is most of the time that a
+    step takes; evidence adds up as fast, for `temper` / `stride` is the same.
+    """
+
+    env: str = "HapticSLAM/TwoFinger-v0"
+    seconds: float = 10.0
+    sigma_deg: tuple[float, float] = (2.0, 6.0)
+    size_jitter: float = 0.2
+    yaw_jitter: float = 45.0
+    position_jitter: float = 0.005
+    observation: tuple[str, ...] = tuple(ENTRIES)
+    hold: int = 5
+    price: float = 0.25
+    least: float = 0.05
+    threshold: float = 0.98
+    sure_seconds: float = 0.0
+    variants: int = 48
+    samples: int = 6
+    stride: int = 5
+    temper: float = 0.083
+
+    def __post_init__(self) -> None:
+        validate.choice("env", self.env, haptic_env.ENVIRONMENTS)
+        for sigma in self.sigma_deg:
+            validate.number("sigma_deg", sigma, high=90.0, above=0.0, unit="degrees")
+        low, high = self.sigma_deg
+        if low > high:
+            raise ValueError(f"sigma_deg must be the least and the largest, got {self.sigma_deg!r}")
+        if self.observation != (RAW,):
+            for entry in self.observation:
+                validate.choice("entry of observation", entry, (*ENTRIES, RAW))
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Close and open the fingers at 1 Hz while they sweep sideways at 0.5 Hz, against each other.
+
+    Torques as fractions of their limits: flexors get `flexion` ± `opening`, abductors ± `sideways`. It is copied from
+    `decisions` of each environment, with noise of SD `noise` so that it is seen what to do beside its path.
+    """
+
+    flexion: float = 0.5
+    opening: float = 0.5
+    sideways: float = 1.0
+    noise: float = 0.3
+    decisions: int = 150
+    epochs: int = 60
+
+    def torques(self, seconds: NDArray[np.float64], hand: Hand) -> NDArray[np.float32]:
+        """(E, J) after `seconds` (E,) of an episode; abductors are known by their names, and fingers take turns."""
+        sideways = np.array(["abduction" in name for name in hand.joint_names])
+        side = np.where(hand.joint_group % 2 == 0, 1.0, -1.0)
+        sweep = self.sideways * np.cos(np.pi * seconds)[:, None] * side
+        close = self.flexion + self.opening * np.sin(2 * np.pi * seconds)[:, None]
+        return np.clip(np.where(sideways, sweep, close), -1.0, 1.0).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Preset:
+    """`steps`, `evaluate_every` and `checkpoint_every` count steps of the environment; `envs` run in parallel;
+    `episodes` of an evaluation; `learner`: keyword arguments of the algorithm, as Stable-Baselines3 has them; `sweep`:
+    what it begins with, None: with what chance has put into the network."""
+
+    algorithm: str
+    learner: Mapping[str, Any]
+    world: World = field(default_factory=World)
+    sweep: Sweep | None = None
+    seed: int = 0
+    steps: int = 1_000_000
+    envs: int = 8
+    evaluate_every: int = 100_000
+    checkpoint_every: int = 50_000
+    episodes: int = 40
+
+    def __post_init__(self) -> None:
+        validate.choice("algorithm", self.algorithm, ALGORITHMS)
+        validate.integer("seed", self.seed, 0, 2**31)
+        if self.sweep is not None and self.algorithm == "RecurrentPPO":
+            raise ValueError("[sweep] is for PPO and SAC, not for RecurrentPPO")
+        for name in ("steps", "envs", "evaluate_every", "checkpoint_every", "episodes"):
+            validate.integer(name, getattr(self, name), 1)
+
+
+def names() -> list[str]:
+    """The presets that ship."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+
+
+def read(name: str) -> Preset:
+    """The preset of this name, or of the TOML file at this path; raises `ValueError` for what makes no sense."""
+    path = Path(name) if name.endswith(".toml") else FOLDER / f"{validate.choice('preset', name, names())}.toml"
+    try:
+        content = tomllib.loads(path.read_text())
+    except (OSError, tomllib.TOMLDecodeError) as error:
+        raise ValueError(f"{path}: {error}") from error
+    world, sweep = content.pop("world", {}), content.pop("sweep", None)
+    tables = ("key", content, Preset), ("key of [world]", world, World), ("key of [sweep]", sweep or {}, Sweep)
+    for what, given, made in tables:
+        for key in given:
+            validate.choice(f"{what} in {path}", key, [each.name for each in fields(made)])
+    for key in ("algorithm", "learner"):
+        if key not in content:
+            raise ValueError(f"{path} must set {key}")
+    lists: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in world.items()}
+    return Preset(world=World(**lists), sweep=None if sweep is None else Sweep(**sweep), **content)

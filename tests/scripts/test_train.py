@@ -1,0 +1,260 @@
+"""A policy is trained, and goes on being trained after a kill."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+pytest.importorskip("sb3_contrib")
+
+import checkpoints
+import learning
+import presets
+import train
+from presets import World
+from training_env import make_env
+
+import agents
+from observer import HapticSLAM, ObserverWrapper, ShapePosterior
+
+SCRIPT = Path(train.__file__)
+TINY = """
+algorithm = "{algorithm}"
+steps = {steps}
+envs = 2
+evaluate_every = 100
+checkpoint_every = 100
+episodes = 2
+[world]
+seconds = 0.4
+observation = {observation}
+variants = 4
+samples = 2
+[learner]
+"""
+LEARNERS = {
+    "PPO": 'policy = "MlpPolicy"\nn_steps = 8\nbatch_size = 16\nn_epochs = 1\npolicy_kwargs = {net_arch = [8]}',
+    "SAC": 'policy = "MlpPolicy"\nlearning_starts = 10\nbatch_size = 16\nbuffer_size = 200\n'
+    "policy_kwargs = {net_arch = [8]}",
+    "RecurrentPPO": 'policy = "MultiInputLstmPolicy"\nn_steps = 8\nbatch_size = 16\nn_epochs = 1\n'
+    "policy_kwargs = {lstm_hidden_size = 8, net_arch = [8]}",
+}
+
+
+def preset(folder: Path, algorithm: str = "PPO", steps: int = 300) -> Path:
+    """A run of seconds, as a TOML file."""
+    observation = ["raw"] if algorithm == "RecurrentPPO" else ["pose", "names", "time"]
+    path = folder / f"{algorithm}_{steps}.toml"
+    path.write_text(TINY.format(algorithm=algorithm, steps=steps, observation=observation) + LEARNERS[algorithm])
+    return path
+
+
+def run(path: Path, out: Path, *more: str) -> int:
+    """Train in this process."""
+    return train.main(["--preset", str(path), "--out", str(out), "--jobs", "1", *more])
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a whole run of PPO."""
+    folder = tmp_path_factory.mktemp("ppo")
+    assert run(preset(folder), folder / "out") == 0
+    return folder / "out"
+
+
+def test_a_run_leaves_what_it_says(finished):
+    assert {each.name for each in finished.iterdir()} == {
+        "best_model.zip",
+        "checkpoints",
+        "config.json",
+        "evaluations.npz",
+        "learning_curve.png",
+        "model.zip",
+        "tensorboard",
+        "training.json",
+    }
+    told = json.loads((finished / "training.json").read_text())
+    assert told["environment_steps"] >= 300
+    assert told["seed"] == 0
+    assert told["seconds"] >= 0
+    assert list((finished / "tensorboard").rglob("events.*"))
+
+
+@pytest.mark.parametrize("algorithm", ["SAC", "RecurrentPPO"])
+def test_other_algorithms_train_and_go_on(algorithm, tmp_path):
+    assert run(preset(tmp_path, algorithm, 200), tmp_path / "out") == 0
+    before = checkpoints.newest(tmp_path / "out" / "checkpoints")[0]
+    assert run(preset(tmp_path, algorithm, 400), tmp_path / "out") == 0
+    after = checkpoints.newest(tmp_path / "out" / "checkpoints")[0]
+    assert int(after.folder.name) > int(before.folder.name)
+
+
+@pytest.mark.parametrize("algorithm", list(LEARNERS))
+def test_what_was_trained_is_a_policy(algorithm, tmp_path, finished):
+    out = finished
+    if algorithm != "PPO":
+        out = tmp_path / "out"
+        assert run(preset(tmp_path, algorithm, 100), out) == 0
+    env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", episode_seconds=0.4)
+    hand = env.unwrapped.hand
+    env = ObserverWrapper(env, HapticSLAM(hand, particles=1), ShapePosterior(hand, samples=4))
+    policy, state = agents.make("sb3", env, seed=0, path=out / "model.zip"), None
+    observation, _ = env.reset(seed=0)
+    actions = []
+    for _ in range(20):
+        action, state = agents.act(policy, observation, state)
+        assert action in env.action_space
+        actions.append(action)
+        observation = env.step(action)[0]
+    changed = np.flatnonzero(np.any(np.diff(actions, axis=0) != 0, axis=1)) + 1
+    np.testing.assert_array_equal(changed, [5, 10, 15]), "it holds its actions as it was trained to"
+
+
+def test_the_same_seed_learns_the_same(tmp_path):
+    weights = []
+    for name in ("a", "b"):
+        assert run(preset(tmp_path, steps=100), tmp_path / name) == 0
+        model = learning.ALGORITHMS["PPO"].load(tmp_path / name / "model.zip")
+        weights.append(np.concatenate([each.detach().numpy().ravel() for each in model.policy.parameters()]))
+    np.testing.assert_array_equal(*weights)
+
+
+def test_a_killed_run_goes_on_from_its_last_checkpoint(tmp_path):
+    path, out = preset(tmp_path, steps=100_000), tmp_path / "out"
+    command = [sys.executable, str(SCRIPT), "--preset", str(path), "--out", str(out), "--jobs", "1"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, env=os.environ | {"MUJOCO_GL": "egl"})
+    try:
+        deadline = time.monotonic() + 120
+        while len(list(out.glob("checkpoints/*/checkpoint.json"))) < 2:
+            assert process.poll() is None
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    reached = int(checkpoints.newest(out / "checkpoints")[0].folder.name)
+    steps = 5 * reached + 200
+    assert run(preset(tmp_path, steps=100_000), out, "--steps", str(steps)) == 0
+    told = json.loads((out / "training.json").read_text())
+    assert steps <= told["environment_steps"] < steps + 200, "it did not begin anew"
+    with np.load(out / "evaluations.npz") as kept:
+        assert (np.diff(kept["timesteps"]) > 0).all()
+        assert kept["timesteps"][0] < reached, "what was evaluated before is kept"
+
+
+@pytest.mark.parametrize("damage", ["shorter", "missing", "unlisted", "garbled"])
+def test_a_checkpoint_cut_short_is_recognised(finished, tmp_path, damage, capsys):
+    out = tmp_path / "out"
+    shutil.copytree(finished, out)
+    whole, broken = sorted((out / "checkpoints").iterdir())
+    model = broken / "model.zip"
+    match damage:
+        case "shorter":
+            model.write_bytes(model.read_bytes()[:-100])
+        case "missing":
+            model.unlink()
+        case "unlisted":
+            (broken / "checkpoint.json").unlink()
+        case "garbled":
+            (broken / "checkpoint.json").write_text('{"files": {"model')
+    found, left_out = checkpoints.newest(out / "checkpoints")
+    assert (found.folder, left_out) == (whole, [broken])
+    assert run(preset(tmp_path), out) == 0
+    assert "was cut short and is removed" in capsys.readouterr().out.replace("\n", " ")
+    assert not broken.exists()
+
+
+def test_a_folder_holds_one_run(finished, tmp_path, capsys):
+    with pytest.raises(SystemExit) as error:
+        run(preset(tmp_path), finished, "--seed", "4")
+    assert error.value.code == 2
+    assert "holds a run with seed = 0, not 4; choose another --out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", presets.names())
+def test_presets_make_sense(name):
+    preset = presets.read(name)
+    assert preset.algorithm in learning.ALGORITHMS
+    env = make_env(preset.world)
+    env.reset(seed=0)
+    env.close()
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ('algorithm = "DQN"\n[learner]', "unknown algorithm 'DQN'; choose from PPO, RecurrentPPO, SAC"),
+        ("seed = 3", "must set algorithm"),
+        ('algorithm = "PPO"\nstep = 3\n[learner]', "did you mean 'steps'"),
+        ('algorithm = "PPO"\n[learner]\n[world]\nprices = 3', "did you mean 'price'"),
+        ('algorithm = "PPO"\n[learner]\n[world]\nobservation = ["poses"]', "did you mean 'pose'"),
+        ('algorithm = "PPO"\n[learner]\n[world]\nsigma_deg = [5, 2]', "least and the largest"),
+        ('algorithm = "PPO"\nenvs = 0\n[learner]', "envs must be an integer of at least 1, got 0"),
+        ("algorithm =", "Invalid value"),
+    ],
+)
+def test_a_preset_that_makes_no_sense_is_told_in_a_line(tmp_path, capsys, content, said):
+    path = tmp_path / "mine.toml"
+    path.write_text(content)
+    with pytest.raises(SystemExit) as error:
+        run(path, tmp_path / "out")
+    assert error.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("algorithm", ["PPO", "SAC"])
+def test_a_learner_begins_with_a_copy_of_a_sweep(algorithm, tmp_path):
+    path = preset(tmp_path, algorithm, 10)
+    text = path.read_text().replace("['pose', 'names', 'time']", "['rhythm']").replace("[8]", "[32]")
+    path.write_text(text + "\n[sweep]\ndecisions = 100\nepochs = 500\nsideways = 0.8\nflexion = 0.4\nopening = 0.3\n")
+    assert run(path, tmp_path / "out") == 0
+    model = learning.ALGORITHMS[algorithm].load(tmp_path / "out" / "best_model.zip")
+    sweep, hand = presets.read(str(path)).sweep, gym.make("HapticSLAM/TwoFinger-v0").unwrapped.hand
+    seconds = np.arange(0.0, 0.4, 0.1)  # of an episode, which is as far as it has seen
+    turns = np.pi * seconds
+    seen = np.stack([np.sin(turns), np.cos(turns), np.sin(2 * turns), np.cos(2 * turns)], axis=1).astype(np.float32)
+    copied, _ = model.predict(seen, deterministic=True)
+    np.testing.assert_allclose(copied, sweep.torques(seconds, hand), atol=0.1)
+    thumb, index = sweep.torques(seconds, hand)[:, :4], sweep.torques(seconds, hand)[:, 4:]
+    np.testing.assert_array_equal(thumb[:, 0], -index[:, 0])
+    np.testing.assert_array_equal(thumb[:, 1:], index[:, 1:])
+
+
+def test_sizes_of_evaluation_are_not_trained_with():
+    world = World(seconds=0.1, observation=("time",), variants=2, samples=1)
+    scales: dict[bool, set[float]] = {True: set(), False: set()}
+    for held_out, found in scales.items():
+        env = make_env(world, held_out)
+        env.reset(seed=0)
+        for _ in range(30):
+            env.reset()
+            solid = env.unwrapped.solid
+            found.add(round(solid.size[0] / solid.shape.default_size[0], 4))
+        env.close()
+    assert not scales[True] & scales[False]
+    assert 0.8 <= min(scales[False]) < min(scales[True]) < max(scales[True]) < max(scales[False]) <= 1.2
+
+
+def test_sigma_is_drawn_for_each_episode_and_told_to_the_observer():
+    env = make_env(World(seconds=0.1, observation=("time",), variants=2, samples=1, sigma_deg=(1.0, 5.0)))
+    env.reset(seed=0)
+    drawn = set()
+    for _ in range(10):
+        env.reset()
+        (white,) = env.unwrapped.proprioception.noises
+        assert env.get_wrapper_attr("observer").pose.sigma == pytest.approx(white.sigma)
+        assert 1.0 <= np.rad2deg(white.sigma) <= 5.0
+        drawn.add(white.sigma)
+    assert len(drawn) == 10
+    env.close()
