@@ -13,8 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from haptic_env.pose import Pose
 from observer.belief import Belief, Transition
 from observer.fastslam import LAG_SECONDS, RESOLUTION
+from observer.gaussian import regression
 from observer.occupancy import OccupancySnapshot
 from observer.pose_filter import ContactDynamics, PoseFilter
 
@@ -64,9 +66,13 @@ class PoseOnly:
         self._belief = self._now(ago=0)
         return self._belief
 
-    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Belief:
-        """One turn, as `HapticSLAM.step`."""
+    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
+        """One turn, as `HapticSLAM.step`; raises `ValueError` for a `root` too: where no map is, it means nothing."""
         felt = self._running()
+        if root is not None:
+            raise ValueError(
+                f"PoseOnly maps nothing, so a hand that moves as a whole needs HapticSLAM; got root={root}"
+            )
         u = validate.array("torque", torque, (self.hand.joints,))
         q = validate.array("joint_angles", joint_angles, (self.hand.joints,), "radians")
         z = validate.binary("contacts", contacts, (len(self.hand.patches),))
@@ -91,9 +97,9 @@ class PoseOnly:
         self._told = len(felt) - ago
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + self.stride)
         mean, covariance = self.pose.mean, self.pose.covariance
-        past = covariance[before, before] + 1e-12 * np.eye(self.hand.joints)
-        follow = np.asarray(np.linalg.solve(past, covariance[before, now])).T
-        rest = covariance[now, now] - follow @ covariance[before, now]
+        cross = np.ascontiguousarray(covariance[before, now])
+        follow = regression(np.ascontiguousarray(covariance[before, before]), cross)
+        rest = covariance[now, now] - follow @ cross
         transition = Transition(mean[now].copy(), follow, mean[before].copy(), rest)
         return self._now(ago, lagged_contacts=felt[-1 - ago], transition=transition)
 
@@ -107,6 +113,7 @@ class PoseOnly:
             lagged_joint_angles=mean[lagged].copy(),
             lagged_joint_std=np.sqrt(variance[lagged]),
             lagged_covariance=covariance[lagged, lagged].copy(),
+            lagged_root=None,
             lag_steps=min(ago, self.lag),
             grid=self.grid,
             weights=np.ones(1),

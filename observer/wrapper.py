@@ -52,6 +52,7 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
     def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         observation, reward, terminated, truncated, info = self.env.step(action)
         felt = observation["joint_angles"], observation["contacts"]
+        self.belief = None  # the last one's map would be computed just before it changes
         told = self._told(self.observer.step(action, *felt, info.get("root")))  # of a hand that moves as a whole
         if terminated or truncated:
             for belief in self.observer.flush():
