@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -26,15 +27,28 @@ POLICIES: dict[str, type[Policy]] = {
     "trained": Trained,
 }
 
-__all__ = ["POLICIES", "Guided", "Policy", "act", "make"]
+__all__ = ["POLICIES", "Guided", "Policy", "act", "find", "make"]
+
+
+def find(name: str, called: str = "policy") -> type[Policy]:
+    """The policy `name`; `Sb3` for the path of a saved model (*.zip). Raises `ValueError` for neither; `called`: what
+    the name is called there."""
+    if not name.endswith(".zip"):
+        return POLICIES[validate.choice(called, name, POLICIES)]
+    if not Path(name).is_file():
+        raise ValueError(f"{called} must be a policy's name or a model that exists, got {name!r}")
+    return Sb3
 
 
 def make(name: str, env: gym.Env[Any, Any], seed: int | None = None, **keywords: Any) -> Policy:
-    """Make the policy `name` for `env`; raises `ValueError` for an unknown name or keyword.
+    """Make the policy `name`, or that of the saved model (*.zip) at the path `name`, for `env`; raises `ValueError` for
+    an unknown name or keyword.
 
     Policies that are `guided` need an `env` with an `ObserverWrapper` (`agents.policy.Guided`).
     """
-    policy = POLICIES[validate.choice("policy", name, POLICIES)]
+    policy = find(name)
+    if name.endswith(".zip"):
+        keywords = {"path": name, **keywords}
     parameters = inspect.signature(policy).parameters.values()
     valid = [each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY]
     validate.keywords(f"{name} policy", keywords, valid)

@@ -100,7 +100,12 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     for name, value in DEFAULTS.items():
         flag = "--" + name.replace("_", "-")
         add(flag, nargs="+", type=float, default=[value], help=f"as the environment's, one or more (default {value:g})")
-    add("--policy", nargs="+", default=["random_torque"], help=f"{', '.join(agents.POLICIES)} (default random_torque)")
+    add(
+        "--policy",
+        nargs="+",
+        default=["random_torque"],
+        help=f"{', '.join(agents.POLICIES)}, or a saved model.zip (default random_torque)",
+    )
     add("--seconds", nargs="+", type=float, default=[10.0], help="of an exploration, one or more (default 10)")
     add(
         "--trials",

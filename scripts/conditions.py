@@ -36,7 +36,7 @@ class Condition:
         sensors.Proportional(self.proportional)
         sensors.MotorNoise(self.motor_noise)
         sensors.ContactDetection(self.contact_miss, self.contact_false_alarm)
-        validate.choice("--policy", self.policy, agents.POLICIES)
+        agents.find(self.policy, "--policy")
         validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
 
     @property

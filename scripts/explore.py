@@ -83,7 +83,7 @@ class Settings:
         if self.seconds is not None:
             validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
         validate.integer("--particles", self.particles, 1, 100_000)
-        validate.choice("--policy", self.policy, agents.POLICIES)
+        agents.find(self.policy, "--policy")
         validate.integer("--seed", self.seed, 0, 2**32 - 1)
 
 
@@ -115,7 +115,11 @@ def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
     add("--seconds", type=float, help="how long to explore (default 10, or as long as the recording)")
     add("--particles", type=int, help="hypotheses of the observer (default 200)")
-    add("--policy", default="random_torque", help=f"{', '.join(agents.POLICIES)} (default random_torque)")
+    add(
+        "--policy",
+        default="random_torque",
+        help=f"{', '.join(agents.POLICIES)}, or a saved model.zip (default random_torque)",
+    )
     add("--seed", type=int, help="the same seed is the same exploration (default 0)")
     add("--recording", metavar="FILE", help="let the hand repeat this recording: .npz, or the .txt of a CyberGlove")
     add("--part", metavar="NAME", help="which recording, of a file that holds several")

@@ -123,11 +123,16 @@ class Task:
     @property
     def name(self) -> str:
         """The same as the name of a file."""
-        told = [f"{name}={value}" for name, value in asdict(self.condition).items()]
-        shape = self.shape
-        if shape not in shapes.SHAPES:  # a path: its name alone may be that of another file too
-            shape = f"{Path(shape).stem}-{hashlib.sha256(shape.encode()).hexdigest()[:8]}"
-        return "_".join([*told, shape, str(self.seed)])
+        told = [f"{name}={_part(value)}" for name, value in asdict(self.condition).items()]
+        return "_".join([*told, _part(self.shape), str(self.seed)])
+
+
+def _part(value: Any) -> str:
+    """`value` as a part of a file's name: of a path its own name, which may be that of another file too, is not
+    enough."""
+    if not isinstance(value, str) or value in shapes.SHAPES or value in agents.POLICIES:
+        return str(value)
+    return f"{Path(value).stem}-{hashlib.sha256(value.encode()).hexdigest()[:8]}"
 
 
 def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:

@@ -197,7 +197,7 @@ def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePo
 
     They are the policy's own, so that the exploration is the same whichever observers watch it.
     """
-    kind = agents.POLICIES[policy]
+    kind = agents.find(policy)
     if not kind.guided:
         return env
     hand = env.unwrapped.hand  # type: ignore[attr-defined]

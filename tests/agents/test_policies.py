@@ -11,6 +11,7 @@ from scipy import stats
 
 import agents
 import haptic_env
+from agents.sb3 import SHIPPED
 from observer import HapticSLAM, ObserverWrapper, ShapePosterior
 
 
@@ -149,6 +150,12 @@ def test_unknown_policy_lists_the_known(env):
     ) as error:
         agents.make("random_torques", env)
     assert all(name in str(error.value) for name in agents.POLICIES)
+
+
+def test_the_path_of_a_model_stands_for_a_name():
+    assert agents.find(str(SHIPPED)) is agents.POLICIES["sb3"]
+    with pytest.raises(ValueError, match=r"--policy must be a policy's name or a model that exists, got 'nowhere\.zip'"):
+        agents.find("nowhere.zip", "--policy")
 
 
 def test_unknown_keyword_lists_the_known(pair):
