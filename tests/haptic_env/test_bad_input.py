@@ -10,6 +10,7 @@ import pytest
 
 from haptic_env import shapes
 from haptic_env.explore import ExploreEnv
+from observer.kinematics import link_frames, tree_of
 
 KEYWORDS = ("shape", "sigma_deg", "motor_noise", "size_jitter", "episode_seconds", "control_hz", "render_mode")
 
@@ -144,7 +145,7 @@ def test_impossible_actions_are_refused(env_id, make, build, message):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"colour": "red"}, "unknown reset option 'colour'; choose from position, quaternion, shape, size"),
+        ({"colour": "red"}, "unknown reset option 'colour'; choose from position, quaternion, shape, sigma_deg, size"),
         ({"shape": "cubee"}, "unknown shape 'cubee'"),
         ({"size": [0.05, 0.05]}, r"object size must be finite numbers of shape \(3,\) in m, got shape \(2,\)"),
         ({"size": [0.05, np.nan, 0.05]}, "object size must be finite numbers .*nan"),
@@ -155,12 +156,20 @@ def test_impossible_actions_are_refused(env_id, make, build, message):
         ({"position": "here"}, "object position must be finite numbers .*'here'"),
         ({"quaternion": [0.0, 0.0, 0.0, 0.0]}, r"object quaternion \(wxyz\) must not be zero"),
         ({"quaternion": [1.0, 0.0, 0.0]}, r"object quaternion must be finite numbers of shape \(4,\)"),
-        ({"size": [0.12] * 3}, "lies where the hand rests .*it touches .*; place it closer"),
     ],
 )
 def test_impossible_options_are_refused(env_id, make, options, message):
     with _refused(message):
         make(env_id).reset(seed=0, options={"shape": "cube", **options})
+
+
+def test_an_object_where_the_hand_rests_is_refused(env_id, make):
+    env = make(env_id)
+    hand = env.unwrapped.hand
+    ends = link_frames(tree_of(hand), hand.rest_pose)[0]
+    nearest = ends[np.argmin(np.linalg.norm(ends - hand.grasp_centre, axis=1))]
+    with _refused("lies where the hand rests .*it touches .*; place it closer"):
+        env.reset(seed=0, options={"shape": "cube", "position": nearest})
 
 
 @pytest.mark.parametrize("options", ["cube", ["shape", "cube"], 3])

@@ -13,6 +13,7 @@ from haptic_env.scene import PHYSICS_SECONDS
 from haptic_env.touch import Touch
 
 DEEPEST = 0.001  # metres
+DEEPEST_WHOLE_HAND = 0.0015  # whose joints are stronger
 JITTER = {"size_jitter": 0.1, "position_jitter": 0.003, "yaw_jitter": 180.0}
 
 
@@ -47,7 +48,7 @@ def test_full_torque_does_not_push_a_finger_into_the_object(env_id, make, shape)
             for _ in range(60):
                 observation = env.step(push.astype(np.float32))[0]
                 touched |= observation["contacts"].any()
-                assert _depth(env, env.solid) < DEEPEST
+                assert _depth(env, env.solid) < (DEEPEST if joints <= 8 else DEEPEST_WHOLE_HAND)
     assert touched
 
 
