@@ -89,7 +89,7 @@ class Maps:
 
     def weights_changed(self) -> None:
         """Take note that the mean changes wherever particles differ."""
-        self.stale |= self.touched & self.seen
+        self.stale[self.cells] |= self.touched[self.cells] & self.seen[self.cells]
 
     def copy(self, source: NDArray[np.int64], target: NDArray[np.int64]) -> None:
         """Overwrite the maps of the particles `target` (C,) with those of `source` (C,); none may be in both."""
