@@ -107,7 +107,7 @@ def draw(lines: pd.DataFrame) -> Figure:
         for index, noise in enumerate(noises):
             cells = mine[(mine["measure"] == measure) & (mine["sigma_deg"] == noise)].set_index("policy")
             offset = 0.3 * ((index + 0.5) / len(noises) - 0.5)
-            _draw_rows(axes, cells.loc[policies], offset, colours[noise], f"σ = {noise:g}°")
+            _draw_rows(axes, cells.reindex(policies), offset, colours[noise], f"σ = {noise:g}°")
         axes.set_title(heading)
         axes.set_xlim(left=0)
         axes.tick_params(axis="y", length=0)

@@ -67,6 +67,13 @@ def test_the_quick_one_is_known_to_be_quick(rows: pd.DataFrame, tmp_path: Path) 
     assert set(lines["trials"]) == {40}
 
 
+def test_a_policy_without_a_trial_at_one_noise_is_left_out_there(rows: pd.DataFrame, tmp_path: Path) -> None:
+    more = rows[rows["policy"] == "quick"].assign(sigma_deg=5.0)
+    policies.save(pd.concat([rows, more]), tmp_path)
+    lines = pd.read_csv(tmp_path / "policies.csv")
+    assert set(lines[lines["sigma_deg"] == 5.0]["policy"]) == {"quick"}
+
+
 class _Breaking(agents.Policy):
     """Commands nothing, then what no motor can do."""
 
