@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
 from haptic_env.pose import Pose
+from observer.gaussian import regression
 from observer.occupancy import OccupancySnapshot
 
 Array = NDArray[np.float64]
@@ -26,6 +27,13 @@ class Transition(NamedTuple):
     follow: Array
     before: Array
     rest: Array
+
+    @classmethod
+    def between(cls, mean: Array, covariance: Array, before: slice, now: slice) -> Transition:
+        """From the part `before` to the part `now` of one Gaussian of `mean` (S,) and `covariance` (S, S)."""
+        cross = np.ascontiguousarray(covariance[before, now])
+        follow = regression(np.ascontiguousarray(covariance[before, before]), cross)
+        return cls(mean[now].copy(), follow, mean[before].copy(), covariance[now, now] - follow @ cross)
 
 
 @dataclass(frozen=True, eq=False)

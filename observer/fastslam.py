@@ -176,12 +176,11 @@ class HapticSLAM:
         """
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + 1)
         mean, covariance = self.pose.mean, self.pose.covariance
-        past, cross = np.ascontiguousarray(covariance[before, before]), covariance[before, now]
+        past = np.ascontiguousarray(covariance[before, before])
         drawn_about, factor = self._drawn
         self._poses = mean[before] + moved_along(self._poses - drawn_about, factor, lower_factor(past))
         self._drawn = mean[now].copy(), lower_factor(covariance[now, now])
-        follow = regression(past, np.ascontiguousarray(cross))
-        return Transition(mean[now].copy(), follow, mean[before].copy(), covariance[now, now] - follow @ cross)
+        return Transition.between(mean, covariance, before, now)
 
     def _match_and_map(
         self, proposal: Transition, contacts: NDArray[np.bool_], ago: int

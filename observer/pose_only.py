@@ -16,7 +16,6 @@ from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from observer.belief import Belief, Transition
 from observer.fastslam import LAG_SECONDS, RESOLUTION
-from observer.gaussian import regression
 from observer.occupancy import OccupancySnapshot
 from observer.pose_filter import ContactDynamics, PoseFilter
 
@@ -96,11 +95,7 @@ class PoseOnly:
         felt = self._running()
         self._told = len(felt) - ago
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + self.stride)
-        mean, covariance = self.pose.mean, self.pose.covariance
-        cross = np.ascontiguousarray(covariance[before, now])
-        follow = regression(np.ascontiguousarray(covariance[before, before]), cross)
-        rest = covariance[now, now] - follow @ cross
-        transition = Transition(mean[now].copy(), follow, mean[before].copy(), rest)
+        transition = Transition.between(self.pose.mean, self.pose.covariance, before, now)
         return self._now(ago, lagged_contacts=felt[-1 - ago], transition=transition)
 
     def _now(self, ago: int, **told: Any) -> Belief:

@@ -227,15 +227,12 @@ class Bench:
             )
             for name, present in STAGES.items()
         ]
-        slam = self.slams[self.size.few, self.size.coarse]
-        poses = slam.n_particles * (slam.n_candidates + 1)  # and the one at which the map is written
         frames = 1e6 * found["kinematics"]
-        note = f"{poses} poses: {poses * np.median(frames):.0f} µs, a part of match and map"
+        note = "forward kinematics; done a few times a step, whatever N is"
         return [*rows, Figure("kinematics of one pose", "µs", *_spread(frames), note)]
 
     def _of_memory(self, found: Values, touched: dict[int, float], large: dict[str, float]) -> list[Figure]:
         size, note = self.size, "lines of its map that changed, read and written"
-        maps = size.many * size.fine**3
         return [
             Figure("copy bandwidth", "GB/s", *_spread(found["bandwidth"] / 1e9), "np.copyto, read and written"),
             *(Figure(f"bytes a step and particle, {n}³", "B", each, note=note) for n, each in touched.items()),
@@ -243,7 +240,7 @@ class Bench:
                 f"memory, N = {size.many}, {size.fine}³",
                 "MB",
                 large["after"] / 1e6,
-                note=f"peak of a process; {large['before'] / 1e6:.0f} before the trial, maps have {maps / 1e6:.0f}",
+                note=f"peak of a process; {large['before'] / 1e6:.0f} before the trial",
             ),
         ]
 
