@@ -35,6 +35,13 @@ class Transition(NamedTuple):
         follow = regression(np.ascontiguousarray(covariance[before, before]), cross)
         return cls(mean[now].copy(), follow, mean[before].copy(), covariance[now, now] - follow @ cross)
 
+    def then(self, following: Transition) -> Transition:
+        """This and the `following` step as one."""
+        mean, follow, before, rest = following
+        return Transition(
+            mean + follow @ (self.mean - before), follow @ self.follow, self.before, rest + follow @ self.rest @ follow.T
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Belief:

@@ -26,7 +26,7 @@ from scipy.special import expit
 from haptic_env import shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
-from observer.belief import Belief
+from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
 from observer.kinematics import placed, tree_of
 from observer.parts import parts_of
@@ -36,11 +36,11 @@ from observer.solid_variants import Variants
 
 Array = NDArray[np.float64]
 NONE = "none"
-FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step
+FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step taken in
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
-KNOWN = {"samples": 32, "stride": 1}
-UNKNOWN = {"samples": 16, "stride": 3}  # with jitter
+KNOWN = {"samples": 48, "stride": 4, "temper": 0.2}
+UNKNOWN = {"samples": 16, "stride": 3, "temper": 0.05}  # with jitter
 
 
 class Hypotheses(NamedTuple):
@@ -69,7 +69,7 @@ class ShapePosterior:
         tolerance: float = 0.001,
         press: float = 0.0,
         surprise: float = 0.001,
-        temper: float = 0.05,
+        temper: float | None = None,
         stride: int | None = None,
     ) -> None:
         """`candidates`: the solids that each label may be, equally probable; None: the four shapes at their default
@@ -81,9 +81,9 @@ class ShapePosterior:
 
         `samples` S of the pose; `tolerance` m: SD of the gap between a patch that feels contact and the surface;
         `press` m: how deep a link that feels contact may lie inside, as in recordings that were fitted to markers;
-        `surprise`: probability of what the model cannot explain; `temper`: exponent of the evidence of one step;
-        only one step in `stride` is taken in. None: 32 samples and stride 1 for solids that are known exactly, 16 and 3
-        for others.
+        `surprise`: probability of what the model cannot explain; only one step in `stride` is taken in, and `temper`
+        is the exponent of its evidence. None: 48 samples, stride 4 and 0.2 for solids that are known exactly, 16, 3
+        and 0.05 for others.
 
         Raises `ValueError` for a value out of range.
         """
@@ -112,7 +112,7 @@ class ShapePosterior:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
         usual = UNKNOWN if self.variants.unknown else KNOWN
         self.samples = validate.integer("samples", usual["samples"] if samples is None else samples, 1)
-        self.temper = validate.number("temper", temper, 0.0, 1.0, above=0.0)
+        self.temper = validate.number("temper", usual["temper"] if temper is None else temper, 0.0, 1.0, above=0.0)
         self.stride = validate.integer("stride", usual["stride"] if stride is None else stride, 1)
         self._solids_of = np.array([len(solids) for solids in candidates.values()])
         self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
@@ -131,6 +131,7 @@ class ShapePosterior:
         self._weights = np.full((len(self._parts.column), len(self._units), self.samples), 1.0 / self.samples)
         self._likelihood = np.empty_like(self._weights)
         self._habit = Habit(len(self.hand.patches))
+        self._moved: Transition | None = None  # how the pose moved since the samples did
         self._steps = 0
         return self.posterior
 
@@ -166,10 +167,13 @@ class ShapePosterior:
         """Take in what `belief` felt at its lagged pose; returns the posterior (C,)."""
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
-        self._propagate(belief)
+        moved = self._moved
+        self._moved = belief.transition if moved is None else moved.then(belief.transition)
         self._steps += 1
         if self._steps % self.stride:
             return self.posterior
+        self._propagate(self._moved, belief.lagged_covariance, anew=self._steps == self.stride)
+        self._moved = None
         if self.none:
             self._habit.update(belief.lagged_contacts)
         contact_likelihood(
@@ -194,17 +198,16 @@ class ShapePosterior:
             self._solids = self.variants.place(self._units)
         return self.posterior
 
-    def _propagate(self, belief: Belief) -> None:
-        """Move the samples on by one step; some start anew, so that none are stuck where they once were."""
-        assert belief.transition is not None
-        mean, follow, before, rest = belief.transition
+    def _propagate(self, transition: Transition, covariance: Array, anew: bool) -> None:
+        """Move the samples on; some start anew, from the `covariance` (J, J) of the pose, so that none are stuck where
+        they once were: all of them where the pose before was not known."""
+        mean, follow, before, rest = transition
         joint = self._parts.joint
         normals = self._rng.standard_normal((self.samples, self.hand.joints))
         noise = normals @ lower_factor(rest).T
         self._poses = mean[joint] + (self._poses - before[joint]) @ self._parts.follow(follow).T + noise[:, joint]
-        # Where the first pose was not known, no sample is where it was.
-        fresh = max(1, self.samples // FRESH_SHARE) if self._steps else self.samples
-        self._poses[:fresh] = (mean + normals[:fresh] @ lower_factor(belief.lagged_covariance).T)[:, joint]
+        fresh = self.samples if anew else max(1, self.samples // FRESH_SHARE)
+        self._poses[:fresh] = (mean + normals[:fresh] @ lower_factor(covariance).T)[:, joint]
         self._weights[:, :, :fresh] = 1.0 / self.samples
         self._weights /= self._weights.sum(axis=-1, keepdims=True)
 
