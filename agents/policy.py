@@ -27,6 +27,8 @@ class Policy(ABC):
     """Whether it reads beliefs, so that `env` must have an `ObserverWrapper` (see `Guided`)."""
     asks_shape: ClassVar[bool] = False
     """Whether it also asks what the object may be, so that the wrapper must have a `shape`."""
+    blind: ClassVar[bool] = False
+    """Whether it commands the same whatever is felt."""
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
         self.joints: int = env.action_space.shape[0]  # type: ignore[index]

@@ -19,6 +19,8 @@ class RandomTorque(Policy):
     step, so that torques decay to zero.
     """
 
+    blind = True
+
     def __init__(
         self, env: gym.Env[Any, Any], seed: int | None = None, *, sd: float = 1.0, seconds: float = 0.3
     ) -> None:

@@ -35,6 +35,8 @@ class Synergy(Policy):
     Raises `ValueError` for a value out of range or recordings of other joints.
     """
 
+    blind = True
+
     def __init__(
         self,
         env: gym.Env[Any, Any],

@@ -5,6 +5,7 @@ Shapes: J joints, P patches. Angles in radians, lengths in metres, world frame.
 
 from __future__ import annotations
 
+import copy
 import inspect
 import os
 import warnings
@@ -22,7 +23,6 @@ from haptic_env.shapes.base import Solid
 from haptic_env.touch import Touch
 
 Observation = dict[str, NDArray[Any]]
-ANGLE_BOUND = 4 * np.pi  # of the observation space; joints stay within ±pi and noise is added
 DRAWS = 100  # of an object that varies, before it is said to lie where the hand rests
 RESET_OPTIONS = ("position", "quaternion", "shape", "sigma_deg", "size")
 
@@ -84,7 +84,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.metadata = {**type(self).metadata, "render_fps": round(1 / step_seconds)}
         self.episode_steps = max(1, round(self.episode_seconds / step_seconds))
 
-        self._white = sensors.White(sigma_deg)
+        self.sigma_deg = validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")
         self._other_noises = (
             sensors.Bias(bias_deg),
             sensors.Drift(drift_deg, drift_seconds, step_seconds),
@@ -93,13 +93,13 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.contact_detection = sensors.ContactDetection(contact_miss, contact_false_alarm)
         self.motor_noise = sensors.MotorNoise(motor_noise)
 
-        joints = self.hand.joints
+        joints, bound = self.hand.joints, sensors.FeltAngles.BOUND
+        self._joints = (joints,)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints,), np.float32)
         self.observation_space = gym.spaces.Dict(  # type: ignore[assignment]
-            joint_angles=gym.spaces.Box(-ANGLE_BOUND, ANGLE_BOUND, (joints,), np.float32),
+            joint_angles=gym.spaces.Box(-bound, bound, (joints,), np.float32),
             contacts=gym.spaces.MultiBinary(len(self.hand.patches)),
         )
-        self._low, self._high = np.full(joints, -ANGLE_BOUND), np.full(joints, ANGLE_BOUND)
         self._model: mujoco.MjModel | None = None
         self._data: Any = None
         self._renderer: Any = None
@@ -116,14 +116,13 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         self._model = None  # until the new episode is known to be possible
         # One stream for each source of chance: the same seed is the same exploration whatever the noise.
         streams = self.np_random.spawn(4)
-        world_rng, self._motor_rng, self._proprioception_rng, self._contact_rng = streams
+        world_rng, self._motor_rng, proprioception_rng, self._contact_rng = streams
+        self._proprioception_seed: Any = proprioception_rng.bit_generator.seed_seq
         if options is not None and not isinstance(options, Mapping):
             raise ValueError(f"reset options must be a dictionary of {', '.join(RESET_OPTIONS)}, got {options!r}")
         model = self._place_solid(world_rng, options or {})
         sigma = (options or {}).get("sigma_deg")
-        white = self._white if sigma is None else sensors.White(sigma)
-        self.proprioception = sensors.Proprioception([white, *self._other_noises])
-        self.proprioception.reset(self._proprioception_rng, self.hand.joints)
+        self.felt_angles = self.felt_at(self.sigma_deg if sigma is None else sigma)
         self._steps = 0
         self._model = model
         observation = self._observe()
@@ -139,7 +138,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         """
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before step()")
-        command = validate.array("action", action, self._low.shape)
+        command = validate.array("action", action, self._joints)
         listed = command.tolist()  # a handful of numbers: faster than NumPy
         if max(listed) > 1.0 or min(listed) < -1.0:
             raise ValueError(f"action must lie in [-1, 1], got {listed}")
@@ -155,6 +154,13 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         if self.render_mode == "human":
             self.render()
         return observation, 0.0, False, self._steps >= self.episode_steps, self._info()
+
+    def felt_at(self, sigma_deg: float) -> sensors.FeltAngles:
+        """How the angles of this episode are felt at `sigma_deg`, to be asked from the reset on: what an episode of the
+        same seed and torques would give, bit for bit."""
+        noises = [sensors.White(sigma_deg), *copy.deepcopy(self._other_noises)]
+        rng = np.random.default_rng(self._proprioception_seed)
+        return sensors.FeltAngles(sensors.Proprioception(noises), rng, self.hand.joints)
 
     def render(self) -> NDArray[np.uint8] | None:
         """Show the scene with active patches lit; an (H, W, 3) picture in mode "rgb_array"."""
@@ -245,12 +251,9 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         return self._touch.feel()
 
     def _observe(self) -> Observation:
-        felt = self.proprioception.sample(self._proprioception_rng, self._data.qpos)
         contacts = self.contact_detection.sample(self._contact_rng, self._touched)
-        np.maximum(felt, self._low, out=felt)
-        np.minimum(felt, self._high, out=felt)
         return {
-            "joint_angles": felt.astype(np.float32),
+            "joint_angles": self.felt_angles(self._data.qpos),
             "contacts": contacts.astype(np.int8),
         }
 

@@ -39,7 +39,10 @@ class Transition(NamedTuple):
         """This and the `following` step as one."""
         mean, follow, before, rest = following
         return Transition(
-            mean + follow @ (self.mean - before), follow @ self.follow, self.before, rest + follow @ self.rest @ follow.T
+            mean + follow @ (self.mean - before),
+            follow @ self.follow,
+            self.before,
+            rest + follow @ self.rest @ follow.T,
         )
 
 

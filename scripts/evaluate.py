@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import groupby
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +20,13 @@ import calibration
 import pandas as pd
 import policies
 from command_line import parse
+from conditions import Condition
 from executors import Workers, WorkersLostError, workers
 from files import atomic
 from report import parts, print_report, save_picture, summarise
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from tasks import MEASURES, Task, exemplar_tasks, run_exemplar, run_trial, versions
+from tasks import MEASURES, Task, bundles, exemplar_tasks, run_exemplars, run_trials, versions
 
 WIDTH = 120  # of what is printed to a file
 
@@ -49,13 +49,14 @@ def sweep(given: argparse.Namespace, console: Console) -> None:
     exemplars = [task for each in conditions for draw in exemplar_tasks(settings, each) for task in draw]
     with progress_on(console) as progress, workers(given.jobs, given.cluster) as team:
         console.print(f"Run by {team.told}", highlight=False)
-        make_files(team, progress, "exemplars", run_exemplar, {_file(folder, task): task for task in exemplars})
+        make_files(team, progress, "exemplars", run_exemplars, {_file(folder, task): task for task in exemplars})
         bar = progress.add_task("trials", total=len(missing))
-        for rows in team.run(run_trial, _calls(team, missing, folder)):
-            if any(row["code"] != versions()["code"] for row in rows):
-                raise ValueError("the code was changed while the sweep ran; its trials would not belong together")
-            results.append(rows)
-            progress.advance(bar)
+        for trials_of_bundle in team.run(run_trials, _calls(team, bundles(missing), folder)):
+            for rows in trials_of_bundle:
+                if any(row["code"] != versions()["code"] for row in rows):
+                    raise ValueError("the code was changed while the sweep ran; its trials would not belong together")
+                results.append(rows)
+                progress.advance(bar)
 
 
 def progress_on(console: Console) -> Progress:
@@ -65,30 +66,39 @@ def progress_on(console: Console) -> Progress:
 
 
 def make_files(
-    team: Workers, progress: Progress, what: str, work: Callable[[Task], tuple[Task, bytes]], tasks: Mapping[Path, Task]
+    team: Workers,
+    progress: Progress,
+    what: str,
+    work: Callable[[Sequence[Task]], list[tuple[Task, bytes]]],
+    tasks: Mapping[Path, Task],
 ) -> None:
-    """Let `team` do the `work` of each of `tasks` whose file is not there yet."""
+    """Let `team` do the `work` of each of `tasks` whose file is not there yet, bundle by bundle."""
     missing = {task: path for path, task in tasks.items() if not path.exists()}
     bar = progress.add_task(what, total=len(missing))
-    for task, content in team.run(work, [(task,) for task in missing]):
-        with atomic(missing[task]) as place:
-            place.write_bytes(content)
-        progress.advance(bar)
+    for made in team.run(work, [(bundle,) for bundle in bundles(missing)]):
+        for task, content in made:
+            with atomic(missing[task]) as place:
+                place.write_bytes(content)
+            progress.advance(bar)
 
 
 def _file(folder: Path, task: Task) -> Path:
     return folder / f"{task.name}.npz"
 
 
-def _calls(team: Workers, trials: Iterable[Task], folder: Path) -> Iterator[tuple[Task, Any]]:
-    """Each trial with the exemplars of its condition, which are read when their turn comes."""
-    for condition, of_condition in groupby(trials, key=lambda task: task.condition):
-        group = list(of_condition)
-        draws = exemplar_tasks(group[0].settings, condition)
-        files = [[_file(folder, each) for each in draw] for draw in draws]
-        exemplars = team.share(tuple(tuple((each.name, each.read_bytes()) for each in draw) for draw in files))
-        for task in group:
-            yield task, exemplars
+def _calls(team: Workers, trials: Iterable[tuple[Task, ...]], folder: Path) -> Iterator[tuple[Any, ...]]:
+    """Each bundle of trials with the exemplars of its conditions, which are read when their turn comes."""
+    shared: dict[Condition, Any] = {}
+    for bundle in trials:
+        conditions = [task.condition for task in bundle]
+        shared = {each: shared[each] for each in conditions if each in shared}
+        for task in bundle:
+            if task.condition not in shared:
+                draws = exemplar_tasks(task.settings, task.condition)
+                files = [[_file(folder, each) for each in draw] for draw in draws]
+                content = tuple(tuple((each.name, each.read_bytes()) for each in draw) for draw in files)
+                shared[task.condition] = team.share(content)
+        yield bundle, *(shared[each] for each in conditions)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -31,7 +31,7 @@ from plates.figure6 import TITLES
 from plates.plate import PRINT
 from report import SLAM, parts
 from rich.console import Console
-from showing import Showing, file_of, read, run_showing
+from showing import Showing, file_of, read, run_showings
 from tasks import STREAM, Task
 
 from haptic_env import shapes, validate
@@ -140,7 +140,7 @@ def explorations(given: argparse.Namespace, names: Iterable[str], console: Conso
     if not all(path.exists() for path in tasks):
         with progress_on(console) as progress, workers(sweep.jobs, sweep.cluster) as team:
             console.print(f"Run by {team.told}", highlight=False)
-            make_files(team, progress, "explorations", run_showing, tasks)
+            make_files(team, progress, "explorations", run_showings, tasks)
     hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
     for name, several in wanted.items():
         yield name, FROM_EXPLORATIONS[name].draw(several, find, hand)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -76,8 +77,12 @@ class Showing:
         return max(0, int(np.searchsorted(self.seconds[self.step - 1], seconds + 1e-9)) - 1)
 
 
-def run_showing(task: Task) -> tuple[Task, bytes]:
-    """Explore, in a worker; a `Showing` as the content of an .npz file."""
+def run_showings(tasks: Sequence[Task]) -> list[tuple[Task, bytes]]:
+    """Explore, in a worker; for each of `tasks` a `Showing` as the content of an .npz file."""
+    return [(task, _show(task)) for task in tasks]
+
+
+def _show(task: Task) -> bytes:
     trial = make_trial(task, naming=True)
     watcher = trial.watchers[SLAM]
     every = max(1, round(1.0 / (FRAMES_PER_SECOND * trial.step_seconds)))
@@ -119,7 +124,7 @@ def run_showing(task: Task) -> tuple[Task, bytes]:
     # A map changes little from frame to frame: the differences of the bits are mostly zeros, which take no room.
     changes = np.diff(showing.occupancy.view(np.uint16), axis=0, prepend=np.uint16(0))
     np.savez_compressed(file, **{**vars(showing), "occupancy": changes})
-    return task, file.getvalue()
+    return file.getvalue()
 
 
 def file_of(folder: Path, task: Task) -> Path:

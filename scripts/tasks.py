@@ -6,23 +6,25 @@ import hashlib
 import importlib.metadata
 import io
 import platform
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from zipfile import BadZipFile
 
 import gymnasium as gym
 import numpy as np
 from conditions import Condition
+from numpy.typing import NDArray
 from results import KEY, Key
-from trial import Account, Exploration, Trial, candidates_of, guided, make_observers
+from trial import TRUE_POSE, Account, Exploration, Trial, candidates_of, guided, make_observers
 
 import agents
 import haptic_env
 import observer as observer_package
 from haptic_env import shapes, validate
+from haptic_env.grid import Grid
 from observer import ShapePosterior, metrics, variants
 from observer.classifiers import CLASSIFIERS, MapClassifier
 
@@ -121,6 +123,11 @@ class Task:
         return (*astuple(self.condition), self.shape, self.seed)
 
     @property
+    def told_sigma(self) -> float:
+        """Degrees: the sigma that its observers believe in."""
+        return self.condition.sigma_deg * self.settings.believed_sigma
+
+    @property
     def name(self) -> str:
         """The same as the name of a file."""
         told = [f"{name}={_part(value)}" for name, value in asdict(self.condition).items()]
@@ -135,17 +142,38 @@ def _part(value: Any) -> str:
     return f"{Path(value).stem}-{hashlib.sha256(value.encode()).hexdigest()[:8]}"
 
 
-def explore(task: Task, naming: bool) -> tuple[Exploration, dict[str, Account]]:
-    """Run the exploration of `task`."""
-    trial = make_trial(task, naming)
+def bundles(tasks: Iterable[Task]) -> list[tuple[Task, ...]]:
+    """`tasks` put together where they are the same exploration but for the sigma at which it is felt: hands that do not
+    heed what they feel move alike at each, so that the world and the ceiling are run once for all."""
+    together: dict[Hashable, list[Task]] = {}
+    for task in tasks:
+        sigma, *others = task.key
+        heeded = None if agents.find(task.condition.policy).blind else sigma
+        together.setdefault((task.settings, heeded, *others), []).append(task)
+    return [tuple(each) for each in together.values()]
+
+
+def explore(tasks: Sequence[Task], naming: bool) -> tuple[Exploration, dict[Task, dict[str, Account]]]:
+    """Run the exploration of `tasks`, which are a bundle; for each of them what every observer made of it."""
+    first, *further = tasks
+    trial = make_trial(first, naming, further)
     for _ in trial:
         pass
     trial.env.close()
-    return trial.finish()
+    exploration, accounts = trial.finish()
+    told = {first: {name: accounts[name] for name in first.settings.observers}}
+    for task in further:
+        told[task] = {name: accounts[_felt_by(task, name)] for name in first.settings.observers}
+    return exploration, told
 
 
-def make_trial(task: Task, naming: bool) -> Trial:
-    """The exploration of `task`, not begun."""
+def _felt_by(task: Task, observer: str) -> str:
+    """The name of `observer` in the trial of a bundle in which `task` is not the first."""
+    return observer if observer == TRUE_POSE else f"{observer} at {task.condition.sigma_deg}"
+
+
+def make_trial(task: Task, naming: bool, further: Sequence[Task] = ()) -> Trial:
+    """The exploration of `task` and of those that are in one bundle with it, not begun."""
     settings, condition = task.settings, task.condition
     env = gym.make(
         settings.env,
@@ -159,11 +187,17 @@ def make_trial(task: Task, naming: bool) -> Trial:
         reveal_truth=True,
     )
     hand = env.unwrapped.hand  # type: ignore[attr-defined]
-    told = condition.sigma_deg * settings.believed_sigma
-    observers = make_observers(settings.observers, hand, told, settings.particles)
+    observers = make_observers(settings.observers, hand, task.told_sigma, settings.particles)
+    felt_at: dict[str, float] = {}
+    for other in further:
+        mine = make_observers(settings.observers, hand, other.told_sigma, settings.particles)
+        renamed = {_felt_by(other, name): each for name, each in mine.items() if name != TRUE_POSE}
+        observers |= renamed
+        felt_at |= dict.fromkeys(renamed, other.condition.sigma_deg)
     posterior = shape_posterior(settings)
-    env = guided(env, condition.policy, told, shape_posterior(settings, GUIDE_VARIANTS))
-    return Trial(env, condition.policy, observers, posterior, task.seed, naming=None if naming else ())
+    env = guided(env, condition.policy, task.told_sigma, shape_posterior(settings, GUIDE_VARIANTS))
+    named = None if naming else ()
+    return Trial(env, condition.policy, observers, posterior, task.seed, naming=named, felt_at=felt_at)
 
 
 @lru_cache(maxsize=8)
@@ -181,26 +215,63 @@ def shape_posterior(settings: Settings, variants: int = 80) -> ShapePosterior:
     )
 
 
-def run_exemplar(task: Task) -> tuple[Task, bytes]:
-    """Explore once; the map that each observer ends with, as the content of an .npz file."""
-    _, accounts = explore(task, naming=False)
-    maps: dict[str, Any] = {name: account.belief.occupancy for name, account in accounts.items()}
-    file = io.BytesIO()
-    np.savez_compressed(file, **maps)
-    return task, file.getvalue()
+def run_exemplars(bundle: Sequence[Task]) -> list[tuple[Task, bytes]]:
+    """Explore once for all tasks of `bundle`; for each of them the map that every observer ends with, as the content of
+    an .npz file."""
+    _, accounts = explore(bundle, naming=False)
+    made = []
+    for task in bundle:
+        maps: dict[str, Any] = {name: account.belief.occupancy for name, account in accounts[task].items()}
+        file = io.BytesIO()
+        np.savez_compressed(file, **maps)
+        made.append((task, file.getvalue()))
+    return made
 
 
-def run_trial(task: Task, exemplars: Exemplars) -> list[dict[str, Any]]:
-    """Explore once; a row for each observer. The classifiers learn from `exemplars`, a tuple for each draw."""
-    exploration, accounts = explore(task, naming=True)
-    truth = exploration.true_angles
-    touching = exploration.contacts.any(axis=1)
-    touched = metrics.touched_places(exploration.hand, truth, exploration.contacts, exploration.solid)
-    grid = accounts[task.settings.observers[0]].belief.grid
-    cells = metrics.reachable(exploration.hand, truth, grid)
-    occupied = exploration.solid.occupancy(grid)
+def run_trials(bundle: Sequence[Task], *exemplars: Exemplars) -> list[list[dict[str, Any]]]:
+    """Explore once for all tasks of `bundle`; for each of them a row for each observer. The classifiers learn from its
+    `exemplars`, a tuple for each draw."""
+    exploration, accounts = explore(bundle, naming=True)
+    places = Places.of(exploration, next(iter(accounts[bundle[0]].values())).belief.grid)
+    return [
+        _rows(task, exploration, places, accounts[task], learnt) for task, learnt in zip(bundle, exemplars, strict=True)
+    ]
+
+
+class Places(NamedTuple):
+    """What is true of the world of an exploration: the steps (T,) at which the hand was `touching`, the places (M, 3) m
+    that it `touched`, which voxels (X, Y, Z) it could reach, `cells`, and which the object had `occupied`."""
+
+    touching: NDArray[np.bool_]
+    touched: NDArray[np.float64]
+    cells: NDArray[np.bool_]
+    occupied: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, exploration: Exploration, grid: Grid) -> Places:
+        """Those of `exploration`, in voxels of `grid`."""
+        hand, truth, contacts, solid = (
+            exploration.hand,
+            exploration.true_angles,
+            exploration.contacts,
+            exploration.solid,
+        )
+        return cls(
+            np.asarray(contacts.any(axis=1)),
+            metrics.touched_places(hand, truth, contacts, solid),
+            metrics.reachable(hand, truth, grid),
+            solid.occupancy(grid),
+        )
+
+
+def _rows(
+    task: Task, exploration: Exploration, places: Places, accounts: Mapping[str, Account], exemplars: Exemplars
+) -> list[dict[str, Any]]:
+    """The rows of one trial."""
+    truth, (touching, touched, cells, occupied) = exploration.true_angles, places
     rows = []
     for name, account in accounts.items():
+        grid = account.belief.grid
         occupancy = account.belief.occupancy
         calibration = metrics.reliability(occupancy, occupied, cells)
         right = account.posterior.argmax(axis=1) == account.labels.index(task.shape)

@@ -139,11 +139,13 @@ class Trial:
         shape: ShapePosterior,
         seed: int,
         naming: Collection[str] | None = None,
+        felt_at: Mapping[str, float] | None = None,
     ) -> None:
         """`env` with `reveal_truth=True`: the truth goes to the record and to the observer `TRUE_POSE`, to no other.
 
         `seed` fixes the world as `env.reset(seed=seed)` does, and from it the policy's and the observers' chance.
-        Every observer in `naming` (None: all) has a copy of `shape` that names the object from its beliefs.
+        Every observer in `naming` (None: all) has a copy of `shape` that names the object from its beliefs. Those in
+        `felt_at` feel the angles at that sigma, in degrees, and not at that of `env`.
         """
         self.env, self.seed = env, seed
         base = env.unwrapped
@@ -157,6 +159,7 @@ class Trial:
             name: Watcher(each, copy.copy(shape) if naming is None or name in naming else None)
             for name, each in observers.items()
         }
+        self._felt_at = dict(felt_at or {})
         self._record: list[tuple[NDArray[Any], ...]] = []
         self._roots: list[Pose | None] = []
 
@@ -169,15 +172,20 @@ class Trial:
         )
         for watcher in self.watchers.values():
             watcher.reset(self._observer_seed)
+        others = {sigma: self.env.unwrapped.felt_at(sigma) for sigma in self._felt_at.values()}  # type: ignore[attr-defined]
+        for each in others.values():
+            each(info["truth"]["joint_angles"])
         state = None
         for step in range(1, self.steps + 1):
             torque, state = agents.act(self.policy, observation, state)
             observation, _, _, _, info = self.env.step(torque)
-            felt, contacts, truth = observation["joint_angles"], observation["contacts"], info["truth"]
+            felt, contacts, true = observation["joint_angles"], observation["contacts"], info["truth"]["joint_angles"]
             root = info.get("root")
+            also = {sigma: each(true) for sigma, each in others.items()}
             for name, watcher in self.watchers.items():
-                watcher.step(step, torque, truth["joint_angles"] if name == TRUE_POSE else felt, contacts, root)
-            self._record.append((torque, felt, truth["joint_angles"], contacts.astype(bool)))
+                angles = also[self._felt_at[name]] if name in self._felt_at else felt
+                watcher.step(step, torque, true if name == TRUE_POSE else angles, contacts, root)
+            self._record.append((torque, felt, true, contacts.astype(bool)))
             self._roots.append(root)
             yield step
 

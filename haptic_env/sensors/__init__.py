@@ -2,6 +2,6 @@
 
 from haptic_env.sensors.contact import ContactDetection
 from haptic_env.sensors.motor import MotorNoise
-from haptic_env.sensors.proprioception import Bias, Drift, Proportional, Proprioception, White
+from haptic_env.sensors.proprioception import Bias, Drift, FeltAngles, Proportional, Proprioception, White
 
-__all__ = ["Bias", "ContactDetection", "Drift", "MotorNoise", "Proportional", "Proprioception", "White"]
+__all__ = ["Bias", "ContactDetection", "Drift", "FeltAngles", "MotorNoise", "Proportional", "Proprioception", "White"]

@@ -128,3 +128,22 @@ class Proprioception:
         """
         variance = sum((noise.variance(joint_angles) for noise in self.noises), np.zeros(joint_angles.shape))
         return log_normal(felt, joint_angles, np.sqrt(variance))
+
+
+class FeltAngles:
+    """The angles that are felt in one episode: called once for each step from the reset on, it gives the felt (J,) rad,
+    within `BOUND`, for the true (J,) rad."""
+
+    BOUND = 4 * np.pi  # joints stay within ±pi and noise is added
+
+    def __init__(self, proprioception: Proprioception, rng: Rng, joints: int) -> None:
+        self.proprioception = proprioception
+        self._rng = rng
+        self._low, self._high = np.full(joints, -self.BOUND), np.full(joints, self.BOUND)
+        proprioception.reset(rng, joints)
+
+    def __call__(self, joint_angles: Angles) -> NDArray[np.float32]:
+        felt = self.proprioception.sample(self._rng, joint_angles)
+        np.maximum(felt, self._low, out=felt)
+        np.minimum(felt, self._high, out=felt)
+        return felt.astype(np.float32)

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import command_line
 import evaluate
@@ -206,7 +207,7 @@ def task_of(condition: Mapping[str, object] | None = None, **changed: object) ->
 
 def test_the_object_varies_as_asked() -> None:
     still, moved = (
-        tasks.explore(task, naming=False)[0].solid
+        tasks.explore([task], naming=False)[0].solid
         for task in (task_of(), task_of(size_jitter=0.2, position_jitter=0.01, yaw_jitter=30.0))
     )
     assert still.size != moved.size
@@ -231,7 +232,7 @@ def test_a_mesh_is_a_label_and_its_name_is_no_folder(tmp_path: Path) -> None:
 def test_every_noise_reaches_the_hand(name: str) -> None:
     clear = {"drift_deg": 5.0} if name == "drift_seconds" else {}
     usual, noisy = (
-        tasks.explore(task_of({"seconds": 0.5, **clear, **changed}), naming=False)[0]
+        tasks.explore([task_of({"seconds": 0.5, **clear, **changed})], naming=False)[0]
         for changed in ({}, {name: 0.01 if name == "drift_seconds" else 0.5})
     )
     told = "contacts" if name.startswith("contact") else "felt_angles"
@@ -257,13 +258,41 @@ def test_a_product_is_a_row_each_and_a_row_runs_again(tmp_path: Path) -> None:
     names = {"shapes": tuple(told["candidates"].split()), "observers": tuple(told["observers"].split())}
     plain = {each.name: told[each.name] for each in fields(tasks.Settings) if each.name not in (*names, "classifiers")}
     settings = tasks.Settings(**plain, **names, classifiers=())
-    again = tasks.run_trial(tasks.Task(settings, condition, told["shape"], int(told["seed"])), ())
+    (again,) = tasks.run_trials([tasks.Task(settings, condition, told["shape"], int(told["seed"]))], ())
     for name in (*tasks.KEY, *tasks.MEASURES):
         np.testing.assert_equal(again[0][name], told[name], err_msg=name)
 
 
+def test_trials_that_differ_in_sigma_alone_are_run_together_and_come_out_the_same() -> None:
+    noises = {"bias_deg": 2.0, "drift_deg": 2.0, "proportional": 0.1, "contact_miss": 0.2, "contact_false_alarm": 0.01}
+    several = [
+        task_of({"sigma_deg": sigma, "seconds": 0.6, **noises}, observers=("floor", "haptic_slam", "ceiling"))
+        for sigma in (4.0, 1.0, 2.5)
+    ]
+    (bundle,) = tasks.bundles(several)
+    assert bundle == tuple(several)
+    together = tasks.run_trials(bundle, (), (), ())
+    for task, rows in zip(several, together, strict=True):
+        np.testing.assert_equal(tasks.run_trials([task], ()), [rows])
+    errors = [rows[0]["pose_error_online_deg"] for rows in together]
+    assert errors[1] < errors[2] < errors[0]
+
+
+@pytest.mark.parametrize(
+    "changed", [{"condition": {"policy": "enclosure"}}, {"condition": {"bias_deg": 1.0}}, {"particles": 3}]
+)
+def test_what_differs_in_more_or_heeds_what_it_feels_is_run_apart(changed: dict[str, Any]) -> None:
+    condition = changed.pop("condition", {})
+    one = task_of(condition, **changed)
+    policy = condition.get("policy", "random_torque")
+    other = task_of({"sigma_deg": 3.0, "policy": policy})
+    assert tasks.bundles([one, other]) == [(one,), (other,)]
+
+
 def test_observers_may_be_told_another_sigma_than_the_true_one() -> None:
-    (world, right), (same, wrong) = (tasks.explore(task_of(believed_sigma=factor), naming=False) for factor in (1, 3))
+    usual, misled = task_of(believed_sigma=1), task_of(believed_sigma=3)
+    (world, told), (same, mistold) = (tasks.explore([task], naming=False) for task in (usual, misled))
+    right, wrong = told[usual], mistold[misled]
     np.testing.assert_array_equal(world.felt_angles, same.felt_angles)
     np.testing.assert_allclose(right["floor"].joint_std, np.deg2rad(2.0))
     np.testing.assert_allclose(wrong["floor"].joint_std, np.deg2rad(6.0))

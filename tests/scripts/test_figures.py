@@ -16,7 +16,7 @@ from conditions import Condition
 from matplotlib.colors import to_rgb
 from PIL import Image
 from plates import FIGURES, FROM_TRIALS, confusion, figure5, isometric, reliability, time_course
-from showing import read, run_showing
+from showing import read, run_showings
 from style import SHAPE_COLOURS
 
 from haptic_env import shapes
@@ -247,12 +247,12 @@ def tiny_task() -> tasks.Task:
 
 def test_what_is_kept_of_an_exploration_is_what_was_believed(tmp_path: Path) -> None:
     task = tiny_task()
-    _, content = run_showing(task)
+    ((_, content),) = run_showings([task])
     path = tmp_path / "kept.npz"
     path.write_bytes(content)
     showing = read(path)
-    exploration, accounts = tasks.explore(task, naming=True)
-    account = accounts["haptic_slam"]
+    exploration, accounts = tasks.explore([task], naming=True)
+    account = accounts[task]["haptic_slam"]
     np.testing.assert_array_equal(showing.occupancy[-1], account.belief.occupancy.astype(np.float16))
     np.testing.assert_array_equal(showing.true_angles, exploration.true_angles)
     np.testing.assert_array_equal(showing.mean, account.lagged_joint_angles[showing.step - 1])
