@@ -34,8 +34,8 @@ FADE = np.exp(-0.5 * ((np.arange(256) + 0.5) / 256 * FARTHEST) ** 2)  # of it, b
 
 class Scan(NamedTuple):
     """Points of the skin that scan matching scores, patch by patch: those of the i-th are `begin[i]` up to
-    `begin[i + 1]`, and `felt[i]` says whether it feels contact. `place` (S, 3) in voxels, at the mean pose; `gain`
-    (S, 3, A) voxels per radian of the joints `active` (A,)."""
+    `begin[i + 1]`, and `felt[i]` says whether it feels contact. `place` (3, S) in voxels, at the mean pose; `gain`
+    (A, 3, S) voxels per radian of the joints `active` (A,)."""
 
     begin: NDArray[np.int64]
     felt: NDArray[np.bool_]
@@ -86,7 +86,7 @@ def scan(tree, body, lattice, contacts, watched, solid, reach, pose):
     body_frames(tree, pose, position, rotation)
     active = _moving(tree, watched)
     begin, felt = np.zeros(len(contacts) + 1, dtype=np.int64), np.empty(len(contacts), dtype=np.bool_)
-    place, gain = np.empty((most, 3)), np.empty((most, 3, len(active)))
+    place, gain, near = np.empty((3, most)), np.empty((len(active), 3, most)), np.empty(3)
     linear, angular, arm = np.empty((len(pose), 3)), np.empty((len(pose), 3)), np.empty(3)
     scale = 1.0 / lattice.resolution
     count = segments = 0
@@ -104,19 +104,19 @@ def scan(tree, body, lattice, contacts, watched, solid, reach, pose):
         for m in range(body.begin[patch], body.begin[patch + 1]):
             for i in range(3):
                 arm[i] = turn[i, 0] * points[m, 0] + turn[i, 1] * points[m, 1] + turn[i, 2] * points[m, 2]
-                place[count, i] = (at[i] + arm[i] - lattice.origin[i]) * scale
-            if not contacts[patch] and not _beside(solid, lattice.shape, place[count], reach):
+                near[i] = place[i, count] = (at[i] + arm[i] - lattice.origin[i]) * scale
+            if not contacts[patch] and not _beside(solid, lattice.shape, near, reach):
                 continue
             for a in range(len(active)):
                 moved = _moved(linear[active[a]], angular[active[a]], arm)
                 for i in range(3):
-                    gain[count, i, a] = moved[i] * scale
+                    gain[a, i, count] = moved[i] * scale
             count += 1
         if count > begin[segments]:
             felt[segments] = contacts[patch]
             segments += 1
             begin[segments] = count
-    return Scan(begin[: segments + 1], felt[:segments], place[:count], gain[:count], active)
+    return Scan(begin[: segments + 1], felt[:segments], place[:, :count].copy(), gain[:, :, :count].copy(), active)
 
 
 @numba.njit(cache=True, inline="always")
@@ -301,51 +301,53 @@ def lose(where, loses, own):
             own[n, where[w]] = max(own[n, where[w]] - loses[w], -LIMIT)
 
 
-@numba.njit(cache=True, inline="always")
-def _shifted(gain, active, m, i, delta):
-    """How far `delta` (J,) rad moves point m along axis i, its `gain` being (S, 3, A)."""
-    moved = 0.0
+@numba.njit(cache=True, inline="always", fastmath=True)
+def _add_shift(gain, active, delta, out):
+    """Add to `out` (3, S) how far `delta` (J,) rad moves points, their `gain` being (A, 3, S)."""
     for a in range(len(active)):
-        moved += gain[m, i, a] * delta[active[a]]
-    return moved
+        turned = delta[active[a]]
+        for i in range(3):
+            for m in range(out.shape[1]):
+                out[i, m] += gain[a, i, m] * turned
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=True)
-def _score(scan, lattice, evidence, deviation, away, common, slot, own, n, place, shift, score):
+def _score(scan, lattice, evidence, deviation, away, common, slot, own, n, place, shift, cell, score):
     """Fill `score` (K,) with log p(z | q, m) of the candidates up to a constant, to particle n: they lie `deviation`
-    (J,) plus and minus each of `away` (K // 2, J) rad from the mean. `place` and `shift` (S, 3) are scratch.
+    (J,) plus and minus each of `away` (K // 2, J) rad from the mean. `place` and `shift` (3, S) and `cell` (S,) are
+    scratch.
 
     A touch is a noisy-OR over the cells just outside the patch; silence, over the cells just beneath it, where only
     what is known to be occupied counts: an unknown cell is no reason to stay away.
     """
     nx, ny, nz = lattice.shape
-    for m in range(len(place)):
-        for i in range(3):
-            place[m, i] = scan.place[m, i] + _shifted(scan.gain, scan.active, m, i, deviation)
-            shift[m, i] = 0.0
+    place[:] = scan.place
+    _add_shift(scan.gain, scan.active, deviation, place)
+    shift[:] = 0.0
     for c in range(len(score)):
         sign = 1.0 - 2.0 * (c % 2)
-        if c % 2 == 0 and c // 2 < len(away):
-            for m in range(len(place)):
-                for i in range(3):
-                    shift[m, i] = _shifted(scan.gain, scan.active, m, i, away[c // 2])
-        elif c % 2 == 0:
+        if c // 2 == len(away):
             sign = 0.0
+        elif c % 2 == 0:
+            shift[:] = 0.0
+            _add_shift(scan.gain, scan.active, away[c // 2], shift)
+        for m in range(len(cell)):
+            x = place[0, m] + sign * shift[0, m]
+            y = place[1, m] + sign * shift[1, m]
+            z = place[2, m] + sign * shift[2, m]
+            inside = (x >= 0.0) & (y >= 0.0) & (z >= 0.0) & (x < nx) & (y < ny) & (z < nz)
+            cell[m] = (int(x) * ny + int(y)) * nz + int(z) if inside else -1
         total = 0.0
         for patch in range(len(scan.felt)):
             felt = scan.felt[patch]
             log_clear = evidence.log_clear if felt else evidence.log_silent
             clear = evidence.log_no_alarm if felt else 0.0
             for m in range(scan.begin[patch], scan.begin[patch + 1]):
-                x = place[m, 0] + sign * shift[m, 0]
-                y = place[m, 1] + sign * shift[m, 1]
-                z = place[m, 2] + sign * shift[m, 2]
-                if x < 0.0 or y < 0.0 or z < 0.0 or x >= nx or y >= ny or z >= nz:
+                if cell[m] < 0:
                     clear += log_clear[128]  # beyond the grid nothing is known
                 else:
-                    cell = (int(x) * ny + int(y)) * nz + int(z)
                     # A branch for cells without a slot would take three times as long.
-                    clear += log_clear[common[cell] + own[n, slot[cell]] + 128]
+                    clear += log_clear[common[cell[m]] + own[n, slot[cell[m]]] + 128]
             total += np.log(max(1.0 - np.exp(clear), 1e-6)) if felt else max(clear, LEAST)
         score[c] = evidence.temper * total
 
@@ -417,11 +419,11 @@ def match_and_touch(
     whether the likelihood told the candidates apart, so that the match moved the pose (N,).
     """
     particles, pairs, joints = normals.shape
-    points, cells = len(scan.place), len(suspects.cell)
+    points, cells = scan.place.shape[1], len(suspects.cell)
     log_mean = np.zeros(particles)
     moved = np.zeros(particles, dtype=np.bool_)
     for block in numba.prange((particles + BLOCK - 1) // BLOCK):
-        place, shift = np.empty((points, 3)), np.empty((points, 3))
+        place, shift, cell = np.empty((3, points)), np.empty((3, points)), np.empty(points, dtype=np.int64)
         away, score = np.empty((pairs, joints)), np.zeros(candidates)
         hits, ring = np.zeros(cells), np.ones(cells)
         for n in range(block * BLOCK, min(block * BLOCK + BLOCK, particles)):
@@ -430,7 +432,7 @@ def match_and_touch(
                     away[h, i] = 0.0
                     for j in range(i + 1):
                         away[h, i] += spread[i, j] * normals[n, h, j]
-            _score(scan, lattice, evidence, deviations[n], away, common, slot, own, n, place, shift, score)
+            _score(scan, lattice, evidence, deviations[n], away, common, slot, own, n, place, shift, cell, score)
             best, least = score.max(), score.min()
             total = 0.0
             for c in range(candidates):
