@@ -17,7 +17,7 @@ from haptic_env.hand import Hand
 from observer.kinematics import body_frames, point_jacobian
 from observer.shape_kernels import CLEAR, patch_gaps
 from observer.solid_fields import field_distance
-from observer.threads import parallel
+from observer.compiled import parallel
 
 Array = NDArray[np.float64]
 ALONG = 4  # spheres that stand for each link where it may meet the object

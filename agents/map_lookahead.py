@@ -15,7 +15,7 @@ from haptic_env.hand import Hand
 from observer.belief import Belief
 from observer.contact_model import ContactModel
 from observer.kinematics import body_frames, tree_of
-from observer.threads import parallel
+from observer.compiled import parallel
 
 Array = NDArray[np.float64]
 SPACING = 0.006  # metres between points of the skin

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from haptic_env.patches import patch_at, row_at
 from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_range, voxel_span
 from observer.kinematics import body_frames, twists
-from observer.threads import parallel
+from observer.compiled import inner, parallel
 
 BLOCK = 16  # particles that one thread takes in turn
 FARTHEST = 2.5  # SDs beyond the shell, where a cell's part in a touch ends
@@ -234,22 +234,28 @@ def _owner(body, turn, link, dx, dy, dz):
     return patch_at(body.first, body.length, body.tip, body.along, body.around, body.rings, link, x, y, z)
 
 
-@numba.njit(cache=True, error_model="numpy")
-def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, common, slot, seen, stale):
-    """Cells inside a link at the mean `pose` (J,) are free, the surer the deeper (`Reach.free`), but for those about
-    the skin of a patch that feels contact: if `carve`, they lose log-odds in `common` (V,). Of those that particles
-    keep, returns the slots (W,) and what they have to lose (W,); see `lose`.
-
-    `seen` (V,) is set for what lies within `evidence.near` m of the skin, `stale` (V,) for all that changes.
-    """
-    every = np.ones(len(body.radius), dtype=np.bool_)
-    most = room(body, lattice, reach.carved, every)
-    where, loses = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+@inner(error_model="numpy")
+def _sweep(
+    tree,
+    body,
+    lattice,
+    evidence,
+    reach,
+    contacts,
+    carve,
+    position,
+    rotation,
+    rings,
+    common,
+    slot,
+    seen,
+    stale,
+    where,
+    loses,
+):
+    """What `sweep_free` does, of a hand whose bodies are at `position` (B, 3) and `rotation` (B, 3, 3); returns how
+    many of `where` and `loses` are filled."""
     kept = 0
-    rings = ringing(body, contacts)
-    position = np.empty((len(tree.parent), 3))
-    rotation = np.empty((len(tree.parent), 3, 3))
-    body_frames(tree, pose, position, rotation)
     res, origin = lattice.resolution, lattice.origin
     ny, nz = lattice.shape[1], lattice.shape[2]
     for link in range(len(body.radius)):
@@ -290,6 +296,42 @@ def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, comm
                     else:
                         where[kept], loses[kept] = slot[cell], lost
                         kept += 1
+    return kept
+
+
+@numba.njit(cache=True, error_model="numpy")
+def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, common, slot, seen, stale):
+    """Cells inside a link at the mean `pose` (J,) are free, the surer the deeper (`Reach.free`), but for those about
+    the skin of a patch that feels contact: if `carve`, they lose log-odds in `common` (V,). Of those that particles
+    keep, returns the slots (W,) and what they have to lose (W,); see `lose`.
+
+    `seen` (V,) is set for what lies within `evidence.near` m of the skin, `stale` (V,) for all that changes.
+    """
+    every = np.ones(len(body.radius), dtype=np.bool_)
+    most = room(body, lattice, reach.carved, every)
+    where, loses = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
+    rings = ringing(body, contacts)
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, pose, position, rotation)
+    kept = _sweep(
+        tree,
+        body,
+        lattice,
+        evidence,
+        reach,
+        contacts,
+        carve,
+        position,
+        rotation,
+        rings,
+        common,
+        slot,
+        seen,
+        stale,
+        where,
+        loses,
+    )
     return where[:kept], loses[:kept]
 
 
@@ -301,9 +343,12 @@ def lose(where, loses, own):
             own[n, where[w]] = max(own[n, where[w]] - loses[w], -LIMIT)
 
 
-@numba.njit(cache=True, inline="always", fastmath=True)
-def _add_shift(gain, active, delta, out):
-    """Add to `out` (3, S) how far `delta` (J,) rad moves points, their `gain` being (A, 3, S)."""
+@inner(inline="always", fastmath=True)
+def _shift(gain, active, delta, out):
+    """Fill `out` (3, S) with how far `delta` (J,) rad moves points, their `gain` being (A, 3, S)."""
+    for i in range(3):
+        for m in range(out.shape[1]):
+            out[i, m] = 0.0
     for a in range(len(active)):
         turned = delta[active[a]]
         for i in range(3):
@@ -311,7 +356,7 @@ def _add_shift(gain, active, delta, out):
                 out[i, m] += gain[a, i, m] * turned
 
 
-@numba.njit(cache=True, error_model="numpy", fastmath=True)
+@inner(error_model="numpy", fastmath=True)
 def _score(scan, lattice, evidence, deviation, away, common, slot, own, n, place, shift, cell, score):
     """Fill `score` (K,) with log p(z | q, m) of the candidates up to a constant, to particle n: they lie `deviation`
     (J,) plus and minus each of `away` (K // 2, J) rad from the mean. `place` and `shift` (3, S) and `cell` (S,) are
@@ -321,16 +366,17 @@ def _score(scan, lattice, evidence, deviation, away, common, slot, own, n, place
     what is known to be occupied counts: an unknown cell is no reason to stay away.
     """
     nx, ny, nz = lattice.shape
-    place[:] = scan.place
-    _add_shift(scan.gain, scan.active, deviation, place)
-    shift[:] = 0.0
+    _shift(scan.gain, scan.active, deviation, place)
+    for i in range(3):
+        for m in range(len(cell)):
+            place[i, m] += scan.place[i, m]
+            shift[i, m] = 0.0
     for c in range(len(score)):
         sign = 1.0 - 2.0 * (c % 2)
         if c // 2 == len(away):
             sign = 0.0
         elif c % 2 == 0:
-            shift[:] = 0.0
-            _add_shift(scan.gain, scan.active, away[c // 2], shift)
+            _shift(scan.gain, scan.active, away[c // 2], shift)
         for m in range(len(cell)):
             x = place[0, m] + sign * shift[0, m]
             y = place[1, m] + sign * shift[1, m]

@@ -12,13 +12,13 @@ import numpy as np
 
 from observer.kinematics import body_frames
 from observer.solid_fields import field_distance
-from observer.threads import parallel
+from observer.compiled import inner, parallel
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
 
 
-@numba.njit(cache=True, inline="always", error_model="numpy")
+@inner(inline="always", error_model="numpy")
 def _in_field(turn, scale, x, y, z):
     """A world vector in the frame of a field that is turned by `turn` (3, 3) and `scale` times as large."""
     return (
@@ -28,7 +28,7 @@ def _in_field(turn, scale, x, y, z):
     )
 
 
-@numba.njit(cache=True, inline="always", error_model="numpy")
+@inner(inline="always", error_model="numpy")
 def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     """Fill `gaps` (P,) of the patches of `link`, at `position` (3,) and `rotation` (3, 3), with their distance from
     hypothesis `h`, or `clear` m where it is more; whether any is less.
@@ -75,6 +75,36 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     return near
 
 
+@inner(error_model="numpy", fastmath=True)
+def _part_likelihood(
+    skin, solids, g, position, rotation, contacts, touches, tolerance, press, surprise, gaps, likelihood
+):
+    """Fill `likelihood` (H,) with p(z_g | q, h) of part `g`, whose bodies are at `position` (B, 3) and `rotation`
+    (B, 3, 3); `touches` (L,) count the contacts of each link, `gaps` (P,) is scratch."""
+    clear = CLEAR * tolerance
+    for h in range(len(likelihood)):
+        likelihood[h] = 1.0
+    for link in range(len(skin.body)):
+        if skin.group[link] != g:
+            continue
+        body, touched = skin.body[link], touches[link]
+        for h in range(len(likelihood)):
+            if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
+                for _ in range(touched):
+                    likelihood[h] *= surprise
+                continue
+            for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+                gap = gaps[patch]
+                if touched > 0 and (gap < 0.0 or not contacts[patch]):
+                    gap = min(gap + press, 0.0) if contacts[patch] else gap + press
+                ratio = gap / tolerance
+                fit = 0.0 if contacts[patch] else 1.0
+                if ratio < CLEAR:
+                    # Silent patches: a normal's distribution function, nearly.
+                    fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1 / (1 + np.exp(-1.7 * ratio))
+                likelihood[h] *= surprise + (1.0 - surprise) * fit
+
+
 @parallel(cache=True, error_model="numpy", fastmath=True)
 def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise, out):
     """Fill `out` (G, H, S) with p(z_g | q, h) of what each part g feels at each of the `poses` (S, C), in which it
@@ -82,9 +112,8 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
 
     A link that feels contact may lie `press` m inside; which of its patches then ring says nothing of the depth.
     """
-    parts, count, samples = out.shape
+    parts, _, samples = out.shape
     links = len(skin.body)
-    clear = CLEAR * tolerance
     touches = np.zeros(links, dtype=np.int64)
     for link in range(links):
         touches[link] = contacts[skin.first_patch[link] : skin.first_patch[link + 1]].sum()
@@ -98,27 +127,9 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
                 for j in range(len(angles)):
                     angles[j] = poses[s, column[g, j]]
                 body_frames(tree, angles, position, rotation)
-            for h in range(count):
-                out[g, h, s] = 1.0
-            for link in range(links):
-                if skin.group[link] != g:
-                    continue
-                body = skin.body[link]
-                for h in range(count):
-                    if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
-                        for _ in range(touches[link]):
-                            out[g, h, s] *= surprise
-                        continue
-                    for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
-                        gap = gaps[patch]
-                        if touches[link] > 0 and (gap < 0.0 or not contacts[patch]):
-                            gap = min(gap + press, 0.0) if contacts[patch] else gap + press
-                        ratio = gap / tolerance
-                        fit = 0.0 if contacts[patch] else 1.0
-                        if ratio < CLEAR:
-                            # Silent patches: a normal's distribution function, nearly.
-                            fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1 / (1 + np.exp(-1.7 * ratio))
-                        out[g, h, s] *= surprise + (1.0 - surprise) * fit
+            _part_likelihood(
+                skin, solids, g, position, rotation, contacts, touches, tolerance, press, surprise, gaps, out[g, :, s]
+            )
 
 
 @numba.njit(cache=True, error_model="numpy")

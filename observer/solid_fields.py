@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid, rotation_matrix
+from observer.compiled import inner
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -118,7 +118,7 @@ def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
     )
 
 
-@numba.njit(cache=True, inline="always", error_model="numpy")
+@inner(inline="always", error_model="numpy")
 def field_distance(field, resolution, half, far, x, y, z):
     """Signed distance at a point of the field's frame, between its nodes linearly; `far` outside."""
     last = field.shape[0] - 1

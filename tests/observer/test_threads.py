@@ -8,7 +8,7 @@ import numba
 import numpy as np
 import pytest
 
-from observer.threads import parallel
+from observer.compiled import parallel
 
 
 @parallel(cache=True)

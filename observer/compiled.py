@@ -1,4 +1,4 @@
-"""Kernels whose loops run in parallel, and alone where threads would do harm."""
+"""How kernels are compiled: in parallel, and alone where threads would do harm; and what they call within."""
 
 from __future__ import annotations
 
@@ -19,6 +19,12 @@ def _after_fork() -> None:
 
 
 os.register_at_fork(after_in_child=_after_fork)
+
+
+def inner(**options: Any) -> Callable[[Callable], Callable]:
+    """Compile a function that kernels call and that makes no arrays: without counting who refers to those it reads,
+    each of which is an atomic operation. In the shape posterior they took as long as its arithmetic."""
+    return numba.njit(_nrt=False, cache=True, **options)
 
 
 def parallel(**options: Any) -> Callable[[Callable], Callable]:
