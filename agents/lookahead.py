@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.hand import Hand
+from observer.compiled import parallel
 from observer.kinematics import body_frames, point_jacobian
 from observer.shape_kernels import CLEAR, patch_gaps
 from observer.solid_fields import field_distance
-from observer.compiled import parallel
 
 Array = NDArray[np.float64]
 ALONG = 4  # spheres that stand for each link where it may meet the object

@@ -13,9 +13,9 @@ from agents.lookahead import Line
 from agents.reach import Reach
 from haptic_env.hand import Hand
 from observer.belief import Belief
+from observer.compiled import parallel
 from observer.contact_model import ContactModel
 from observer.kinematics import body_frames, tree_of
-from observer.compiled import parallel
 
 Array = NDArray[np.float64]
 SPACING = 0.006  # metres between points of the skin

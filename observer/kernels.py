@@ -12,8 +12,8 @@ import numpy as np
 
 from haptic_env.patches import patch_at, row_at
 from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_range, voxel_span
-from observer.kinematics import body_frames
 from observer.compiled import parallel
+from observer.kinematics import body_frames
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=True)

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from haptic_env.patches import patch_at, row_at
 from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_range, voxel_span
-from observer.kinematics import body_frames, twists
 from observer.compiled import inner, parallel
+from observer.kinematics import body_frames, twists
 
 BLOCK = 16  # particles that one thread takes in turn
 FARTHEST = 2.5  # SDs beyond the shell, where a cell's part in a touch ends

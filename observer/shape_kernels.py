@@ -10,9 +10,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from observer.compiled import inner, parallel
 from observer.kinematics import body_frames
 from observer.solid_fields import field_distance
-from observer.compiled import inner, parallel
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
