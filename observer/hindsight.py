@@ -27,7 +27,7 @@ from observer.marginal_kernels import Suspects
 Array = NDArray[np.float64]
 WEIGHT = 3.0  # of a touch, times its own: shared out with all that is known it leaves fewer cells in doubt
 EDGE = 1.7  # of the skin, times its own: sweeps count in full here, so that what they exclude must be surer
-ROUNDS = 8  # by then no cell of a trial of 30 s moves by more than a few hundredths of log-odds
+ROUNDS = 8  # by then no probability of a trial of 30 s moves by more than 0.03
 
 
 class Moment(NamedTuple):
@@ -42,10 +42,10 @@ class Moment(NamedTuple):
 
 
 class Touches(NamedTuple):
-    """Of the touches of one step after another, their `count` of suspects and `weight` (E,) each, and the `cell` (C,)
-    of every suspect with the probability (C,) that it, if occupied, `hits`."""
+    """Of the touches of one step after another, the number of `suspects` and the `weight` (E,) of each, and the `cell`
+    (C,) of every suspect with the probability (C,) that it, if occupied, `hits`."""
 
-    count: list[NDArray[np.int64]]
+    suspects: list[NDArray[np.int64]]
     weight: list[Array]
     cell: list[NDArray[np.int64]]
     hits: list[Array]
@@ -54,7 +54,7 @@ class Touches(NamedTuple):
         """Take in what is `found` at one step."""
         count = np.diff(found.begin)
         beyond = np.maximum(found.height - evidence.shell, 0.0) / np.repeat(found.fall, count)
-        self.count.append(count)
+        self.suspects.append(count)
         self.weight.append(WEIGHT * found.weight)
         self.cell.append(found.cell)
         self.hits.append(evidence.hit * np.exp(-0.5 * beyond**2))
@@ -82,15 +82,15 @@ def occupancy(moments: list[Moment], grid: Grid, body: Body, model: ContactModel
         swept += carved
         carved[:] = 0  # an int8 would soon be full
     log_odds = logit(model.prior) + capsules.QUANTUM * swept
-    if touches.count:
-        parts = (np.concatenate(part) for part in touches)
-        share(*parts, 1.0 - evidence.false_alarm, ROUNDS, log_odds)
+    if touches.cell:
+        suspects, weight, cell, hits = (np.concatenate(part) for part in touches)
+        share(suspects, weight, cell, hits, 1.0 - evidence.false_alarm, ROUNDS, log_odds)
     return np.where(seen, expit(log_odds), 0.5).reshape(grid.shape)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def share(count, weight, cell, hits, no_alarm, rounds, log_odds):
-    """Add to `log_odds` (V,) what the touches say: E of them, each of `count` suspects and of a `weight`; `cell` (C,)
+def share(suspects, weight, cell, hits, no_alarm, rounds, log_odds):
+    """Add to `log_odds` (V,) what the touches say: E of them, of so many `suspects` and of a `weight` each; `cell` (C,)
     and `hits` (C,) are those of one touch after another. `no_alarm`: probability that a patch does not ring for
     nothing.
 
@@ -100,8 +100,8 @@ def share(count, weight, cell, hits, no_alarm, rounds, log_odds):
     clear = np.empty(len(cell))
     for _ in range(rounds):
         end = 0
-        for e in range(len(count)):
-            begin, end = end, end + count[e]
+        for e in range(len(suspects)):
+            begin, end = end, end + suspects[e]
             silent = no_alarm
             for c in range(begin, end):
                 log_odds[cell[c]] -= said[c]
