@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -19,7 +21,7 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from observer import capsules, resampling
+from observer import capsules, hindsight, resampling
 from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
@@ -27,7 +29,7 @@ from observer.gaussian import lower_factor, moved_along, regression
 from observer.kinematic_pose import KinematicPose
 from observer.kinematics import link_spread, placed, tree_of
 from observer.matching import MATCHING, Cloud, Felt
-from observer.occupancy import Maps
+from observer.occupancy import Maps, OccupancySnapshot
 from observer.pose_filter import ContactDynamics, PoseFilter
 from observer.pose_source import PoseSource
 
@@ -64,6 +66,7 @@ class HapticSLAM:
         control_hz: float = 50.0,
         grid: Grid | None = None,
         contact_model: ContactModel | None = None,
+        in_hindsight: bool = True,
         dynamics: ContactDynamics | None = None,
     ) -> None:
         """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
@@ -73,6 +76,9 @@ class HapticSLAM:
 
         `matching`: a particle takes the "mean" of its candidates by likelihood, which keeps the maps sharp with few
         particles, or one "sample" of them, which is exact Bayes as N grows (tests/observer/test_exact_bayes.py).
+
+        `in_hindsight`: the last belief of a trial, from `flush`, has the map of `observer.hindsight` (only with
+        matching by the "mean", of which it is the continuation).
 
         Raises `ValueError` for a value out of range.
         """
@@ -94,6 +100,7 @@ class HapticSLAM:
             lag=self.lag + 1,  # the proposal needs the step before the lagged one as well
             dynamics=ContactDynamics() if dynamics is None else dynamics,
         )
+        self.in_hindsight = in_hindsight and matching == "mean"
         self._fixed = tree_of(hand)
         self._body = capsules.body_of(hand, self.grid.resolution)
         group = hand.link_group
@@ -127,6 +134,7 @@ class HapticSLAM:
         self._log_evidence = 0.0
         self._felt = np.zeros(len(self.hand.patches), dtype=bool)
         self._pending = deque()  # felt, but waiting for the lag
+        self._moments: list[hindsight.Moment] = []
         return self._belief(ago=0)
 
     def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
@@ -150,11 +158,15 @@ class HapticSLAM:
 
     def flush(self) -> list[Belief]:
         """End the trial: let the steps that still wait for the lag enter the maps; a belief for each, the last one
-        about now (none without a lag). After it only `reset` is possible."""
+        about now (`in_hindsight` there is one without a lag, too). After it only `reset` is possible."""
         pending = self._running()
         beliefs = [self._assimilate(ago=len(pending) - 1) for _ in range(len(pending))]
         self._pending = None
-        return beliefs
+        if not self.in_hindsight or not self._moments:
+            return beliefs
+        last = beliefs.pop() if beliefs else self._belief(ago=0)
+        seen = partial(hindsight.occupancy, self._moments, self.grid, self._body, self.contact_model)
+        return [*beliefs, replace(last, snapshot=OccupancySnapshot(seen))]
 
     def _assimilate(self, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""
@@ -191,6 +203,9 @@ class HapticSLAM:
         place = self.contact_model.caution * link_spread(
             self._tree, self._body.length, proposal.mean, self.pose.covariance[lagged, lagged]
         )
+        touch = np.where(self._felt, self.contact_model.sustained, self.contact_model.touch)
+        if self.in_hindsight:
+            self._moments.append(hindsight.Moment(self._tree, proposal.mean, place, contacts, touch))
         felt = Felt(
             self._tree,
             self._body,
@@ -198,7 +213,7 @@ class HapticSLAM:
             self._evidence,
             capsules.reach_of(self._body, self._evidence, place),
             contacts,
-            np.where(self._felt, self.contact_model.sustained, self.contact_model.touch),
+            touch,
             self._watches[contacts].any(axis=0),
         )
         self._felt = contacts

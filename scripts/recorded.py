@@ -131,7 +131,8 @@ def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosteri
     size = np.full(3, np.mean(solid.size))
     candidates = {name: [shapes.make(name, size, solid.position)] for name in shapes.SHAPES}
     grid = Grid.around(solid.position, np.asarray(solid.size) + 2.0 * MARGIN, VOXEL)
-    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING}
+    # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true.
+    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": False}
     return candidates, ShapePosterior(hand, candidates, **SINKING_NAMER), told
 
 

@@ -22,6 +22,7 @@ from observer.classifiers.shape_likelihood import ShapeLikelihood
 CLASSIFIERS: dict[str, Callable[..., MapClassifier]] = {
     "nearest_neighbour": NearestNeighbour,
     "touched_nearest_neighbour": partial(NearestNeighbour, "touched"),
+    "overlap_nearest_neighbour": partial(NearestNeighbour, "overlap"),
     "squared_nearest_neighbour": partial(NearestNeighbour, "squared"),  # what was felt to be empty counts as well
     "shape_likelihood": ShapeLikelihood,
     "aligned_nearest_neighbour": AlignedNearestNeighbour,

@@ -262,3 +262,12 @@ def test_touched_voxels_name_what_swept_ones_hide():
     assert NearestNeighbour("touched").fit(exemplars, labels).predict(swept) == "other"
     assert ShapeLikelihood().fit(exemplars, labels).predict(swept) == "other"
     assert NearestNeighbour("squared").fit(exemplars, labels).predict(swept) == "thing"
+
+
+def test_overlap_asks_what_share_of_the_touched_voxels_two_maps_have_in_common():
+    """A map of many touches has most of the other's; by their number alone the nearly empty one is nearer."""
+    many, other, few = (np.full((10, 10, 10), 0.5) for _ in range(3))
+    many[2:6, 2:6, 2:6], other[8, 8, 8], few[2:4, 2:4, 2:6] = 0.9, 0.9, 0.9
+    exemplars, labels = [many, other], ["many", "other"]
+    assert NearestNeighbour("overlap").fit(exemplars, labels).predict(few) == "many"
+    assert NearestNeighbour("touched").fit(exemplars, labels).predict(few) == "other"
