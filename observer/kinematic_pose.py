@@ -24,12 +24,12 @@ from scipy.linalg import expm
 
 from haptic_env import validate
 from haptic_env.hand import Hand
+from observer import smooth_kernels
 from observer.partners import Partners, mixture
+from observer.smooth_kernels import PRESENT
 
 Array = NDArray[np.float64]
-PRESENT = 3  # numbers of a joint's state now
 ANYWHERE = 2.0  # rad: SD of where a joint is before it was felt
-LEAST = 1e-12  # no level is impossible
 
 
 @dataclass(frozen=True)
@@ -104,11 +104,8 @@ class KinematicPose:
         self.lag = lag
         self.smooth = SmoothMotion() if smooth is None else smooth
         self.partners = Partners(hand.joints, self.smooth.together, self.smooth.temper)
-        step, state = 1.0 / control_hz, PRESENT + lag
-        self._move = np.eye(state, k=-1)  # every angle becomes that of one step ago
-        self._move[:PRESENT] = 0.0
-        self._move[PRESENT : PRESENT + 1, :PRESENT] = [[1.0, 0.0, 0.0]]
-        self._move[:PRESENT, :PRESENT] = self.smooth.transition(step)
+        step = 1.0 / control_hz
+        self._transition = self.smooth.transition(step)
         squares = np.square(self.smooth.speeds)
         self._noise = squares[:, None, None] * self.smooth.noise(step)  # (M, 3, 3)
         self._switch = self.smooth.switching(step)
@@ -133,43 +130,26 @@ class KinematicPose:
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step to the felt `joint_angles` (J,) rad."""
-        self._mix()
-        self._means = self._means @ self._move.T
-        self._covariances = self._move @ self._covariances @ self._move.T
-        self._covariances[:, :, :PRESENT, :PRESENT] += self._noise
-        self._condition(self.partners.along(joint_angles))
+        log_density = np.empty(self.partners.count)
+        smooth_kernels.turn(
+            self._level,
+            self._means,
+            self._covariances,
+            self._switch,
+            self._transition,
+            self._noise,
+            self.partners.along(joint_angles),
+            self.sigma**2,
+            log_density,
+        )
+        self.log_evidence += float(log_density[: self.hand.joints].sum())
+        self.partners.learn(log_density)
         self._combine()
 
     def lagged(self, steps: int) -> slice:
         """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
         first = 0 if steps == 0 else (PRESENT - 1 + steps) * self.hand.joints
         return slice(first, first + self.hand.joints)
-
-    def _mix(self) -> None:
-        """Let the levels change: each starts from the mixture of those that may have come before it."""
-        after = self._level @ self._switch  # (C, M)
-        share = np.swapaxes(self._level[:, :, None] * self._switch / after[:, None, :], 1, 2)  # (C, now, before)
-        mixed = share @ self._means
-        apart = self._means[:, None] - mixed[:, :, None]  # (C, now, before, S)
-        count, levels, state = self._means.shape
-        flat = self._covariances.reshape(count, levels, state * state)
-        spread = (share @ flat).reshape(count, levels, state, state)
-        self._covariances = spread + np.swapaxes(share[..., None] * apart, 2, 3) @ apart
-        self._means, self._level = mixed, after
-
-    def _condition(self, angles: Array) -> None:
-        """Take in what was felt, the `angles` (C,) rad, and what they say of the level and of who moves together."""
-        total = self._covariances[:, :, 0, 0] + self.sigma**2
-        residual = angles[:, None] - self._means[:, :, 0]
-        gain = self._covariances[:, :, :, 0] / total[:, :, None]
-        self._means = self._means + residual[:, :, None] * gain
-        self._covariances -= gain[..., None] * self._covariances[:, :, :1, :]
-        log_level = np.log(self._level) - 0.5 * (residual**2 / total + np.log(2.0 * np.pi * total))
-        evidence = np.logaddexp.reduce(log_level, axis=1)
-        self.log_evidence += float(evidence[: self.hand.joints].sum())
-        self.partners.learn(evidence)
-        self._level = np.maximum(np.exp(log_level - evidence[:, None]), LEAST)
-        self._level /= self._level.sum(axis=1, keepdims=True)
 
     def _combine(self) -> None:
         """One Gaussian over all joints with the mean and covariance of the mixture of levels and partners."""
