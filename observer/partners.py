@@ -27,7 +27,7 @@ class Partners:
         """`together`: probability beforehand that a joint has a partner; `temper`: exponent of the evidence."""
         self.joints, self.temper = joints, temper
         some = together > 0.0 and joints > 1
-        self._first, self._second = np.triu_indices(joints, 1) if some else (np.zeros(0, dtype=int),) * 2
+        self._first, self._second = np.triu_indices(joints if some else 1, 1)
         self._prior = np.full((joints, joints), np.log(together / (joints - 1)) if some else -np.inf)
         np.fill_diagonal(self._prior, np.log1p(-together) if some else 0.0)
         self.count = joints + 2 * len(self._first)
