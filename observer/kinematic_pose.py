@@ -38,7 +38,7 @@ class SmoothMotion:
     `dwell` s: how long a joint keeps to one level, on average; `together`: probability that a joint moves with another
     one; `temper`: exponent of the evidence that tells with which.
 
-    The defaults have the highest evidence on recordings that are not among those to be explained (docs/recordings.md).
+    The defaults did best on recordings that are not among those to be explained (docs/recordings.md).
     """
 
     speeds: tuple[float, ...] = (0.1, 0.3, 1.0, 3.0, 9.0)
