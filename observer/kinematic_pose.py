@@ -1,14 +1,16 @@
 """The pose where no torque is known: joints that move smoothly, now slowly and now fast.
 
-Shapes: J joints, M levels of activity, T steps of lag, S = 3 + T numbers of a joint's state: its angle, velocity and
-acceleration now, then its angle at each of the last T steps. Angles in radians, seconds.
+Shapes: J joints, C directions (the joints, and sums and differences of each two), M levels of activity, T steps of lag,
+S = 3 + T numbers of a direction's state: its angle, velocity and acceleration now, then its angle at each of the last T
+steps. Angles in radians, seconds.
 
 The velocity of a joint is a Matérn process of smoothness 3/2: an Ornstein-Uhlenbeck process driven by another, both of
 time constant τ (Hartikainen & Särkkä 2010, MLSP, "Kalman filtering and smoothing solutions to temporal Gaussian
 process regression models"), so that velocities and accelerations are continuous. Its SD is the joint's level of
 activity. Hands rest and burst into motion: the level, one of M, now and then changes to one next to it. That is an
 interacting multiple model filter (Blom & Bar-Shalom 1988, IEEE Trans. Autom. Control 33(8), 780-783), here one for
-each joint; the angles of the last T steps in its state make it a fixed-lag smoother.
+each joint and for the sum and the difference of each two, as joints move together (`partners`); the angles of the last
+T steps in its state make it a fixed-lag smoother.
 """
 
 from __future__ import annotations
@@ -22,24 +24,28 @@ from scipy.linalg import expm
 
 from haptic_env import validate
 from haptic_env.hand import Hand
+from observer import smooth_kernels
+from observer.partners import Partners, mixture
+from observer.smooth_kernels import PRESENT
 
 Array = NDArray[np.float64]
-PRESENT = 3  # numbers of a joint's state now
 ANYWHERE = 2.0  # rad: SD of where a joint is before it was felt
-LEAST = 1e-12  # no level is impossible
 
 
 @dataclass(frozen=True)
 class SmoothMotion:
     """`speeds` (M,) rad/s: SDs of a joint's velocity, from slow to fast; `seconds`: time constant of its changes;
-    `dwell` s: how long a joint keeps to one level, on average.
+    `dwell` s: how long a joint keeps to one level, on average; `together`: probability that a joint moves with another
+    one; `temper`: exponent of the evidence that tells with which.
 
-    The defaults have the highest evidence on recordings that are not among those to be explained (docs/recordings.md).
+    The defaults did best on recordings that are not among those to be explained (docs/recordings.md).
     """
 
     speeds: tuple[float, ...] = (0.1, 0.3, 1.0, 3.0, 9.0)
     seconds: float = 0.03
     dwell: float = 0.2
+    together: float = 0.8
+    temper: float = 0.4
 
     def __post_init__(self) -> None:
         if not self.speeds or list(self.speeds) != sorted(set(self.speeds)):
@@ -48,6 +54,8 @@ class SmoothMotion:
             validate.number("speeds", speed, above=0.0, unit="rad/s")
         validate.number("seconds", self.seconds, above=0.0, unit="s")
         validate.number("dwell", self.dwell, above=0.0, unit="s")
+        validate.number("together", self.together, 0.0, 0.999)
+        validate.number("temper", self.temper, 0.0, 1.0)
 
     def transition(self, step: float) -> Array:
         """(3, 3): what a `step` of so many seconds makes of (q, v, a), on average."""
@@ -83,7 +91,8 @@ class SmoothMotion:
 class KinematicPose:
     """Posterior of the angles of now and of the last T steps from the felt angles alone; for `HapticSLAM`.
 
-    Nothing is known of where a movement begins; torques and contacts are not used.
+    Nothing is known of where a movement begins; torques and contacts are not used. `log_evidence` is that of the joints
+    each by itself.
     """
 
     def __init__(
@@ -94,11 +103,9 @@ class KinematicPose:
         self.sigma = max(sigma, 1e-5)  # exact angles: a variance of zero would make the update singular
         self.lag = lag
         self.smooth = SmoothMotion() if smooth is None else smooth
-        step, state = 1.0 / control_hz, PRESENT + lag
-        self._move = np.eye(state, k=-1)  # every angle becomes that of one step ago
-        self._move[:PRESENT] = 0.0
-        self._move[PRESENT : PRESENT + 1, :PRESENT] = [[1.0, 0.0, 0.0]]
-        self._move[:PRESENT, :PRESENT] = self.smooth.transition(step)
+        self.partners = Partners(hand.joints, self.smooth.together, self.smooth.temper)
+        step = 1.0 / control_hz
+        self._transition = self.smooth.transition(step)
         squares = np.square(self.smooth.speeds)
         self._noise = squares[:, None, None] * self.smooth.noise(step)  # (M, 3, 3)
         self._switch = self.smooth.switching(step)
@@ -107,13 +114,14 @@ class KinematicPose:
 
     def reset(self) -> None:
         """Start anywhere, the rest pose being as good a guess as any."""
-        levels, joints, state = len(self.smooth.speeds), self.hand.joints, PRESENT + self.lag
-        self._level = np.full((joints, levels), 1.0 / levels)
-        self._means = np.zeros((joints, levels, state))
-        self._covariances = np.zeros((joints, levels, state, state))
+        levels, count, state = len(self.smooth.speeds), self.partners.count, PRESENT + self.lag
+        self.partners.reset()
+        self._level = np.full((count, levels), 1.0 / levels)
+        self._means = np.zeros((count, levels, state))
+        self._covariances = np.zeros((count, levels, state, state))
         # It did not move before it was felt: all angles of the past are that of now.
         angles = [0, *range(PRESENT, state)]
-        self._means[:, :, angles] = self.hand.rest_pose[:, None, None]
+        self._means[:, :, angles] = self.partners.along(self.hand.rest_pose)[:, None, None]
         self._covariances[:, :, *np.ix_(angles, angles)] = ANYWHERE**2
         present = np.arange(1, PRESENT)
         self._covariances[:, :, present, present] = self._start
@@ -122,11 +130,20 @@ class KinematicPose:
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step to the felt `joint_angles` (J,) rad."""
-        self._mix()
-        self._means = self._means @ self._move.T
-        self._covariances = self._move @ self._covariances @ self._move.T
-        self._covariances[:, :, :PRESENT, :PRESENT] += self._noise
-        self._condition(joint_angles)
+        log_density = np.empty(self.partners.count)
+        smooth_kernels.turn(
+            self._level,
+            self._means,
+            self._covariances,
+            self._switch,
+            self._transition,
+            self._noise,
+            self.partners.along(joint_angles),
+            self.sigma**2,
+            log_density,
+        )
+        self.log_evidence += float(log_density[: self.hand.joints].sum())
+        self.partners.learn(log_density)
         self._combine()
 
     def lagged(self, steps: int) -> slice:
@@ -134,38 +151,10 @@ class KinematicPose:
         first = 0 if steps == 0 else (PRESENT - 1 + steps) * self.hand.joints
         return slice(first, first + self.hand.joints)
 
-    def _mix(self) -> None:
-        """Let the levels change: each starts from the mixture of those that may have come before it."""
-        after = self._level @ self._switch  # (J, M)
-        share = np.swapaxes(self._level[:, :, None] * self._switch / after[:, None, :], 1, 2)  # (J, now, before)
-        mixed = share @ self._means
-        apart = self._means[:, None] - mixed[:, :, None]  # (J, now, before, S)
-        joints, levels, state = self._means.shape
-        flat = self._covariances.reshape(joints, levels, state * state)
-        spread = (share @ flat).reshape(joints, levels, state, state)
-        self._covariances = spread + np.swapaxes(share[..., None] * apart, 2, 3) @ apart
-        self._means, self._level = mixed, after
-
-    def _condition(self, joint_angles: Array) -> None:
-        """Take in the felt `joint_angles` (J,) rad, and what they say of the level of each joint."""
-        total = self._covariances[:, :, 0, 0] + self.sigma**2
-        residual = joint_angles[:, None] - self._means[:, :, 0]
-        gain = self._covariances[:, :, :, 0] / total[:, :, None]
-        self._means = self._means + residual[:, :, None] * gain
-        self._covariances -= gain[..., None] * self._covariances[:, :, :1, :]
-        log_level = np.log(self._level) - 0.5 * (residual**2 / total + np.log(2.0 * np.pi * total))
-        evidence = np.logaddexp.reduce(log_level, axis=1)
-        self.log_evidence += float(evidence.sum())
-        self._level = np.maximum(np.exp(log_level - evidence[:, None]), LEAST)
-        self._level /= self._level.sum(axis=1, keepdims=True)
-
     def _combine(self) -> None:
-        """One Gaussian over all joints with the mean and covariance of the mixture of levels."""
-        joints, _, state = self._means.shape
-        mean = np.einsum("jm,jms->js", self._level, self._means)
-        apart = self._means - mean[:, None]
-        covariance = np.einsum("jm,jmst->jst", self._level, self._covariances)
-        covariance += np.swapaxes(self._level[..., None] * apart, 1, 2) @ apart
+        """One Gaussian over all joints with the mean and covariance of the mixture of levels and partners."""
+        mean, covariance = self.partners.of_joints(*mixture(self._level, self._means, self._covariances))
+        joints, state = mean.shape
         self.mean = mean.T.ravel()
         self.covariance = np.zeros((state * joints, state * joints))
         each = np.arange(joints)

@@ -10,9 +10,10 @@ from scipy.linalg import expm
 from haptic_env import hands
 from observer import HapticSLAM
 from observer.kinematic_pose import ANYWHERE, KinematicPose, SmoothMotion
+from observer.partners import Partners
 
 STEP = 0.02
-ONE = SmoothMotion(speeds=(1.5,), seconds=0.05)
+ONE = SmoothMotion(speeds=(1.5,), seconds=0.05, together=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -25,8 +26,11 @@ def velocity_covariance(lag: float, model: SmoothMotion) -> float:
     return (1.0 + lag / model.seconds) * np.exp(-lag / model.seconds)
 
 
-def felt_path(hand, steps: int, sigma: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Angles drawn from the model `ONE`, about the rest pose, and the same with noise."""
+def felt_path(
+    hand, steps: int, sigma: float, seed: int = 0, along: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Angles drawn from the model `ONE`, about the rest pose, and the same with noise; `along` (J, J): the joints'
+    share in each independent path, by column (None: each joint has one of its own)."""
     rng = np.random.default_rng(seed)
     transition, noise = ONE.transition(STEP), np.linalg.cholesky(1.5**2 * ONE.noise(STEP) + 1e-15 * np.eye(3))
     spread = 1.5 * np.array([0.0, 1.0, 1.0 / ONE.seconds])
@@ -36,7 +40,10 @@ def felt_path(hand, steps: int, sigma: float, seed: int = 0) -> tuple[np.ndarray
     for _ in range(steps):
         state = transition @ state + noise @ rng.standard_normal(state.shape)
         true.append(state[0])
-    return np.array(true), np.array(true) + sigma * rng.standard_normal((steps, hand.joints))
+    path = np.array(true)
+    if along is not None:
+        path = hand.rest_pose + (path - hand.rest_pose) @ along.T
+    return path, path + sigma * rng.standard_normal((steps, hand.joints))
 
 
 def test_one_step_is_the_integral_of_the_equation() -> None:
@@ -124,6 +131,73 @@ def test_the_belief_of_a_smooth_movement_is_honest_and_beats_what_is_felt(hand) 
     assert 0.8 < inside < 0.97
 
 
+def lagged_errors(hand, true, felt, sigma, smooth: SmoothMotion, lag: int = 10) -> tuple[np.ndarray, np.ndarray]:
+    """Errors (T - lag, J) of the lagged angles in units of `sigma`, and of their SD."""
+    pose = KinematicPose(hand, sigma=sigma, control_hz=1 / STEP, lag=lag, smooth=smooth)
+    errors, spreads = [], []
+    for step, each in enumerate(felt):
+        pose.step(np.zeros(hand.joints), each, np.zeros(len(hand.patches), dtype=bool))
+        if step >= lag:
+            where = pose.lagged(lag)
+            errors.append(pose.mean[where] - true[step - lag])
+            spreads.append(np.sqrt(np.diag(pose.covariance)[where]))
+    return np.array(errors) / sigma, np.array(errors) / np.array(spreads)
+
+
+def test_joints_that_move_together_are_found_and_help(hand) -> None:
+    sigma = np.deg2rad(3.0)
+    along = np.zeros((hand.joints, hand.joints))
+    along[0, 0] = along[1, 0] = 1.0  # the first two together, the last two against each other, the rest at rest
+    along[-1, -1], along[-2, -1] = 1.0, -1.0
+    true, felt = felt_path(hand, 300, sigma, seed=2, along=along)
+    alone, _ = lagged_errors(hand, true, felt, sigma, SmoothMotion(together=0.0))
+    together, in_spreads = lagged_errors(hand, true, felt, sigma, SmoothMotion())
+    moving = [0, 1, -2, -1]
+    assert np.mean(together[:, moving] ** 2) < 0.75 * np.mean(alone[:, moving] ** 2)
+    assert np.mean(together**2) < np.mean(alone**2)
+    assert 0.85 < np.mean(np.abs(in_spreads) < 1.645) < 0.97
+    partners = Partners(hand.joints, together=0.8, temper=0.4)
+    assert partners.weights()[0] == pytest.approx([0.2, *[0.8 / (hand.joints - 1)] * (hand.joints - 1)])
+
+
+def test_joints_that_move_each_for_itself_lose_little_by_looking_for_partners(hand) -> None:
+    sigma = np.deg2rad(3.0)
+    true, felt = felt_path(hand, 300, sigma, seed=3)
+    alone, _ = lagged_errors(hand, true, felt, sigma, SmoothMotion(together=0.0))
+    together, in_spreads = lagged_errors(hand, true, felt, sigma, SmoothMotion())
+    assert np.mean(together**2) < 1.05 * np.mean(alone**2)
+    assert 0.85 < np.mean(np.abs(in_spreads) < 1.645) < 0.97
+
+
+def test_the_weight_of_a_partner_is_bayes_rule_for_two_joints() -> None:
+    partners = Partners(2, together=0.5, temper=1.0)
+    np.testing.assert_allclose(partners.along(np.array([1.0, 3.0])), [1.0, 3.0, 4.0 / np.sqrt(2), -2.0 / np.sqrt(2)])
+    partners.learn(np.log([0.2, 0.5, 0.3, 0.8]))
+    paired = 0.3 * 0.8 / (0.3 * 0.8 + 0.2 * 0.5)
+    np.testing.assert_allclose(partners.weights(), [[1 - paired, paired], [paired, 1 - paired]])
+    mean, covariance = partners.of_joints(
+        np.array([[1.0], [3.0], [4.0], [0.0]]), np.array([1.0, 2.0, 3.0, 5.0])[:, None, None]
+    )
+    of_pair = 4.0 / np.sqrt(2)
+    expected = (1 - paired) * 1.0 + paired * of_pair
+    assert mean[0, 0] == pytest.approx(expected)
+    second_moment = (1 - paired) * (1.0 + 1.0**2) + paired * (4.0 + of_pair**2)
+    assert covariance[0, 0, 0] == pytest.approx(second_moment - expected**2)
+    partners.reset()
+    np.testing.assert_allclose(partners.weights(), 0.5)
+
+
+@pytest.mark.parametrize(("joints", "together"), [(1, 0.8), (4, 0.0)])
+def test_without_partners_joints_are_what_they_are(joints: int, together: float) -> None:
+    partners = Partners(joints, together, temper=0.4)
+    assert partners.count == joints
+    mean, covariance = np.arange(2.0 * joints).reshape(joints, 2), np.tile(np.eye(2), (joints, 1, 1))
+    partners.learn(np.zeros(joints))
+    for found, given in zip(partners.of_joints(mean, covariance), (mean, covariance), strict=True):
+        np.testing.assert_array_equal(found, given)
+    np.testing.assert_array_equal(partners.weights(), np.eye(joints))
+
+
 def test_exact_angles_are_taken_at_their_word(hand) -> None:
     true, _ = felt_path(hand, 30, 0.0)
     pose = KinematicPose(hand, sigma=0.0, control_hz=50.0, lag=3)
@@ -141,6 +215,8 @@ def test_exact_angles_are_taken_at_their_word(hand) -> None:
         ({"speeds": (0.0, 1.0)}, "speeds must be a finite number"),
         ({"seconds": 0.0}, "seconds must be"),
         ({"dwell": -1.0}, "dwell must be"),
+        ({"together": 1.0}, "together must be"),
+        ({"temper": 1.5}, "temper must be"),
     ],
 )
 def test_a_motion_that_makes_no_sense_is_told(keywords: dict, told: str) -> None:
