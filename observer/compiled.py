@@ -24,7 +24,8 @@ os.register_at_fork(after_in_child=_after_fork)
 def inner(**options: Any) -> Callable[[Callable], Callable]:
     """Compile a function that kernels call and that makes no arrays: without counting who refers to those it reads,
     each of which is an atomic operation. In the shape posterior they took as long as its arithmetic."""
-    return numba.njit(_nrt=False, cache=True, **options)
+    uncounted: dict[str, Any] = {"_nrt": False}  # an option of numba's own libraries, which its types do not list
+    return numba.njit(cache=True, **uncounted, **options)
 
 
 def parallel(**options: Any) -> Callable[[Callable], Callable]:

@@ -56,7 +56,8 @@ def match_mean(
     particles, joints = cloud.centres.shape
     tree, body, lattice, evidence, reach, contacts, touch, watched = felt
     if watched.any():  # effort goes where contact is
-        about = 1 + int(2.0 * reach.place.max() / lattice.resolution)  # voxels that a candidate may be away
+        # Voxels that a candidate may be away; a single one of a single particle is where the pose is.
+        about = 1 + int(2.0 * reach.place.max() / lattice.resolution) if particles * candidates > 1 else 1
         scan = marginal_kernels.scan(tree, body, lattice, contacts, watched, maps.solid, about, cloud.mean)
         margin = 0.5 * lattice.resolution
         suspects = marginal_kernels.suspects(tree, body, lattice, evidence, reach, contacts, touch, margin, cloud.mean)
