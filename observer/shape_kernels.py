@@ -109,16 +109,22 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
                         for _ in range(touches[link]):
                             out[g, h, s] *= surprise
                         continue
+                    touched, silent = clear, clear
                     for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
                         gap = gaps[patch]
-                        if touches[link] > 0 and (gap < 0.0 or not contacts[patch]):
-                            gap = min(gap + press, 0.0) if contacts[patch] else gap + press
-                        ratio = gap / tolerance
-                        fit = 0.0 if contacts[patch] else 1.0
-                        if ratio < CLEAR:
-                            # Silent patches: a normal's distribution function, nearly.
-                            fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1 / (1 + np.exp(-1.7 * ratio))
+                        if not contacts[patch]:
+                            silent = min(silent, gap)
+                            continue
+                        touched = min(touched, gap)
+                        ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / tolerance
+                        fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
                         out[g, h, s] *= surprise + (1.0 - surprise) * fit
+                    ratio = silent / tolerance
+                    if touches[link] > 0:
+                        ratio += 1.0 + (press - touched) / tolerance
+                    if ratio < CLEAR:
+                        # A normal's distribution function, nearly.
+                        out[g, h, s] *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
 
 
 @numba.njit(cache=True, error_model="numpy")
