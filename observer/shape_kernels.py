@@ -80,7 +80,9 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
     """Fill `out` (G, H, S) with p(z_g | q, h) of what each part g feels at each of the `poses` (S, C), in which it
     finds its joints in its `column` (G, J).
 
-    A link that feels contact may lie `press` m inside; which of its patches then ring says nothing of the depth.
+    That a link feels nothing is one event, its nearest patch is clear: an error of the pose moves all of them together.
+    Silent patches of a link that feels contact lie no deeper than those that ring, which may be `press` m inside; that
+    they are as near says nothing, for the physics has few points of contact a link, however flat it lies.
     """
     parts, count, samples = out.shape
     links = len(skin.body)

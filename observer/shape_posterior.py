@@ -3,7 +3,7 @@
 Shapes: H hypotheses, C labels, S pose samples, G parts of the hand, P patches, J joints. Lengths in metres.
 
 A hypothesis is a solid: a shape of one size at one place. If it were there, a patch that feels contact would lie on
-its surface and no patch would lie inside it. The pose of the hand is only known as a Gaussian process, so each
+its surface and no link would lie inside it. The pose of the hand is only known as a Gaussian process, so each
 hypothesis has a particle filter of its own over the pose, with the solid as its known map; its evidence is the
 hypothesis's likelihood. Two things make that cheap. Fingers err independently, so each part of the hand is weighted and
 resampled apart (`observer.parts`). And hypotheses differ little in what pose they make probable, so that all have the
