@@ -78,7 +78,7 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
 @parallel(cache=True, error_model="numpy", fastmath=True)
 def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise, out):
     """Fill `out` (G, H, S) with p(z_g | q, h) of what each part g feels at each of the `poses` (S, C), in which it
-    finds its joints in its `column` (G, J).
+    finds its joints in its `column` (G, J); the SD of a gap is the `tolerance` (L,) m of its link.
 
     That a link feels nothing is one event, its nearest patch is clear: an error of the pose moves all of them together.
     Silent patches of a link that feels contact lie no deeper than those that ring, which may be `press` m inside; that
@@ -86,7 +86,6 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
     """
     parts, count, samples = out.shape
     links = len(skin.body)
-    clear = CLEAR * tolerance
     touches = np.zeros(links, dtype=np.int64)
     for link in range(links):
         touches[link] = contacts[skin.first_patch[link] : skin.first_patch[link + 1]].sum()
@@ -106,6 +105,8 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
                 if skin.group[link] != g:
                     continue
                 body = skin.body[link]
+                near = tolerance[link]
+                clear = CLEAR * near
                 for h in range(count):
                     if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
                         for _ in range(touches[link]):
@@ -118,12 +119,12 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
                             silent = min(silent, gap)
                             continue
                         touched = min(touched, gap)
-                        ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / tolerance
+                        ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / near
                         fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
                         out[g, h, s] *= surprise + (1.0 - surprise) * fit
-                    ratio = silent / tolerance
+                    ratio = silent / near
                     if touches[link] > 0:
-                        ratio += 1.0 + (press - touched) / tolerance
+                        ratio += 1.0 + (press - touched) / near
                     if ratio < CLEAR:
                         # A normal's distribution function, nearly.
                         out[g, h, s] *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))

@@ -28,7 +28,7 @@ from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
 from observer.belief import Belief
 from observer.gaussian import lower_factor
-from observer.kinematics import placed, tree_of
+from observer.kinematics import Tree, link_spread, placed, tree_of
 from observer.parts import parts_of
 from observer.shape_kernels import CLEAR, contact_likelihood, resample, weigh
 from observer.solid_fields import FIELD_RESOLUTION, Solids, skin_of
@@ -38,9 +38,10 @@ Array = NDArray[np.float64]
 NONE = "none"
 FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
+WIDEST = 0.005  # m: spread of a link above which it is no more to be told from a wider one
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
 KNOWN = {"samples": 32, "stride": 1}
-UNKNOWN = {"samples": 16, "stride": 3}  # with jitter
+UNKNOWN = {"samples": 1, "stride": 3}  # with jitter
 
 
 class Hypotheses(NamedTuple):
@@ -106,7 +107,7 @@ class ShapePosterior:
             size_jitter=size_jitter,
             yaw_jitter=yaw_jitter,
             position_jitter=position_jitter,
-            far=self._skin.ball.max() + CLEAR * self.tolerance + FIELD_RESOLUTION,
+            far=self._skin.ball.max() + CLEAR * np.hypot(self.tolerance, WIDEST) + FIELD_RESOLUTION,
         )
         if self.none and self.variants.unknown:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
@@ -117,6 +118,7 @@ class ShapePosterior:
         self._solids_of = np.array([len(solids) for solids in candidates.values()])
         self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
         self._tree = tree_of(hand)
+        self._lengths = np.array([link.length for link in hand.links])
         self._parts = parts_of(hand)
         self.reset()
 
@@ -172,14 +174,15 @@ class ShapePosterior:
             return self.posterior
         if self.none:
             self._habit.update(belief.lagged_contacts)
+        tree = placed(self._tree, belief.lagged_root)
         contact_likelihood(
-            placed(self._tree, belief.lagged_root),
+            tree,
             self._skin,
             self._solids,
             self._poses,
             self._parts.column,
             belief.lagged_contacts,
-            self.tolerance,
+            self._tolerances(tree, belief),
             self.press,
             self.surprise,
             self._likelihood,
@@ -194,11 +197,22 @@ class ShapePosterior:
             self._solids = self.variants.place(self._units)
         return self.posterior
 
+    def _tolerances(self, tree: Tree, belief: Belief) -> Array:
+        """(L,) m SD of the gap of a link that touches; without samples of the pose, with what is not known of it."""
+        if self.samples > 1:
+            return np.full(len(self._lengths), self.tolerance)
+        assert belief.transition is not None
+        spread = link_spread(tree, self._lengths, belief.transition.mean, belief.lagged_covariance)
+        return np.hypot(self.tolerance, np.minimum(spread, WIDEST))
+
     def _propagate(self, belief: Belief) -> None:
         """Move the samples on by one step; some start anew, so that none are stuck where they once were."""
         assert belief.transition is not None
         mean, follow, before, rest = belief.transition
         joint = self._parts.joint
+        if self.samples == 1:
+            self._poses[0] = mean[joint]
+            return
         normals = self._rng.standard_normal((self.samples, self.hand.joints))
         noise = normals @ lower_factor(rest).T
         self._poses = mean[joint] + (self._poses - before[joint]) @ self._parts.follow(follow).T + noise[:, joint]
