@@ -11,7 +11,7 @@ same samples, each hypothesis with weights of its own; they are resampled from t
 
 Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
 infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
-(`observer.solid_variants`). "None of these" is a model of touch without any object (`Habit`).
+(`observer.solid_variants`): so many at the mean pose say more than a few at many poses. "None of these" is a model of touch without any object (`Habit`).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 NONE = "none"
 FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
-WIDEST = 0.005  # m: spread of a link above which it is no more to be told from a wider one
+WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
 KNOWN = {"samples": 32, "stride": 1}
 UNKNOWN = {"samples": 1, "stride": 3}  # with jitter
@@ -64,7 +64,7 @@ class ShapePosterior:
         size_jitter: float = 0.0,
         yaw_jitter: float = 0.0,
         position_jitter: float = 0.0,
-        variants: int = 80,
+        variants: int = 240,
         none: float = 0.0,
         samples: int | None = None,
         tolerance: float = 0.001,
@@ -80,10 +80,10 @@ class ShapePosterior:
         keyword arguments of the same names; `variants` V: samples of that for each solid. `none`: prior probability
         of one label more, "none": the object is none of the candidates (only without jitter); 0: no such label.
 
-        `samples` S of the pose; `tolerance` m: SD of the gap between a patch that feels contact and the surface;
+        `samples` S of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider. `tolerance` m: SD of the gap between a patch that feels contact and the surface;
         `press` m: how deep a link that feels contact may lie inside, as in recordings that were fitted to markers;
         `surprise`: probability of what the model cannot explain; `temper`: exponent of the evidence of one step;
-        only one step in `stride` is taken in. None: 32 samples and stride 1 for solids that are known exactly, 16 and 3
+        only one step in `stride` is taken in. None: 32 samples and stride 1 for solids that are known exactly, 1 and 3
         for others.
 
         Raises `ValueError` for a value out of range.
