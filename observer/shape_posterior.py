@@ -11,7 +11,8 @@ same samples, each hypothesis with weights of its own; they are resampled from t
 
 Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
 infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
-(`observer.solid_variants`): so many at the mean pose say more than a few at many poses. "None of these" is a model of touch without any object (`Habit`).
+(`observer.solid_variants`): so many at the mean pose say more than a few at many poses. "None of these" is a model of
+touch without any object (`Habit`).
 """
 
 from __future__ import annotations
@@ -80,11 +81,11 @@ class ShapePosterior:
         keyword arguments of the same names; `variants` V: samples of that for each solid. `none`: prior probability
         of one label more, "none": the object is none of the candidates (only without jitter); 0: no such label.
 
-        `samples` S of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider. `tolerance` m: SD of the gap between a patch that feels contact and the surface;
-        `press` m: how deep a link that feels contact may lie inside, as in recordings that were fitted to markers;
-        `surprise`: probability of what the model cannot explain; `temper`: exponent of the evidence of one step;
-        only one step in `stride` is taken in. None: 32 samples and stride 1 for solids that are known exactly, 1 and 3
-        for others.
+        `samples` S of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider. `tolerance`
+        m: SD of the gap between a patch that feels contact and the surface; `press` m: how deep a link that feels
+        contact may lie inside, as in recordings that were fitted to markers; `surprise`: probability of what the model
+        cannot explain; `temper`: exponent of the evidence of one step; only one step in `stride` is taken in. None: 32
+        samples and stride 1 for solids that are known exactly, 1 and 3 for others.
 
         Raises `ValueError` for a value out of range.
         """
@@ -100,6 +101,9 @@ class ShapePosterior:
         self.tolerance = validate.number("tolerance", tolerance, above=0.0, unit="m")
         self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
+        usual = UNKNOWN if size_jitter or yaw_jitter or position_jitter else KNOWN
+        self.samples = validate.integer("samples", usual["samples"] if samples is None else samples, 1)
+        widest = np.hypot(self.tolerance, WIDEST if self.samples == 1 else 0.0)
         self._skin = skin_of(hand)
         self.variants = Variants(
             [solid for solids in candidates.values() for solid in solids],
@@ -107,12 +111,10 @@ class ShapePosterior:
             size_jitter=size_jitter,
             yaw_jitter=yaw_jitter,
             position_jitter=position_jitter,
-            far=self._skin.ball.max() + CLEAR * np.hypot(self.tolerance, WIDEST) + FIELD_RESOLUTION,
+            far=self._skin.ball.max() + CLEAR * widest + FIELD_RESOLUTION,
         )
         if self.none and self.variants.unknown:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
-        usual = UNKNOWN if self.variants.unknown else KNOWN
-        self.samples = validate.integer("samples", usual["samples"] if samples is None else samples, 1)
         self.temper = validate.number("temper", temper, 0.0, 1.0, above=0.0)
         self.stride = validate.integer("stride", usual["stride"] if stride is None else stride, 1)
         self._solids_of = np.array([len(solids) for solids in candidates.values()])
