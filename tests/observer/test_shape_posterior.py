@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numba
 import numpy as np
 import pytest
@@ -57,6 +59,29 @@ def test_the_shape_is_named_at_the_true_pose(explore, shape):
     assert told.sum() == pytest.approx(1)
     assert posterior.labels[told.argmax()] == shape
     assert told.max() > 0.9
+
+
+@pytest.mark.parametrize("shape", ["cube", "sphere"])
+def test_one_sample_is_the_mean_pose_and_leaves_nothing_to_chance(explore, shape):
+    trial = explore(shape, 400, sigma_deg=3.0)
+    beliefs = trial.beliefs(HapticSLAM(trial.hand, 3.0, particles=1, candidates=1))
+    posterior = ShapePosterior(trial.hand, samples=1, stride=3)
+    runs = [_told(posterior, beliefs, seed) for seed in (0, 1)]
+    assert runs[0].tobytes() == runs[1].tobytes()
+    assert posterior.labels[runs[0].argmax()] == shape
+
+
+def test_what_is_not_known_of_the_mean_pose_widens_the_tolerance(explore):
+    """So a solid that lies three tolerances away from a touch is the less improbable the less the pose is known."""
+    trial = explore("cube", 300, sigma_deg=3.0)
+    beliefs = trial.beliefs(HapticSLAM(trial.hand, 3.0, particles=1, candidates=1))
+    candidates = {"there": [shapes.make("cube")], "beside": [shapes.make("cube", position=(0.0, 0.0, 0.006))]}
+    posterior = ShapePosterior(trial.hand, candidates, samples=1)
+    sure = _told(posterior, beliefs)
+    unsure = _told(
+        posterior, [dataclasses.replace(each, lagged_covariance=25.0 * each.lagged_covariance) for each in beliefs]
+    )
+    assert sure[0] > unsure[0] > 0.5
 
 
 def test_the_same_seed_is_the_same_bits(explore):
@@ -148,7 +173,8 @@ def test_gaps_are_those_of_the_nearest_points_of_the_skin(two_finger, shape):
 
 def _likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise):
     out = np.empty((len(column), len(solids.scale), len(poses)))
-    contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise, out)
+    each = np.full(len(skin.body), tolerance)
+    contact_likelihood(tree, skin, solids, poses, column, contacts, each, press, surprise, out)
     return out
 
 
