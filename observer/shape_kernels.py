@@ -81,36 +81,44 @@ def _part_likelihood(
 ):
     """Fill `likelihood` (H,) with p(z_g | q, h) of part `g`, whose bodies are at `position` (B, 3) and `rotation`
     (B, 3, 3); `touches` (L,) count the contacts of each link, `gaps` (P,) is scratch."""
-    clear = CLEAR * tolerance
     for h in range(len(likelihood)):
         likelihood[h] = 1.0
     for link in range(len(skin.body)):
         if skin.group[link] != g:
             continue
-        body, touched = skin.body[link], touches[link]
+        body, near = skin.body[link], tolerance[link]
+        clear = CLEAR * near
         for h in range(len(likelihood)):
             if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
-                for _ in range(touched):
+                for _ in range(touches[link]):
                     likelihood[h] *= surprise
                 continue
+            touched, silent = clear, clear
             for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
                 gap = gaps[patch]
-                if touched > 0 and (gap < 0.0 or not contacts[patch]):
-                    gap = min(gap + press, 0.0) if contacts[patch] else gap + press
-                ratio = gap / tolerance
-                fit = 0.0 if contacts[patch] else 1.0
-                if ratio < CLEAR:
-                    # Silent patches: a normal's distribution function, nearly.
-                    fit = np.exp(-0.5 * ratio * ratio) if contacts[patch] else 1 / (1 + np.exp(-1.7 * ratio))
+                if not contacts[patch]:
+                    silent = min(silent, gap)
+                    continue
+                touched = min(touched, gap)
+                ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / near
+                fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
                 likelihood[h] *= surprise + (1.0 - surprise) * fit
+            ratio = silent / near
+            if touches[link] > 0:
+                ratio += 1.0 + (press - touched) / near
+            if ratio < CLEAR:
+                # A normal's distribution function, nearly.
+                likelihood[h] *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
 
 
 @parallel(cache=True, error_model="numpy", fastmath=True)
 def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise, out):
     """Fill `out` (G, H, S) with p(z_g | q, h) of what each part g feels at each of the `poses` (S, C), in which it
-    finds its joints in its `column` (G, J).
+    finds its joints in its `column` (G, J); the SD of a gap is the `tolerance` (L,) m of its link.
 
-    A link that feels contact may lie `press` m inside; which of its patches then ring says nothing of the depth.
+    That a link feels nothing is one event, its nearest patch is clear: an error of the pose moves all of them together.
+    Silent patches of a link that feels contact lie no deeper than those that ring, which may be `press` m inside; that
+    they are as near says nothing, for the physics has few points of contact a link, however flat it lies.
     """
     parts, _, samples = out.shape
     links = len(skin.body)

@@ -3,7 +3,7 @@
 Shapes: H hypotheses, C labels, S pose samples, G parts of the hand, P patches, J joints. Lengths in metres.
 
 A hypothesis is a solid: a shape of one size at one place. If it were there, a patch that feels contact would lie on
-its surface and no patch would lie inside it. The pose of the hand is only known as a Gaussian process, so each
+its surface and no link would lie inside it. The pose of the hand is only known as a Gaussian process, so each
 hypothesis has a particle filter of its own over the pose, with the solid as its known map; its evidence is the
 hypothesis's likelihood. Two things make that cheap. Fingers err independently, so each part of the hand is weighted and
 resampled apart (`observer.parts`). And hypotheses differ little in what pose they make probable, so that all have the
@@ -11,7 +11,8 @@ same samples, each hypothesis with weights of its own; they are resampled from t
 
 Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
 infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
-(`observer.solid_variants`). "None of these" is a model of touch without any object (`Habit`).
+(`observer.solid_variants`): so many at the mean pose say more than a few at many poses. "None of these" is a model of
+touch without any object (`Habit`).
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
 from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
-from observer.kinematics import placed, tree_of
+from observer.kinematics import Tree, link_spread, placed, tree_of
 from observer.parts import parts_of
 from observer.shape_kernels import CLEAR, contact_likelihood, resample, weigh
 from observer.solid_fields import FIELD_RESOLUTION, Solids, skin_of
@@ -38,9 +39,10 @@ Array = NDArray[np.float64]
 NONE = "none"
 FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step taken in
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
+WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
 KNOWN = {"samples": 48, "stride": 4, "temper": 0.2}
-UNKNOWN = {"samples": 16, "stride": 3, "temper": 0.05}  # with jitter
+UNKNOWN = {"samples": 1, "stride": 3, "temper": 0.05}  # with jitter
 
 
 class Hypotheses(NamedTuple):
@@ -63,7 +65,7 @@ class ShapePosterior:
         size_jitter: float = 0.0,
         yaw_jitter: float = 0.0,
         position_jitter: float = 0.0,
-        variants: int = 80,
+        variants: int = 240,
         none: float = 0.0,
         samples: int | None = None,
         tolerance: float = 0.001,
@@ -79,11 +81,11 @@ class ShapePosterior:
         keyword arguments of the same names; `variants` V: samples of that for each solid. `none`: prior probability
         of one label more, "none": the object is none of the candidates (only without jitter); 0: no such label.
 
-        `samples` S of the pose; `tolerance` m: SD of the gap between a patch that feels contact and the surface;
-        `press` m: how deep a link that feels contact may lie inside, as in recordings that were fitted to markers;
-        `surprise`: probability of what the model cannot explain; only one step in `stride` is taken in, and `temper`
-        is the exponent of its evidence. None: 48 samples, stride 4 and 0.2 for solids that are known exactly, 16, 3
-        and 0.05 for others.
+        `samples` S of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider. `tolerance`
+        m: SD of the gap between a patch that feels contact and the surface; `press` m: how deep a link that feels
+        contact may lie inside, as in recordings that were fitted to markers; `surprise`: probability of what the model
+        cannot explain; only one step in `stride` is taken in, and `temper` is the exponent of its evidence. None: 48
+        samples, stride 4 and 0.2 for solids that are known exactly, 1, 3 and 0.05 for others.
 
         Raises `ValueError` for a value out of range.
         """
@@ -99,6 +101,9 @@ class ShapePosterior:
         self.tolerance = validate.number("tolerance", tolerance, above=0.0, unit="m")
         self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
+        usual = UNKNOWN if size_jitter or yaw_jitter or position_jitter else KNOWN
+        self.samples = validate.integer("samples", usual["samples"] if samples is None else samples, 1)
+        widest = np.hypot(self.tolerance, WIDEST if self.samples == 1 else 0.0)
         self._skin = skin_of(hand)
         self.variants = Variants(
             [solid for solids in candidates.values() for solid in solids],
@@ -106,17 +111,16 @@ class ShapePosterior:
             size_jitter=size_jitter,
             yaw_jitter=yaw_jitter,
             position_jitter=position_jitter,
-            far=self._skin.ball.max() + CLEAR * self.tolerance + FIELD_RESOLUTION,
+            far=self._skin.ball.max() + CLEAR * widest + FIELD_RESOLUTION,
         )
         if self.none and self.variants.unknown:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
-        usual = UNKNOWN if self.variants.unknown else KNOWN
-        self.samples = validate.integer("samples", usual["samples"] if samples is None else samples, 1)
         self.temper = validate.number("temper", usual["temper"] if temper is None else temper, 0.0, 1.0, above=0.0)
         self.stride = validate.integer("stride", usual["stride"] if stride is None else stride, 1)
         self._solids_of = np.array([len(solids) for solids in candidates.values()])
         self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
         self._tree = tree_of(hand)
+        self._lengths = np.array([link.length for link in hand.links])
         self._parts = parts_of(hand)
         self.reset()
 
@@ -167,8 +171,8 @@ class ShapePosterior:
         """Take in what `belief` felt at its lagged pose; returns the posterior (C,)."""
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
-        moved = self._moved
-        self._moved = belief.transition if moved is None else moved.then(belief.transition)
+        moved, now = self._moved, belief.transition
+        self._moved = now if moved is None or self.samples == 1 else moved.then(now)
         self._steps += 1
         if self._steps % self.stride:
             return self.posterior
@@ -176,14 +180,15 @@ class ShapePosterior:
         self._moved = None
         if self.none:
             self._habit.update(belief.lagged_contacts)
+        tree = placed(self._tree, belief.lagged_root)
         contact_likelihood(
-            placed(self._tree, belief.lagged_root),
+            tree,
             self._skin,
             self._solids,
             self._poses,
             self._parts.column,
             belief.lagged_contacts,
-            self.tolerance,
+            self._tolerances(tree, now.mean, belief.lagged_covariance),
             self.press,
             self.surprise,
             self._likelihood,
@@ -198,11 +203,22 @@ class ShapePosterior:
             self._solids = self.variants.place(self._units)
         return self.posterior
 
+    def _tolerances(self, tree: Tree, mean: Array, covariance: Array) -> Array:
+        """(L,) m SD of the gap of a link that touches; without samples of the pose, of `mean` (J,) and `covariance`
+        (J, J), with what is not known of it."""
+        if self.samples > 1:
+            return np.full(len(self._lengths), self.tolerance)
+        spread = link_spread(tree, self._lengths, mean, covariance)
+        return np.hypot(self.tolerance, np.minimum(spread, WIDEST))
+
     def _propagate(self, transition: Transition, covariance: Array, anew: bool) -> None:
         """Move the samples on; some start anew, from the `covariance` (J, J) of the pose, so that none are stuck where
         they once were: all of them where the pose before was not known."""
         mean, follow, before, rest = transition
         joint = self._parts.joint
+        if self.samples == 1:
+            self._poses[0] = mean[joint]
+            return
         normals = self._rng.standard_normal((self.samples, self.hand.joints))
         noise = normals @ lower_factor(rest).T
         self._poses = mean[joint] + (self._poses - before[joint]) @ self._parts.follow(follow).T + noise[:, joint]

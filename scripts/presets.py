@@ -28,7 +28,7 @@ class World:
     `sigma_deg`: least and largest noise, drawn for each episode; the jitters as the environment's keyword arguments;
     `observation`: entries of the belief, or ("raw",) for what is felt; `hold`: control steps of an action; `price` and
     `least` of `DecisionReward`, `threshold` and `sure_seconds` of `DecideWhenSure`; `variants`, `samples`, `stride` and
-    `temper` of the `ShapePosterior` that is asked, a coarser one than evaluation has, as it is most of the time that a
+    `temper` of the `ShapePosterior` that is asked, another than evaluation has, as it is most of the time that a
     step takes; evidence adds up as fast, for `temper` / `stride` is the same.
     """
 

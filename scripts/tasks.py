@@ -201,7 +201,7 @@ def make_trial(task: Task, naming: bool, further: Sequence[Task] = ()) -> Trial:
 
 
 @lru_cache(maxsize=8)
-def shape_posterior(settings: Settings, variants: int = 80) -> ShapePosterior:
+def shape_posterior(settings: Settings, variants: int = 240) -> ShapePosterior:
     """The namer: the candidates are the explored shapes at the grasp centre; it knows how much they vary, not how, and
     tries `variants` of each."""
     hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numba
 import numpy as np
 import pytest
@@ -57,6 +59,29 @@ def test_the_shape_is_named_at_the_true_pose(explore, shape):
     assert told.sum() == pytest.approx(1)
     assert posterior.labels[told.argmax()] == shape
     assert told.max() > 0.9
+
+
+@pytest.mark.parametrize("shape", ["cube", "sphere"])
+def test_one_sample_is_the_mean_pose_and_leaves_nothing_to_chance(explore, shape):
+    trial = explore(shape, 400, sigma_deg=3.0)
+    beliefs = trial.beliefs(HapticSLAM(trial.hand, 3.0, particles=1, candidates=1))
+    posterior = ShapePosterior(trial.hand, samples=1, stride=3)
+    runs = [_told(posterior, beliefs, seed) for seed in (0, 1)]
+    assert runs[0].tobytes() == runs[1].tobytes()
+    assert posterior.labels[runs[0].argmax()] == shape
+
+
+def test_what_is_not_known_of_the_mean_pose_widens_the_tolerance(explore):
+    """So a solid that lies three tolerances away from a touch is the less improbable the less the pose is known."""
+    trial = explore("cube", 300, sigma_deg=3.0)
+    beliefs = trial.beliefs(HapticSLAM(trial.hand, 3.0, particles=1, candidates=1))
+    candidates = {"there": [shapes.make("cube")], "beside": [shapes.make("cube", position=(0.0, 0.0, 0.006))]}
+    posterior = ShapePosterior(trial.hand, candidates, samples=1)
+    sure = _told(posterior, beliefs)
+    unsure = _told(
+        posterior, [dataclasses.replace(each, lagged_covariance=25.0 * each.lagged_covariance) for each in beliefs]
+    )
+    assert sure[0] > unsure[0] > 0.5
 
 
 def test_the_same_seed_is_the_same_bits(explore):
@@ -146,24 +171,65 @@ def test_gaps_are_those_of_the_nearest_points_of_the_skin(two_finger, shape):
     assert near > 40
 
 
-def test_the_likelihood_is_the_product_over_a_fingers_patches(two_finger):
+def _likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise):
+    out = np.empty((len(column), len(solids.scale), len(poses)))
+    each = np.full(len(skin.body), tolerance)
+    contact_likelihood(tree, skin, solids, poses, column, contacts, each, press, surprise, out)
+    return out
+
+
+def _reference_likelihood(hand, gaps, contacts, tolerance, press, surprise):
+    """(G,) of each finger, link by link, from the `gaps` (P,) of all patches."""
+    result = np.ones(len(np.unique(hand.link_group)))
+    for link, group in enumerate(hand.link_group):
+        mine = hand.patches.link == link
+        touched, silent = gaps[mine & contacts], gaps[mine & ~contacts].min(initial=4 * tolerance)
+        depth = np.where(touched < 0.0, np.minimum(touched + press, 0.0), touched) / tolerance
+        fits = list(np.where(depth < 4.0, np.exp(-0.5 * depth**2), 0.0))
+        ratio = silent / tolerance
+        if len(touched):
+            ratio += 1.0 + (press - touched.min()) / tolerance
+        if ratio < 4.0 and gaps[mine].min() < 4 * tolerance:
+            fits.append(1.0 / (1.0 + np.exp(-1.7 * ratio)))
+        result[group] *= np.prod(surprise + (1.0 - surprise) * np.array(fits))
+    return result
+
+
+@pytest.mark.parametrize("press", [0.0, 0.003])
+def test_the_likelihood_is_the_product_over_a_fingers_links(two_finger, press):
     rng = np.random.default_rng(1)
     made = [shapes.make("cube"), shapes.make("sphere")]
     skin, solids, tree = skin_of(two_finger), solids_of(made, FAR), tree_of(two_finger)
     poses = rng.uniform(*two_finger.joint_limits.T, (20, two_finger.joints))
     contacts = rng.random(len(two_finger.patches)) < 0.1
-    out = np.empty((2, 2, 20))
-    contact_likelihood(tree, skin, solids, poses, parts_of(two_finger).column, contacts, 0.002, 0.0, 0.01, out)
-    finger = two_finger.link_group[two_finger.patches.link]
+    likelihood = (0.002, press, 0.01)
+    out = _likelihood(tree, skin, solids, poses, parts_of(two_finger).column, contacts, *likelihood)
     for h, solid in enumerate(made):
         for s, pose in enumerate(poses):
-            ratio = _reference_gaps(two_finger, solid, pose, 0.008) / 0.002
-            touch = np.where(ratio < 4, np.exp(-0.5 * ratio**2), 0.0)
-            silent = np.where(ratio < 4, 1 / (1 + np.exp(-1.7 * ratio)), 1.0)
-            log = np.log(0.01 + 0.99 * np.where(contacts, touch, silent))
+            gaps = _reference_gaps(two_finger, solid, pose, 0.008)
+            expected = _reference_likelihood(two_finger, gaps, contacts, *likelihood)
             # A gap that is off by a tenth of its tolerance changes the log of one patch by some tenths.
-            np.testing.assert_allclose(np.log(out[:, h, s]), np.bincount(finger, log), atol=3)
-            np.testing.assert_allclose(np.log(out[:, h, s]).sum(), log.sum(), rtol=0.1, atol=0.5)
+            np.testing.assert_allclose(np.log(out[:, h, s]), np.log(expected), atol=3)
+            np.testing.assert_allclose(np.log(out[:, h, s]).sum(), np.log(expected).sum(), rtol=0.1, atol=0.5)
+
+
+def test_silence_says_the_same_of_a_flat_face_as_of_a_point(two_finger):
+    """However many patches of a link lie as near as its nearest, it is one event that none of them is touched; and
+    beside a touch they say nothing but that they lie no deeper."""
+    skin, tree, column = skin_of(two_finger), tree_of(two_finger), parts_of(two_finger).column
+    size = np.full(3, 0.2)
+    flat, round_ = (shapes.make(name, size, (0.052 + 0.1 + 0.0095, 0.0, 0.0)) for name in ("cube", "sphere"))
+    solids = solids_of([flat, round_], FAR)
+    pose = np.zeros((1, two_finger.joints))  # the index stands upright along the face
+    gaps = [_reference_gaps(two_finger, solid, pose[0], 0.004) for solid in (flat, round_)]
+    proximal = two_finger.patches.link == [link.name for link in two_finger.links].index("index_proximal")
+    assert (gaps[0][proximal] < 0.001).sum() > (gaps[1][proximal] < 0.001).sum() > 0
+    silent = np.zeros(len(two_finger.patches), dtype=bool)
+    rings = silent.copy()
+    rings[np.flatnonzero(proximal)[gaps[1][proximal].argmin()]] = True
+    for contacts, least in ((silent, 0.35), (rings, 0.6)):
+        told = _likelihood(tree, skin, solids, pose, column, contacts, 0.001, 0.0, 0.001)
+        assert (told[1] > least).all(), "twice as many near patches would halve it again and again"
 
 
 def test_weights_that_are_resampled_from_the_mixture_keep_every_hypothesis_its_own():
