@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.hand import Hand
-from observer.compiled import parallel
+from observer.compiled import inner, parallel
 from observer.kinematics import body_frames, point_jacobian
 from observer.shape_kernels import CLEAR, patch_gaps
 from observer.solid_fields import field_distance
@@ -55,7 +55,7 @@ def spheres_of(hand: Hand) -> Spheres:
     )
 
 
-@numba.njit(cache=True, inline="always", error_model="numpy")
+@inner(error_model="numpy")
 def _distance(solids, h, x, y, z):
     """Signed distance (m) of a point of the world from hypothesis `h`."""
     turn, at, scale = solids.rotation[h], solids.position[h], solids.scale[h]
@@ -142,12 +142,11 @@ def roll(tree, spheres, solids, h, line, torque, every, looks):
             looks[step // every] = x[:joints]
 
 
-@numba.njit(cache=True, error_model="numpy")
-def _feel(tree, skin, solids, world, pose, tolerance, surprise, weight, log_likelihood, scratch):
-    """Add to `log_likelihood` (H,) what the contacts at `pose` (J,) say of each hypothesis, were `world` the true one;
-    `weight`: exponent of that evidence."""
+@inner(error_model="numpy")
+def _feel(skin, solids, world, tolerance, surprise, weight, log_likelihood, scratch):
+    """Add to `log_likelihood` (H,) what the contacts of a hand whose frames are in `scratch` say of each hypothesis,
+    were `world` the true one, as `observer.shape_kernels` has it; `weight`: exponent of that evidence."""
     position, rotation, felt, gaps = scratch
-    body_frames(tree, pose, position, rotation)
     clear = CLEAR * tolerance
     least = np.log(surprise)
     for link in range(len(skin.body)):
@@ -164,14 +163,21 @@ def _feel(tree, skin, solids, world, pose, tolerance, surprise, weight, log_like
             if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
                 log_likelihood[h] += weight * touches * least
                 continue
+            touched, silent = clear, clear
             for patch in range(first, end):
-                if gaps[patch] >= clear:
-                    if felt[patch] < FELT:
-                        log_likelihood[h] += weight * least
+                gap = gaps[patch]
+                if felt[patch] >= FELT:
+                    silent = min(silent, gap)
                     continue
-                ratio = gaps[patch] / tolerance
-                fit = np.exp(-0.5 * ratio * ratio) if felt[patch] < FELT else 1.0 / (1.0 + np.exp(-1.7 * ratio))
+                touched = min(touched, gap)
+                ratio = gap / tolerance
+                fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
                 log_likelihood[h] += weight * np.log(surprise + (1.0 - surprise) * fit)
+            ratio = silent / tolerance
+            if touches > 0:
+                ratio += 1.0 - touched / tolerance
+            if ratio < CLEAR:
+                log_likelihood[h] += weight * np.log(surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio)))
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -228,6 +234,7 @@ def class_entropies(
             roll(tree, spheres, solids, worlds[k], line, torques[m], every, poses)
             log_likelihood[:] = 0.0
             for t in range(looks):
-                _feel(tree, skin, solids, worlds[k], poses[t], tolerance, surprise, weight, log_likelihood, scratch)
+                body_frames(tree, poses[t], scratch[0], scratch[1])
+                _feel(skin, solids, worlds[k], tolerance, surprise, weight, log_likelihood, scratch)
             out[m, k] = _class_entropy(log_weights, log_likelihood, label, labels)
     return out

@@ -27,6 +27,8 @@ from observer.marginal_kernels import Suspects
 Array = NDArray[np.float64]
 WEIGHT = 3.0  # of a touch, times its own: shared out with all that is known it leaves fewer cells in doubt
 EDGE = 1.7  # of the skin, times its own: sweeps count in full here, so that what they exclude must be surer
+NO_FLOOR = -(2**40)  # sweeps count in full
+DOUBT = 1e-9  # probability that a touch with a single suspect, and no false alarms, had another cause
 ROUNDS = 8  # by then no probability of a trial of 30 s moves by more than 0.03
 
 
@@ -66,8 +68,7 @@ def occupancy(moments: list[Moment], grid: Grid, body: Body, model: ContactModel
     evidence = evidence._replace(edge=EDGE * evidence.edge)
     lattice = capsules.lattice_of(grid)
     cells = int(np.prod(grid.shape))
-    swept = np.zeros(cells)
-    carved, shared = np.zeros(cells, dtype=np.int8), np.full(cells, -1, dtype=np.int32)
+    swept, shared = np.zeros(cells, dtype=np.int64), np.full(cells, -1, dtype=np.int32)
     seen, stale = np.zeros((2, cells), dtype=bool)
     touches = Touches([], [], [], [])
     for tree, pose, place, contacts, touch in moments:
@@ -77,10 +78,8 @@ def occupancy(moments: list[Moment], grid: Grid, body: Body, model: ContactModel
             touches.add(found, evidence)
             seen[found.cell] = True
         marginal_kernels.sweep_free(
-            tree, body, lattice, evidence, reach, contacts, True, pose, carved, shared, seen, stale
+            tree, body, lattice, evidence, reach, contacts, True, pose, swept, NO_FLOOR, shared, seen, stale
         )
-        swept += carved
-        carved[:] = 0  # an int8 would soon be full
     log_odds = logit(model.prior) + capsules.QUANTUM * swept
     if touches.cell:
         suspects, weight, cell, hits = (np.concatenate(part) for part in touches)
@@ -109,5 +108,5 @@ def share(suspects, weight, cell, hits, no_alarm, rounds, log_odds):
                 silent *= clear[c]
             for c in range(begin, end):
                 # As in `marginal_kernels`: hits · others / (1 - others).
-                said[c] = weight[e] * np.log1p(hits[c] * silent / (clear[c] - silent))
+                said[c] = weight[e] * np.log1p(hits[c] * silent / max(clear[c] - silent, DOUBT))
                 log_odds[cell[c]] += said[c]

@@ -247,6 +247,7 @@ def _sweep(
     rotation,
     rings,
     common,
+    least,
     slot,
     seen,
     stale,
@@ -281,7 +282,7 @@ def _sweep(
                     z, square = from_bone(dx, dy, dz, turn[:, 2], length)
                     if square < near and not seen[cell]:
                         seen[cell] = stale[cell] = True
-                    if not carve or square >= carved or common[cell] == -LIMIT:
+                    if not carve or square >= carved or common[cell] == least:
                         continue
                     if (
                         core <= square < felt
@@ -292,7 +293,7 @@ def _sweep(
                     lost = reach.free[link, int(max(square, 0.0) * per_bin)]
                     seen[cell] = stale[cell] = True
                     if slot[cell] < 0:
-                        common[cell] = max(common[cell] - lost, -LIMIT)
+                        common[cell] = max(common[cell] - lost, least)
                     else:
                         where[kept], loses[kept] = slot[cell], lost
                         kept += 1
@@ -300,10 +301,10 @@ def _sweep(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, common, slot, seen, stale):
+def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, common, least, slot, seen, stale):
     """Cells inside a link at the mean `pose` (J,) are free, the surer the deeper (`Reach.free`), but for those about
-    the skin of a patch that feels contact: if `carve`, they lose log-odds in `common` (V,). Of those that particles
-    keep, returns the slots (W,) and what they have to lose (W,); see `lose`.
+    the skin of a patch that feels contact: if `carve`, they lose log-odds in `common` (V,), down to `least`. Of
+    those that particles keep, returns the slots (W,) and what they have to lose (W,); see `lose`.
 
     `seen` (V,) is set for what lies within `evidence.near` m of the skin, `stale` (V,) for all that changes.
     """
@@ -326,6 +327,7 @@ def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, comm
         rotation,
         rings,
         common,
+        least,
         slot,
         seen,
         stale,

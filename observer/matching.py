@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observer import kernels, marginal_kernels
-from observer.capsules import Body, Evidence, Lattice, Reach
+from observer.capsules import LIMIT, Body, Evidence, Lattice, Reach
 from observer.gaussian import lower_factor
 from observer.kinematics import Tree
 from observer.occupancy import Maps
@@ -119,6 +119,7 @@ def _sweep(felt: Felt, cloud: Cloud, maps: Maps, carve: bool) -> None:
         carve,
         cloud.mean,
         maps.common,
+        -LIMIT,
         maps.slot,
         maps.seen,
         maps.stale,

@@ -3,11 +3,13 @@
 Shapes: H hypotheses, C labels, S pose samples, G parts of the hand, P patches, J joints. Lengths in metres.
 
 A hypothesis is a solid: a shape of one size at one place. If it were there, a patch that feels contact would lie on
-its surface and no link would lie inside it. The pose of the hand is only known as a Gaussian process, so each
-hypothesis has a particle filter of its own over the pose, with the solid as its known map; its evidence is the
-hypothesis's likelihood. Two things make that cheap. Fingers err independently, so each part of the hand is weighted and
-resampled apart (`observer.parts`). And hypotheses differ little in what pose they make probable, so that all have the
-same samples, each hypothesis with weights of its own; they are resampled from the mixture of all.
+its surface and no link would lie inside it. The pose of the hand is only known as a Gaussian process. What is left
+unknown of it may be taken for a tolerance of each link's place, at the mean pose: that is the default, cheap and as
+good for a pose filter that is nearly sure. Or each hypothesis has a particle filter of its own over the pose
+(`samples`), with the solid as its known map; its evidence is the hypothesis's likelihood. That is worth its time where
+the pose is known badly, of raw angles say. Two things make it cheaper. Fingers err independently, so each part of the
+hand is weighted and resampled apart (`observer.parts`). And hypotheses differ little in what pose they make probable,
+so that all have the same samples, each hypothesis with weights of its own; they are resampled from the mixture of all.
 
 Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
 infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
@@ -41,8 +43,7 @@ FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step taken in
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
 WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
-KNOWN = {"samples": 48, "stride": 4, "temper": 0.2}
-UNKNOWN = {"samples": 1, "stride": 3, "temper": 0.05}  # with jitter
+TEMPER, TEMPER_UNKNOWN = 0.15, 0.05  # with jitter the latter: what fits best of many solids fits too well
 
 
 class Hypotheses(NamedTuple):
@@ -67,12 +68,12 @@ class ShapePosterior:
         position_jitter: float = 0.0,
         variants: int = 240,
         none: float = 0.0,
-        samples: int | None = None,
+        samples: int = 1,
         tolerance: float = 0.001,
         press: float = 0.0,
         surprise: float = 0.001,
         temper: float | None = None,
-        stride: int | None = None,
+        stride: int = 3,
     ) -> None:
         """`candidates`: the solids that each label may be, equally probable; None: the four shapes at their default
         size at the grasp centre.
@@ -84,8 +85,8 @@ class ShapePosterior:
         `samples` S of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider. `tolerance`
         m: SD of the gap between a patch that feels contact and the surface; `press` m: how deep a link that feels
         contact may lie inside, as in recordings that were fitted to markers; `surprise`: probability of what the model
-        cannot explain; only one step in `stride` is taken in, and `temper` is the exponent of its evidence. None: 48
-        samples, stride 4 and 0.2 for solids that are known exactly, 1, 3 and 0.05 for others.
+        cannot explain; only one step in `stride` is taken in, and `temper` is the exponent of its evidence (None: 0.15
+        for solids that are known exactly, 0.05 for others).
 
         Raises `ValueError` for a value out of range.
         """
@@ -101,8 +102,7 @@ class ShapePosterior:
         self.tolerance = validate.number("tolerance", tolerance, above=0.0, unit="m")
         self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
-        usual = UNKNOWN if size_jitter or yaw_jitter or position_jitter else KNOWN
-        self.samples = validate.integer("samples", usual["samples"] if samples is None else samples, 1)
+        self.samples = validate.integer("samples", samples, 1)
         widest = np.hypot(self.tolerance, WIDEST if self.samples == 1 else 0.0)
         self._skin = skin_of(hand)
         self.variants = Variants(
@@ -115,8 +115,9 @@ class ShapePosterior:
         )
         if self.none and self.variants.unknown:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
-        self.temper = validate.number("temper", usual["temper"] if temper is None else temper, 0.0, 1.0, above=0.0)
-        self.stride = validate.integer("stride", usual["stride"] if stride is None else stride, 1)
+        usual = TEMPER_UNKNOWN if self.variants.unknown else TEMPER
+        self.temper = validate.number("temper", usual if temper is None else temper, 0.0, 1.0, above=0.0)
+        self.stride = validate.integer("stride", stride, 1)
         self._solids_of = np.array([len(solids) for solids in candidates.values()])
         self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
         self._tree = tree_of(hand)

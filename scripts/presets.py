@@ -44,8 +44,8 @@ class World:
     least: float = 0.05
     threshold: float = 0.98
     sure_seconds: float = 0.0
-    variants: int = 48
-    samples: int = 6
+    variants: int = 96
+    samples: int = 1
     stride: int = 5
     temper: float = 0.083
 

@@ -93,6 +93,7 @@ class Step:
             carve,
             self.pose,
             self.maps.common,
+            -marginal.LIMIT,
             self.maps.slot,
             self.maps.seen,
             self.maps.stale,

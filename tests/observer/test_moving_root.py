@@ -129,7 +129,7 @@ def test_samples_start_where_the_pose_was_found(explore) -> None:
     exploration = explore("cube", 60, sigma_deg=3.0)
     slam = HapticSLAM(exploration.hand, particles=1, motion="kinematic", lag=0)
     slam.reset(seed=0)
-    name = ShapePosterior(exploration.hand)
+    name = ShapePosterior(exploration.hand, samples=16, stride=1)
     angles = exploration.hand.rest_pose + 0.5
     belief = slam.step(exploration.torque[0], angles, np.zeros(len(exploration.hand.patches)))
     name.update(belief)
