@@ -28,7 +28,7 @@ EXAMPLE = """examples: python scripts/evaluate.py --shapes cube sphere --sigmas 
           python scripts/evaluate.py --bias-deg 0 2 --contact-miss 0 0.1 --seconds 5 10 --out out/product
           python scripts/evaluate.py --config sweep.toml --cluster tcp://10.0.0.1:8786"""
 FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
-NAMERS = ("nearest_neighbour", "touched_nearest_neighbour")  # one-shot: the paper's, and what touch has added
+NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the paper's, and what touch has added
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
 KINDS: dict[Any, str] = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
 Options = Mapping[str, argparse.Action]

@@ -49,7 +49,7 @@ DEFAULTS: dict[str, Any] = {  # of the sweep; flags of evaluate.py
     "particles": 200,
     "policy": "random_torque",
     "env": "HapticSLAM/TwoFinger-v0",
-    "observers": ["floor", "kalman", "smoother", "haptic_slam", "ceiling"],
+    "observers": ["floor", "haptic_slam", "ceiling"],
     "classifiers": [name for name in TITLES if name != STREAM],
     "jobs": cpu_count(),
 }

@@ -32,7 +32,7 @@ TITLES = {
     "shape_posterior_correct": "Named right by the shape posterior over the stream of beliefs",
     **{f"correct_{n}s": f"Named right by the shape posterior after {n} s" for n in (2, 5, 10)},
     "shape_likelihood_correct": "Named right by the shape likelihood of the last map",
-    "touched_nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Hamming, touched voxels)",
+    "overlap_nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Jaccard, touched voxels)",
     "squared_nearest_neighbour_correct": "Named right by one-shot nearest neighbour (squared distance)",
     "nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Hamming)",
 }

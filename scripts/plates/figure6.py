@@ -15,7 +15,7 @@ from plates.plate import WIDTH, Plate
 
 TITLES = {
     "nearest_neighbour": "one-shot, Hamming\n(p > 0.5, as the paper)",
-    "touched_nearest_neighbour": "one-shot, Hamming\n(touched voxels)",
+    "overlap_nearest_neighbour": "one-shot, Jaccard\n(touched voxels)",
     "shape_likelihood": "one-shot,\nshape likelihood",
     "shape_posterior": "ideal observer,\nknows the shapes",
 }

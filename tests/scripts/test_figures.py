@@ -92,7 +92,7 @@ def test_means_are_those_of_the_trials(drawn: Path, rows: pd.DataFrame, name: st
 
 def test_figure_6_has_each_way_to_name_between_its_brackets(drawn: Path) -> None:
     data = pd.read_csv(drawn / "figure6.csv")
-    namers = {"nearest_neighbour", "touched_nearest_neighbour", "shape_likelihood", "shape_posterior"}
+    namers = {"nearest_neighbour", "overlap_nearest_neighbour", "shape_likelihood", "shape_posterior"}
     assert set(data["measure"]) == {f"{namer}_correct" for namer in namers}
     assert {"floor", "haptic_slam", "ceiling"} == set(data["observer"])
 
