@@ -20,7 +20,7 @@ FIRST_SLOTS = 256
 
 
 class OccupancySnapshot:
-    """The occupancy of one step, computed when it is first asked for, or just before the maps change."""
+    """The occupancy of one step, computed when it is first asked for."""
 
     def __init__(self, compute: Callable[[], Array]) -> None:
         self._compute: Callable[[], Array] | None = compute
@@ -38,6 +38,46 @@ class OccupancySnapshot:
     def __getstate__(self) -> dict[str, Any]:
         """To another process goes the value."""
         return {"_compute": None, "_value": self.value()}
+
+
+class Change:
+    """A change of the mean: what was `before` (C,) at its `cells` (C,), and the change `after` it, None while it has
+    not happened. Whoever holds a change can go back to the time before it."""
+
+    __slots__ = ("after", "before", "cells")
+
+    def __init__(self) -> None:
+        self.cells: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+        self.before: Array = np.empty(0)
+        self.after: Change | None = None
+
+
+class Then:
+    """The mean of `maps` by `weights` (N,) as it is now, whenever it is called.
+
+    Nothing is copied until then: it keeps what changes, which is little, and undoes it.
+    """
+
+    def __init__(self, maps: Maps, weights: Array) -> None:
+        self._maps: Maps | None = maps
+        self._weights = weights
+
+    def settle(self) -> None:
+        """Bring the mean up to date; called before the maps change."""
+        if self._maps is not None:
+            self._mean, self._since = self._maps.refresh(self._weights)
+            self._maps = None
+
+    def __call__(self) -> Array:
+        self.settle()
+        happened, change = [], self._since
+        while change.after is not None:
+            happened.append(change)
+            change = change.after
+        mean = self._mean.copy()
+        for each in reversed(happened):
+            mean.flat[each.cells] = each.before
+        return mean
 
 
 class Maps:
@@ -62,14 +102,15 @@ class Maps:
         self.solid, self.seen, self.stale = np.zeros((3, count), dtype=bool)
         self._probability = probability
         self._mean = np.full(grid.shape, 0.5)
-        self._snapshot: weakref.ref[OccupancySnapshot] | None = None
+        self._next = Change()
+        self._last: weakref.ref[Then] | None = None
 
     def before_change(self) -> None:
-        """Let the last snapshot take its value, if anyone still holds it."""
-        snapshot = self._held()
-        if snapshot is not None:
-            snapshot.value()
-        self._snapshot = None
+        """Settle the last snapshot, if anyone still holds it."""
+        last = self._held()
+        if last is not None:
+            last.settle()
+        self._last = None
 
     def make_room(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """Give a slot to each of `cells` (C,) that has none, and take note that they change; returns the slots (C,)."""
@@ -98,21 +139,24 @@ class Maps:
 
     def snapshot(self, weights: Array) -> OccupancySnapshot:
         """The mean of the maps by `weights` (N,)."""
-        snapshot = self._held()
-        if snapshot is None:
-            snapshot = OccupancySnapshot(lambda: self._refresh(weights).copy())
-            self._snapshot = weakref.ref(snapshot)
-        return snapshot
+        then = self._held()
+        if then is None:
+            then = Then(self, weights)
+            self._last = weakref.ref(then)
+        return OccupancySnapshot(then)
 
-    def _refresh(self, weights: Array) -> Array:
+    def refresh(self, weights: Array) -> tuple[Array, Change]:
+        """The mean (X, Y, Z) by `weights` (N,), which changes with the maps, and its next change."""
         cells = np.flatnonzero(self.stale)
         where, differs = self.slot[cells], self.touched[cells]
         entry = self.common[cells].astype(np.int64) + self.own[0, where]  # any particle's, where they do not differ
         mean = self._probability[entry + 128]
         mean[differs] = mean_probability(where[differs], self.own, weights, self._probability)
+        change, self._next = self._next, Change()
+        change.cells, change.before, change.after = cells, self._mean.flat[cells], self._next
         self._mean.flat[cells] = mean
         self.stale[:] = False
-        return self._mean
+        return self._mean, self._next
 
-    def _held(self) -> OccupancySnapshot | None:
-        return None if self._snapshot is None else self._snapshot()
+    def _held(self) -> Then | None:
+        return None if self._last is None else self._last()

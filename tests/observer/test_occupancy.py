@@ -65,6 +65,25 @@ def test_a_held_snapshot_never_changes():
     assert (maps.snapshot(weights).value() != before).any()
 
 
+def test_snapshots_of_many_times_are_each_of_their_own():
+    """Asked for in any order, after all; some of them were dropped before."""
+    rng = np.random.default_rng(2)
+    maps, weights = Maps(4, GRID, PROBABILITY), np.full(4, 0.25)
+    held = []
+    for turn in range(12):
+        maps.before_change()
+        _change(maps, rng)
+        if turn % 3 == 2:
+            weights = rng.dirichlet(np.ones(4))
+            maps.weights_changed()
+        snapshot = maps.snapshot(weights)
+        if turn % 4 != 1:
+            held += [(snapshot, _expected(maps, weights)), (maps.snapshot(weights), _expected(maps, weights))]
+    for each in rng.permutation(len(held)):
+        snapshot, expected = held[each]
+        np.testing.assert_allclose(snapshot.value(), expected, rtol=1e-12)
+
+
 def test_room_is_made_once_and_keeps_what_was_there():
     maps, rng = Maps(2, GRID, PROBABILITY), np.random.default_rng(1)
     told = {}
