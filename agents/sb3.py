@@ -5,7 +5,7 @@ from __future__ import annotations
 import zipfile
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
@@ -26,6 +26,8 @@ class Sb3(Guided):
     """
 
     asks_shape = True
+    noiseless: ClassVar[bool] = False
+    """Whether it acts without the noise with which it learnt, whatever `deterministic` says."""
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None, *, path: str | Path | None = None) -> None:
         """Raises `ValueError` for a file that is no model, or is one for other observations or actions than `env` has;
@@ -72,7 +74,10 @@ class Sb3(Guided):
                     self._network.reset_noise()
                 try:
                     held, after = self._network.predict(
-                        observation, tuple(memory) or None, np.array([int(step) == 0]), deterministic
+                        observation,
+                        tuple(memory) or None,
+                        np.array([int(step) == 0]),
+                        deterministic or self.noiseless,
                     )
                 except ValueError as error:  # a distribution of what is not finite
                     raise ValueError(f"policy {self.name!r} has no finite torques to command: {error}") from error
@@ -85,17 +90,10 @@ class Trained(Sb3):
     """The model that ships, made by the preset of the same name, without the noise with which it learnt, whatever
     `deterministic` says."""
 
+    noiseless = True
+
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
         super().__init__(env, seed)
-
-    def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: EpisodeStart = None,
-        deterministic: bool = False,
-    ) -> tuple[NDArray[np.float32], State]:
-        return super().predict(observation, state, episode_start, deterministic=True)
 
 
 def _load(path: Path) -> tuple[Any, dict[str, Any]]:

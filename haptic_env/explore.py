@@ -76,9 +76,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         if render_mode is not None:
             validate.choice("render_mode", render_mode, self.metadata["render_modes"])
         self.render_mode = render_mode
-        if not isinstance(reveal_truth, bool):
-            raise ValueError(f"reveal_truth must be True or False, got {reveal_truth!r}")
-        self.reveal_truth = reveal_truth
+        self.reveal_truth = validate.boolean("reveal_truth", reveal_truth)
         self.hand = hands.make(hand, **hand_keywords)
         step_seconds = self.substeps * scene.PHYSICS_SECONDS
         self.metadata = {**type(self).metadata, "render_fps": round(1 / step_seconds)}

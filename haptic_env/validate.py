@@ -58,6 +58,13 @@ def integer(what: str, value: Any, low: int, high: int | None = None) -> int:
     return result
 
 
+def boolean(what: str, value: object) -> bool:
+    """Return `value` if it is True or False; else raise `ValueError`."""
+    if not isinstance(value, bool):
+        raise ValueError(f"{what} must be True or False, got {value!r}")
+    return value
+
+
 def array(what: str, value: ArrayLike, shape: tuple[int, ...], unit: str = "") -> NDArray[np.float64]:
     """Return `value` as a finite float64 array of `shape`; else raise `ValueError`."""
 

@@ -167,6 +167,17 @@ def voxel_range(start, along, pad, origin, res, count):
 
 
 @numba.njit(cache=True, inline="always")
+def voxel_box(at, axis, length, pad, lattice):
+    """Of each of three axes the first voxel of `lattice` that a capsule of `length` m from `at` (3,) along `axis` (3,)
+    may fill, padded, and the one after the last."""
+    res, origin, shape = lattice.resolution, lattice.origin, lattice.shape
+    low0, high0 = voxel_range(at[0], axis[0] * length, pad, origin[0], res, shape[0])
+    low1, high1 = voxel_range(at[1], axis[1] * length, pad, origin[1], res, shape[1])
+    low2, high2 = voxel_range(at[2], axis[2] * length, pad, origin[2], res, shape[2])
+    return low0, high0, low1, high1, low2, high2
+
+
+@numba.njit(cache=True, inline="always")
 def voxel_span(dx, dy, axis, outer, first, res, low, high):
     """Of the voxels `low` to `high` of a row, those within √`outer` m of the line through the origin along `axis`."""
     across = 1.0 - axis[2] * axis[2]

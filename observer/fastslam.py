@@ -100,7 +100,7 @@ class HapticSLAM:
             lag=self.lag + 1,  # the proposal needs the step before the lagged one as well
             dynamics=ContactDynamics() if dynamics is None else dynamics,
         )
-        self.in_hindsight = in_hindsight and matching == "mean"
+        self.in_hindsight = validate.boolean("in_hindsight", in_hindsight) and matching == "mean"
         self._fixed = tree_of(hand)
         self._body = capsules.body_of(hand, self.grid.resolution)
         group = hand.link_group

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from haptic_env.patches import patch_at, row_at
-from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_range, voxel_span
+from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_box, voxel_span
 from observer.compiled import parallel
 from observer.kinematics import body_frames
 
@@ -94,9 +94,7 @@ def _write(
         for patch in range(body.first[link], last):
             touching |= contacts[patch]
         pad = max(reach.carved[link], reach.felt[link]) if touching else reach.carved[link]
-        low0, high0 = voxel_range(at[0], turn[0, 2] * length, pad, origin[0], res, lattice.shape[0])
-        low1, high1 = voxel_range(at[1], turn[1, 2] * length, pad, origin[1], res, ny)
-        low2, high2 = voxel_range(at[2], turn[2, 2] * length, pad, origin[2], res, nz)
+        low0, high0, low1, high1, low2, high2 = voxel_box(at, turn[:, 2], length, pad, lattice)
         outer, carved = pad * pad, reach.carved[link] ** 2
         core, felt = max(radius - evidence.deep, 0.0) ** 2, reach.felt[link] ** 2
         per_bin = 1.0 / reach.bin[link]

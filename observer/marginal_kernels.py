@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.patches import patch_at, row_at
-from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_range, voxel_span
+from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_box, voxel_span
 from observer.compiled import inner, parallel
 from observer.kinematics import body_frames, twists
 
@@ -157,9 +157,7 @@ def suspects(tree, body, lattice, evidence, reach, contacts, touch, margin, pose
         at, turn = position[tree.link_body[link]], rotation[tree.link_body[link]]
         length, radius = body.length[link], body.radius[link]
         pad = reach.felt[link] + margin
-        low0, high0 = voxel_range(at[0], turn[0, 2] * length, pad, origin[0], res, lattice.shape[0])
-        low1, high1 = voxel_range(at[1], turn[1, 2] * length, pad, origin[1], res, ny)
-        low2, high2 = voxel_range(at[2], turn[2, 2] * length, pad, origin[2], res, nz)
+        low0, high0, low1, high1, low2, high2 = voxel_box(at, turn[:, 2], length, pad, lattice)
         outer, inner = pad * pad, max(radius - evidence.deep - margin, 0.0) ** 2
         for i in range(low0, high0):
             dx = origin[0] + (i + 0.5) * res - at[0]
@@ -264,9 +262,7 @@ def _sweep(
         length, radius = body.length[link], body.radius[link]
         close = radius + evidence.near
         pad = max(close, reach.carved[link]) if carve else close
-        low0, high0 = voxel_range(at[0], turn[0, 2] * length, pad, origin[0], res, lattice.shape[0])
-        low1, high1 = voxel_range(at[1], turn[1, 2] * length, pad, origin[1], res, ny)
-        low2, high2 = voxel_range(at[2], turn[2, 2] * length, pad, origin[2], res, nz)
+        low0, high0, low1, high1, low2, high2 = voxel_box(at, turn[:, 2], length, pad, lattice)
         outer, near, carved = pad * pad, close * close, reach.carved[link] ** 2
         core, felt = max(radius - evidence.deep, 0.0) ** 2, reach.felt[link] ** 2
         per_bin = 1.0 / reach.bin[link]

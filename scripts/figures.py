@@ -156,7 +156,10 @@ def trials(given: argparse.Namespace, names: Iterable[str], console: Console) ->
         folder = Path(given.sweep.out)
     else:
         folder = Path(given.trials_of)
-    rows = pd.read_csv(folder / "trials.csv")
+    table = folder / "trials.csv"
+    if not table.read_bytes().endswith(b"\n"):
+        raise ValueError(f"{table} is cut off in its last line; run its sweep again, which mends it")
+    rows = pd.read_csv(table)
     if len(list(parts(rows))) > 1:
         raise ValueError(f"the trials of {folder} vary in more than sigma; a figure shows no more")
     if SLAM not in set(rows["observer"]):

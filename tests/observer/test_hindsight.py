@@ -115,3 +115,17 @@ def test_a_map_without_touches_is_swept(trial):
     occupancy = slam.flush()[-1].occupancy
     assert occupancy.min() < 0.001
     assert occupancy[occupancy != 0.5].max() < 0.05
+
+
+def test_a_touch_with_a_single_suspect_and_no_false_alarms_stays_finite():
+    log_odds = np.array([-2.0, -1.0])
+    one = np.ones(1)
+    share(np.ones(1, dtype=np.int64), one, np.zeros(1, dtype=np.int64), 0.4 * one, 1.0, ROUNDS, log_odds)
+    assert np.isfinite(log_odds).all()
+    assert log_odds[0] > 10.0
+    assert log_odds[1] == -1.0
+
+
+def test_a_switch_is_true_or_false(trial):
+    with pytest.raises(ValueError, match="in_hindsight must be True or False, got 'no'"):
+        HapticSLAM(trial.hand, in_hindsight="no")

@@ -210,6 +210,10 @@ def test_the_trials_of_another_sweep(
         changed.to_csv(other / "trials.csv", index=False)
         assert figures.main(["figure6", "--trials-of", str(other), "--out", str(tmp_path)]) == 1
         assert told in " ".join(capsys.readouterr().out.split())
+    whole = (drawn / "trials" / "trials.csv").read_bytes()
+    (other / "trials.csv").write_bytes(whole[: len(whole) // 2])
+    assert figures.main(["figure6", "--trials-of", str(other), "--out", str(tmp_path)]) == 1
+    assert "trials.csv is cut off in its last line" in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.parametrize(
