@@ -24,6 +24,7 @@ from observer.kinematics import Tree, link_frames, placed, tree_of
 
 Array = NDArray[np.float64]
 OCCUPIED = 0.5
+IMPOSSIBLE = 1e-6  # probability below which the log loss takes all for the same
 TOUCH_TOLERANCE = 0.002  # metres: skin further from the surface than this rang falsely
 
 
@@ -37,13 +38,15 @@ class SurfaceScore(NamedTuple):
 
 class Reliability(NamedTuple):
     """For each bin of predicted probability (B,): their mean, how often it was true, and how many cells; then the
-    expected calibration error (mean gap between the two, weighted by cells) and the Brier score over all cells."""
+    expected calibration error (mean gap between the two, weighted by cells), and over all cells the Brier score and
+    the `log_loss` (nats), of a truth held for impossible that of one in a million."""
 
     predicted: Array
     observed: Array
     cells: NDArray[np.int64]
     ece: float
     brier: float
+    log_loss: float
 
 
 class Share(NamedTuple):
@@ -181,12 +184,13 @@ def reliability(occupancy: Array, truth: NDArray[np.bool_], cells: NDArray[np.bo
     count = np.bincount(which, minlength=bins)
     if p.size == 0:
         empty = np.full(bins, np.nan)
-        return Reliability(empty, empty.copy(), count, float("nan"), float("nan"))
+        return Reliability(empty, empty.copy(), count, *[float("nan")] * 3)
     with np.errstate(invalid="ignore"):
         predicted = np.bincount(which, p, bins) / count
         observed = np.bincount(which, occupied, bins) / count
     ece = float(np.nansum(np.abs(predicted - observed) * count) / p.size)
-    return Reliability(predicted, observed, count, ece, float(np.square(p - occupied).mean()))
+    log_loss = -np.log(np.maximum(np.where(truth[cells], p, 1.0 - p), IMPOSSIBLE)).mean()
+    return Reliability(predicted, observed, count, ece, float(np.square(p - occupied).mean()), float(log_loss))
 
 
 # Name

@@ -42,8 +42,11 @@ MEASURES = (
     "coverage_90_lagged",
     *(f"surface_{what}_{n}" for n in (1, 2) for what in ("precision", "recall", "f_score")),
     "surface_coverage",
+    "growing_f_score_1",
+    "growing_brier",
     "occupancy_ece",
     "occupancy_brier",
+    "occupancy_log_loss",
     "touching_share",
     "n_eff",
     "time_to_decision",
@@ -90,9 +93,11 @@ class Settings:
         validate.number("--scale", self.scale, above=0.0, unit="m")
         for name in self.shapes:
             shapes.default_size(shapes.check("--shapes", name), self.scale)
+        for name in self.observers:
+            variants.check("--observers", name)
         for what, given, valid in (
             ("shape", self.shapes, self.shapes or tuple(shapes.SHAPES)),
-            ("observer", self.observers, variants.NAMES),
+            ("observer", self.observers, self.observers or variants.NAMES),
             ("classifier", self.classifiers, CLASSIFIERS),
         ):
             for name in given:
@@ -287,6 +292,9 @@ def _rows(
             "surface_coverage": metrics.surface_coverage(occupancy, grid, exploration.solid),
             "occupancy_ece": calibration.ece,
             "occupancy_brier": calibration.brier,
+            "occupancy_log_loss": calibration.log_loss,
+            "growing_f_score_1": metrics.surface_score(account.growing, grid, exploration.solid, touched).f_score,
+            "growing_brier": metrics.reliability(account.growing, occupied, cells).brier,
             "touching_share": float(touching.mean()),
             "n_eff": float(account.n_eff.mean()),
             "time_to_decision": metrics.time_to_decision(exploration.seconds, account.posterior),
