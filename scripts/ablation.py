@@ -25,7 +25,7 @@ COLUMNS: dict[str, tuple[str, bool | None]] = {
     "coverage_90_lagged": ("90 % interval holds", None),
     "surface_f_score_1": ("F-score, last map", True),
     "growing_f_score_1": ("F-score, growing map", True),
-    "occupancy_brier": ("Brier, last map", False),
+    "skin_brier": ("Brier, last map", False),
     "growing_brier": ("Brier, growing map", False),
     "correct_2s": ("named right after 2 s", True),
 }

@@ -36,7 +36,7 @@ def rows() -> pd.DataFrame:
                     "coverage_90_lagged": 0.9,
                     "surface_f_score_1": 0.5 - worse,
                     "growing_f_score_1": 0.4,
-                    "occupancy_brier": 0.1,
+                    "skin_brier": 0.1,
                     "growing_brier": 0.1,
                     "correct_2s": 1.0,
                 }
@@ -52,7 +52,7 @@ def test_differences_are_those_of_the_same_trial(rows: pd.DataFrame) -> None:
     full = rows[rows["observer"] == "no_lag"]["pose_error_lagged_deg"].mean() / 5
     assert worse["mean"] == pytest.approx(full)
     assert lines.loc["one_particle", "pose_error_lagged"]["difference"] == 0
-    assert lines.loc["haptic_slam", "occupancy_brier"]["trials"] == 10
+    assert lines.loc["haptic_slam", "skin_brier"]["trials"] == 10
 
 
 def test_a_further_change_is_compared_with_what_is_without_it(rows: pd.DataFrame) -> None:
