@@ -42,7 +42,9 @@ class Moment(NamedTuple):
     touch: Array
 
 
-def occupancy(moments: list[Moment], link_body: NDArray[np.int64], grid: Grid, body: Body, model: ContactModel) -> Array:
+def occupancy(
+    moments: list[Moment], link_body: NDArray[np.int64], grid: Grid, body: Body, model: ContactModel
+) -> Array:
     """(X, Y, Z) probability that each voxel is occupied given all `moments`, 0.5 where the hand never came near;
     `link_body` (L,) as in `Tree`."""
     evidence = model.evidence(grid.resolution)
@@ -92,7 +94,8 @@ def look_back(link_body, body, lattice, evidence, position, rotation, place, con
                 height,
             )
             if count + found > len(cell):
-                cell, hits = np.append(cell, np.empty(len(cell) + found, np.int64)), np.append(hits, np.empty(len(hits) + found))
+                more = len(cell) + found
+                cell, hits = np.append(cell, np.empty(more, dtype=np.int64)), np.append(hits, np.empty(more))
             for patch in range(contacts.shape[1]):
                 if not contacts[step, patch]:
                     continue
