@@ -135,6 +135,22 @@ def link_frames(tree: Tree, joint_angles: NDArray[np.float64]) -> tuple[NDArray[
 
 
 @numba.njit(cache=True, error_model="numpy")
+def placed_points(tree, joint_angles, points, link):
+    """World positions (M, 3) m of `points` (M, 3), each in the frame of its `link` (M,), at `joint_angles` (J,)."""
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, joint_angles, position, rotation)
+    result = np.empty((len(points), 3))
+    for m in range(len(points)):
+        body = tree.link_body[link[m]]
+        for i in range(3):
+            result[m, i] = position[body, i]
+            for k in range(3):
+                result[m, i] += rotation[body, i, k] * points[m, k]
+    return result
+
+
+@numba.njit(cache=True, error_model="numpy")
 def point_jacobian(tree, joint_angles, position, rotation, body, point, out):
     """Fill `out` (3, J) with ∂point/∂q of a `point` (3,) m fixed to `body`, at the frames of `joint_angles` (J,)."""
     turn = np.empty((3, 3))
