@@ -251,7 +251,7 @@ class HapticSLAM:
     def _weigh_alike(self) -> None:
         self._n_eff = float(self.n_particles)
         self._weights = np.full(self.n_particles, 1.0 / self.n_particles)
-        self._log_weights = np.log(self._weights)
+        self._log_weights: Array = np.log(self._weights)
 
     def _belief(
         self,

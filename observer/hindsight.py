@@ -51,10 +51,13 @@ def occupancy(
     evidence = evidence._replace(edge=EDGE * evidence.edge)
     cells = int(np.prod(grid.shape))
     swept, seen = np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=bool)
-    steps = (np.stack(each) for each in zip(*moments, strict=True))
-    touches = look_back(link_body, body, capsules.lattice_of(grid), evidence, *steps, swept, seen)
+    position, rotation, place, contacts, touch = (np.stack(each) for each in zip(*moments, strict=True))
+    lattice = capsules.lattice_of(grid)
+    suspects, weight, cell, hits = look_back(
+        link_body, body, lattice, evidence, position, rotation, place, contacts, touch, swept, seen
+    )
     log_odds = logit(model.prior) + capsules.QUANTUM * swept
-    share(*touches, 1.0 - evidence.false_alarm, ROUNDS, log_odds)
+    share(suspects, weight, cell, hits, 1.0 - evidence.false_alarm, ROUNDS, log_odds)
     return np.where(seen, expit(log_odds), 0.5).reshape(grid.shape)
 
 
