@@ -20,7 +20,7 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.shapes.base import Solid
-from observer.kinematics import Tree, link_frames, placed, tree_of
+from observer.kinematics import Tree, placed, placed_points, tree_of
 
 Array = NDArray[np.float64]
 OCCUPIED = 0.5
@@ -114,7 +114,7 @@ def touched_places(
         if not rang.any():
             continue
         mine = np.flatnonzero(rang[skin.patch])
-        points = _placed(tree, angles, skin.points[mine], skin.link[mine])
+        points = placed_points(tree, angles, skin.points[mine], skin.link[mine])
         gap = np.abs(solid.signed_distance(points))
         order = np.lexsort((gap, skin.patch[mine]))  # patch by patch, the nearest point first
         nearest = order[np.unique(skin.patch[mine][order], return_index=True)[1]]
@@ -171,7 +171,7 @@ def swept(hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose]
     inside = hand.patches.volume(0.75 * grid.resolution)
     found = np.zeros(grid.shape, dtype=bool)
     for tree, angles in _posed(hand, joint_angles, roots):
-        cells, within = grid.index(_placed(tree, angles, inside.points, inside.link))
+        cells, within = grid.index(placed_points(tree, angles, inside.points, inside.link))
         found[tuple(cells[within].T)] = True
     return found
 
@@ -249,9 +249,3 @@ def _posed(hand: Hand, joint_angles: ArrayLike, roots: Sequence[Pose] | None) ->
     tree, angles = tree_of(hand), np.asarray(joint_angles)
     for each, root in zip(angles, [None] * len(angles) if roots is None else roots, strict=True):
         yield placed(tree, root), each
-
-
-def _placed(tree: Tree, joint_angles: Array, points: Array, link: NDArray[np.int64]) -> Array:
-    """World positions (M, 3) m of `points` (M, 3), each in the frame of its `link` (M,)."""
-    position, rotation = link_frames(tree, joint_angles)
-    return position[link] + np.einsum("mij,mj->mi", rotation[link], points)
