@@ -28,10 +28,12 @@ from observer.delta_pose import DeltaPose
 from observer.gaussian import lower_factor, moved_along, regression
 from observer.kinematic_pose import KinematicPose
 from observer.kinematics import link_spread, placed, tree_of
+from observer.known_solids import KnownSolids
 from observer.matching import MATCHING, Cloud, Felt
 from observer.occupancy import Maps, OccupancySnapshot
 from observer.pose_filter import ContactDynamics, PoseFilter
 from observer.pose_source import PoseSource
+from observer.shape_posterior import ShapePosterior
 
 Array = NDArray[np.float64]
 RESOLUTION = 0.004  # metres
@@ -68,6 +70,7 @@ class HapticSLAM:
         contact_model: ContactModel | None = None,
         in_hindsight: bool = True,
         dynamics: ContactDynamics | None = None,
+        solids: ShapePosterior | None = None,
     ) -> None:
         """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
         the hand, its physics ("forward_model"), a line ("delta_pose") or nothing but that it moves smoothly
@@ -79,6 +82,9 @@ class HapticSLAM:
 
         `in_hindsight`: the last belief of a trial, from `flush`, has the map of `observer.hindsight` (only with
         matching by the "mean", of which it is the continuation).
+
+        `solids`: what the object may be, if that is known; contacts then tell of the lagged pose which side of its
+        surface each link is on (`observer.known_solids`). Maps are the same with and without.
 
         Raises `ValueError` for a value out of range.
         """
@@ -101,6 +107,9 @@ class HapticSLAM:
             dynamics=ContactDynamics() if dynamics is None else dynamics,
         )
         self.in_hindsight = validate.boolean("in_hindsight", in_hindsight) and matching == "mean"
+        if solids is not None and solids.hand.joint_names != hand.joint_names:
+            raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {solids.hand.name!r}")
+        self._known = None if solids is None else KnownSolids(solids, rate)
         self._fixed = tree_of(hand)
         self._body = capsules.body_of(hand, self.grid.resolution)
         group = hand.link_group
@@ -135,6 +144,8 @@ class HapticSLAM:
         self._felt = np.zeros(len(self.hand.patches), dtype=bool)
         self._pending = deque()  # felt, but waiting for the lag
         self._moments: list[hindsight.Moment] = []
+        if self._known is not None:
+            self._known.reset(seed)
         return self._belief(ago=0)
 
     def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
@@ -178,7 +189,10 @@ class HapticSLAM:
         resampled = self._resample()
         if resampled or np.ptp(log_likelihood) > 0.0:
             self._maps.weights_changed()
-        return self._belief(ago, contacts, proposal, resampled, float(moved.mean()), root)
+        belief = self._belief(ago, contacts, proposal, resampled, float(moved.mean()), root)
+        if self._known is None:
+            return belief
+        return self._known.correct(belief, self.pose, [(contacts, root), *self._running()])
 
     def _propose(self, ago: int) -> Transition:
         """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles.

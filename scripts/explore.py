@@ -226,7 +226,11 @@ def explore(
         stop = True
         signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
 
-    observers = make_observers((RAW, OBSERVER), session.hand, settings.sigma, settings.particles, **session.told)
+    told = session.hand, settings.sigma, settings.particles
+    observers = {
+        **make_observers((RAW,), *told, **session.told),
+        **make_observers((OBSERVER,), *told, **session.told, **session.informed),
+    }
     env = session.env
     if isinstance(session.policy, str):
         env = guided(env, session.policy, settings.sigma, session.namer)
