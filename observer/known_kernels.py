@@ -14,17 +14,19 @@ from observer.compiled import inner
 from observer.kinematics import body_frames, point_jacobian
 from observer.solid_fields import field_distance
 
-CLEAR = 4.0  # in SDs: a link this far on its own side of the surface says nothing
+CLEAR = 4.0  # in SDs: a link this far within its bounds says nothing
 
 
 @numba.njit(cache=True, error_model="numpy")
-def take_in(tree, skin, solids, h, touches, first, mean, covariance, tolerance, surprise):
-    """Take in that the links in `touches` (L,) do not lie outside hypothesis `h`, nor the others inside.
+def take_in(tree, skin, solids, h, touches, first, mean, covariance, tolerance, press, surprise):
+    """Take in that of the links those in `touches` (L,) lie on hypothesis `h`, at most `press` m inside, and the others
+    not inside.
 
     `mean` (n,) rad and `covariance` (n, n), with the angles of that step from `first` on, become those of the Gaussian
     of the same moments, link by link; the gap of a link is linear in the angles about the mean of before, known to
-    `tolerance` m, and with probability `surprise` on the wrong side.
+    `tolerance` m, and with probability `surprise` anywhere.
     """
+    press = max(press, 0.1 * tolerance)  # else no gap would do
     joints = len(tree.zero)
     position = np.empty((len(tree.parent), 3))
     rotation = np.empty((len(tree.parent), 3, 3))
@@ -41,7 +43,8 @@ def take_in(tree, skin, solids, h, touches, first, mean, covariance, tolerance, 
         for j in range(joints):
             row[j] = normal[0] * jacobian[0, j] + normal[1] * jacobian[1, j] + normal[2] * jacobian[2, j]
             gap += row[j] * (mean[first + j] - angles[j])
-        _condition(-1.0 if touches[link] else 1.0, gap, row, first, mean, covariance, tolerance**2, surprise)
+        low, high = (-press, 0.0) if touches[link] else (0.0, np.inf)
+        _condition(low - gap, high - gap, row, first, mean, covariance, tolerance, surprise)
 
 
 @inner(error_model="numpy")
@@ -85,25 +88,42 @@ def _gap(solids, h, x, y, z):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _condition(side, gap, row, first, mean, covariance, variance, surprise):
-    """Moments of the Gaussian given that `side` · (`gap` + `row` · δ) > 0, δ being what the angles from `first` on
-    differ from their mean (Rasmussen & Williams 2006, Gaussian Processes for Machine Learning, section 3.9)."""
+def _condition(low, high, row, first, mean, covariance, tolerance, surprise):
+    """Moments of the Gaussian given that `row` · δ lies between `low` and `high`, known to `tolerance`; δ: what the
+    angles from `first` on differ from their mean by (for one bound: Rasmussen & Williams 2006, Gaussian Processes for
+    Machine Learning, section 3.9)."""
     with_gap = np.zeros(len(mean))
     for i in range(len(mean)):
         for j in range(len(row)):
             with_gap[i] += covariance[i, first + j] * row[j]
-    total = variance
+    total = tolerance**2
     for j in range(len(row)):
         total += row[j] * with_gap[first + j]
     deviation = math.sqrt(total)
-    ratio = side * gap / deviation
-    if ratio > CLEAR:
+    a, b = low / deviation, high / deviation
+    if a < -CLEAR and b > CLEAR:
         return
-    density = (1.0 - 2.0 * surprise) * math.exp(-0.5 * ratio**2) / math.sqrt(2.0 * math.pi)
-    share = surprise + (1.0 - 2.0 * surprise) * 0.5 * math.erfc(-ratio / math.sqrt(2.0))
-    slope = density / share
-    bend = slope * (slope + ratio) / total
+    most = _below(0.5 * (high - low) / tolerance) - _below(0.5 * (low - high) / tolerance)
+    weight = (1.0 - surprise) / most
+    share = surprise + weight * (_below(b) - _below(a))
+    slope = weight * (_density(a) - _density(b)) / share
+    bend = slope**2 - weight * (_moment(a) - _moment(b)) / share
     for i in range(len(mean)):
-        mean[i] += side * slope / deviation * with_gap[i]
+        mean[i] += slope / deviation * with_gap[i]
         for j in range(len(mean)):
-            covariance[i, j] -= bend * with_gap[i] * with_gap[j]
+            covariance[i, j] -= bend / total * with_gap[i] * with_gap[j]
+
+
+@inner(error_model="numpy")
+def _below(x):
+    return 0.5 * math.erfc(-x / math.sqrt(2.0))
+
+
+@inner(error_model="numpy")
+def _density(x):
+    return math.exp(-0.5 * x**2) / math.sqrt(2.0 * math.pi)
+
+
+@inner(error_model="numpy")
+def _moment(x):
+    return x * _density(x) if abs(x) < 1e3 else 0.0

@@ -31,8 +31,6 @@ from observer.solid_fields import skin_of
 
 Felt = tuple[NDArray[np.bool_], Pose | None]  # contacts (P,) of a step, and where the hand as a whole was
 AFTER = 0.06  # s: contacts up to so much later are taken in
-TOLERANCE = 0.0015  # m: SD of the surface
-SURPRISE = 0.01  # probability that a link is on the wrong side all the same
 UNLIKELY = 0.02  # hypotheses less probable than this share of the best one are left out
 
 
@@ -81,8 +79,9 @@ class KnownSolids:
                     k * joints,
                     mean,
                     covariance,
-                    TOLERANCE,
-                    SURPRISE,
+                    self.shape.tolerance,
+                    self.shape.press,
+                    self.shape.surprise,
                 )
         weights = np.exp(log[likely] - np.logaddexp.reduce(log[likely]))
         lagged = slice(now * joints, (now + 1) * joints)
