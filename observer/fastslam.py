@@ -83,8 +83,8 @@ class HapticSLAM:
         `in_hindsight`: the last belief of a trial, from `flush`, has the map of `observer.hindsight` (only with
         matching by the "mean", of which it is the continuation).
 
-        `solids`: what the object may be, if that is known; contacts then tell of the lagged pose which side of its
-        surface each link is on (`observer.known_solids`). Maps are the same with and without.
+        `solids`: what the object may be, where that is known; the lagged angles of a belief are then also what contacts
+        with those solids make of them (`observer.known_solids`). Maps are the same with and without.
 
         Raises `ValueError` for a value out of range.
         """

@@ -2,12 +2,12 @@
 
 Shapes: H hypotheses, F steps, J joints, L links, P patches.
 
-If the object were a certain solid, no link that feels contact would lie outside it and no silent one inside: the gap
-between the surface and the nearest spot of the link's skin has a sign. For a gap that is linear in the angles that is a
-half line, and the Gaussian of the pose is conditioned on one after the other by matching moments (assumed density
-filtering: Minka 2001, UAI, 362-369). How deep a link lies is left open, so that it holds for hands that sink into what
-they hold. Errors of the pose last for several steps: links that begin or cease to touch a little earlier or later tell
-of it too. What the solid is, is only known as a `ShapePosterior`, over which the pose is averaged.
+If the object were a certain solid, a link that feels contact would lie on its surface, or as deep inside as hands are
+said to sink, and no silent link inside: the gap between the surface and the nearest spot of a link's skin has bounds.
+Where it is linear in the angles, the Gaussian of the pose is conditioned on one link after the other by matching
+moments (assumed density filtering: Minka 2001, UAI, 362-369). Errors of the pose last for several steps: links that
+begin or cease to touch a little earlier or later tell of it too. What the solid is, only a `ShapePosterior` knows; over
+it the pose is averaged, and its model of touch is the one used here.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ UNLIKELY = 0.02  # hypotheses less probable than this share of the best one are 
 
 
 class KnownSolids:
-    """Corrects the lagged pose of beliefs by what it feels at the solids that the object may be.
+    """Corrects the lagged pose of beliefs by what was felt, for the solids that the object may be.
 
-    The maps and the naming know nothing of it: neither is to confirm what it has said itself.
+    Maps and naming know nothing of it: neither is to confirm what it has said itself.
     """
 
     def __init__(self, shape: ShapePosterior, control_hz: float) -> None:
-        """`shape`: what the object may be; a copy of it names the object here."""
+        """`shape`: what the object may be; a copy of it names the object from the beliefs as they come."""
         self.hand = shape.hand
         self.shape = copy.copy(shape)
         self.after = round(AFTER * control_hz)
@@ -55,7 +55,7 @@ class KnownSolids:
         self._before: list[Felt] = []
 
     def correct(self, belief: Belief, pose: PoseSource, felt: Iterable[Felt]) -> Belief:
-        """`belief` with what the contacts make of its lagged pose; `felt` at that step and at the later ones."""
+        """`belief` with its lagged pose as contacts leave it; `felt` at that step and at the later ones, of `pose`."""
         self.shape.update(belief)
         steps = [*self._before, *islice(felt, 1 + self.after)]
         now = len(self._before)

@@ -18,27 +18,24 @@ SINKING = 0.05  # m: as deep as hands in recordings may be
 SPREAD = 0.02  # rad: SD of each joint
 
 
-def skin_in_world(hand, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def skin_in_world(tree, skin, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points (M, 3) m of the skin at `angles` (J,), and the link (M,) of each."""
-    tree, skin = tree_of(hand), skin_of(hand)
     position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
     body_frames(tree, angles, position, rotation)
-    count = np.diff(np.append(skin.begin[skin.first_bead[:-1]], len(skin.points)))
-    link = np.repeat(np.arange(len(hand.links)), count)
+    link = np.repeat(np.arange(len(skin.body)), np.diff(skin.begin[skin.first_bead]))
     body = skin.body[link]
     return position[body] + np.einsum("mij,mj->mi", rotation[body], skin.points), link
 
 
-def gaps_of(hand, solid, angles: np.ndarray) -> np.ndarray:
-    """(L,) m: how far the skin of each link is from `solid`."""
-    points, link = skin_in_world(hand, angles)
-    gap = solid.signed_distance(points)
-    return np.array([gap[link == each].min() for each in range(len(hand.links))])
+def tip_gap(tree, skin, solid, angles: np.ndarray) -> float:
+    """m: how far the skin of the last link is from `solid`."""
+    points, link = skin_in_world(tree, skin, angles)
+    return float(solid.signed_distance(points[link == link[-1]]).min())
 
 
 def beside(hand, gap: float):
     """A sphere that the last link of the hand at rest is `gap` m away from."""
-    points, link = skin_in_world(hand, hand.rest_pose)
+    points, link = skin_in_world(tree_of(hand), skin_of(hand), hand.rest_pose)
     of_tip = points[link == len(hand.links) - 1]
     out = of_tip.mean(axis=0) - points.mean(axis=0)
     out /= np.linalg.norm(out)
@@ -58,7 +55,7 @@ def test_the_nearest_spot_and_the_way_out_of_a_solid(two_finger, gap: float) -> 
     spot, normal, tip = np.empty(3), np.empty(3), len(hand.links) - 1
     body = skin.body[tip]
     found = nearest(solids, 0, skin, tip, position[body], rotation[body], spot, normal)
-    assert found == pytest.approx(gaps_of(hand, solid, hand.rest_pose)[tip], abs=2e-4)
+    assert found == pytest.approx(tip_gap(tree, skin, solid, hand.rest_pose), abs=2e-4)
     away = spot - solid.position
     np.testing.assert_allclose(normal, away / np.linalg.norm(away), atol=0.02)
 
@@ -83,8 +80,7 @@ def test_contacts_give_the_moments_of_samples(two_finger, gap: float, touching: 
     of_hand = tree_of(hand), skin_of(hand), solids_of([solid], far=0.03)
     take_in(*of_hand, 0, touches, 0, mean, covariance, TOLERANCE, press, SURPRISE)
     assert np.abs(mean - hand.rest_pose).max() > 0.1 * SPREAD
-    gaps = np.array([gaps_of(hand, solid, each) for each in samples])
-    weights = likelihood(gaps[:, -1], touching, press) * likelihood(gaps[:, :-1], False, press).prod(axis=1)
+    weights = likelihood(np.array([tip_gap(*of_hand[:2], solid, each) for each in samples]), touching, press)
     weights /= weights.sum()
     expected = weights @ samples
     np.testing.assert_allclose(mean, expected, atol=0.08 * SPREAD)
@@ -100,7 +96,7 @@ def test_where_contacts_must_not_leave_the_surface_a_gap_is_measured(two_finger)
     of_hand = tree_of(hand), skin_of(hand), solids_of([solid], far=0.03)
     for _ in range(200):
         take_in(*of_hand, 0, touches, 0, mean, covariance, TOLERANCE, 0.0, SURPRISE)
-    assert gaps_of(hand, solid, mean)[-1] == pytest.approx(0.0, abs=3e-4)
+    assert tip_gap(*of_hand[:2], solid, mean) == pytest.approx(0.0, abs=3e-4)
     assert np.linalg.eigvalsh(covariance).min() > 0.0
 
 
