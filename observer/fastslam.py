@@ -131,11 +131,16 @@ class HapticSLAM:
         """
         return cls(hand, sigma_deg, particles, **{**AS_WRITTEN, **keywords})
 
-    def reset(self, seed: int | None = None) -> Belief:
-        """All particles at the rest pose with an empty map (step 1); the belief before anything is felt."""
+    def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
+        """All particles at the rest pose with an empty map (step 1); the belief before the first step.
+
+        `joint_angles` (J,) rad: those felt at the reset, for a `motion` that does not know where the hand begins
+        ("kinematic"); it need not be told. Raises `ValueError` where they are not finite.
+        """
         count, joints = self.n_particles, self.hand.joints
         self._rng = np.random.default_rng(seed)
-        self.pose.reset()
+        felt = None if joint_angles is None else validate.array("joint_angles", joint_angles, (joints,), "radians")
+        self.pose.reset(felt)
         self._maps = Maps(count, self.grid, self._evidence.probability, dense=self.matching == "sample")
         self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
         self._drawn = self.hand.rest_pose, np.zeros((joints, joints))  # mean and factor of the Gaussian about them

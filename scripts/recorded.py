@@ -135,8 +135,9 @@ def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosteri
     grid = Grid.around(solid.position, np.asarray(solid.size) + 2.0 * MARGIN, VOXEL)
     # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true.
     told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": False}
-    namer = ShapePosterior(hand, candidates, **SINKING_NAMER)
-    return candidates, namer, told, {"solids": namer}
+    # For the pose the surface counts as exactly as it is known: what is not known of the pose is the pose's own matter.
+    surface = ShapePosterior(hand, candidates, press=SINKING_NAMER["press"])
+    return candidates, ShapePosterior(hand, candidates, **SINKING_NAMER), told, {"solids": surface}
 
 
 def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Session:
