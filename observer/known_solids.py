@@ -37,7 +37,8 @@ UNLIKELY = 0.02  # hypotheses less probable than this share of the best one are 
 class KnownSolids:
     """Corrects the lagged pose of beliefs by what was felt, for the solids that the object may be.
 
-    Maps and naming know nothing of it: neither is to confirm what it has said itself.
+    It stands in place of what the maps say of that pose. Maps and naming know nothing of it: neither is to confirm what
+    it has said itself.
     """
 
     def __init__(self, shape: ShapePosterior, control_hz: float) -> None:
