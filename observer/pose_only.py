@@ -57,8 +57,8 @@ class PoseOnly:
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
         self._contacts: list[NDArray[np.bool_]] | None = None
 
-    def reset(self, seed: int | None = None) -> Belief:
-        """Start at the rest pose; nothing here is left to chance."""
+    def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
+        """Start at the rest pose, as `HapticSLAM.reset`; nothing here is left to chance, nor to what is felt first."""
         self.pose.reset()
         self._contacts = []  # of every step so far
         self._told = 0  # steps that were told of

@@ -40,7 +40,7 @@ import haptic_env
 from haptic_env import recordings, shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.recordings import Recording
-from observer import ShapePosterior, metrics
+from observer import HapticSLAM, ShapePosterior, metrics
 
 EXAMPLE = """examples: python scripts/explore.py --shape pyramid --sigma 5 --seed 3 --out out/pyramid
           python scripts/explore.py --recording inspect.npz --mesh cube.stl
@@ -226,7 +226,10 @@ def explore(
         stop = True
         signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
 
-    observers = make_observers((RAW, OBSERVER), session.hand, settings.sigma, settings.particles, **session.told)
+    names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
+    observers: dict[str, HapticSLAM] = {}
+    for name, told in names.items():
+        observers |= make_observers((name,), session.hand, settings.sigma, settings.particles, **told)
     env = session.env
     if isinstance(session.policy, str):
         env = guided(env, session.policy, settings.sigma, session.namer)

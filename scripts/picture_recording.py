@@ -62,7 +62,8 @@ def picture(
 ) -> None:
     """Replay `session`, and draw it at `moments` (s) from `azimuth` and `elevation` (degrees) about the object."""
     env: Any = session.env
-    observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **session.told)
+    told = {**session.told, **session.informed}
+    observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **told)
     trial = Trial(env, session.policy, observers, session.namer, settings.seed)
     steps = {min(max(1, round(moment * env.control_hz)), trial.steps) for moment in moments}
     drawn: list[tuple[int, NDArray[np.uint8], NDArray[np.uint8]]] = []
