@@ -252,7 +252,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         contacts = self.contact_detection.sample(self._contact_rng, self._touched)
         return {
             "joint_angles": self.felt_angles(self._data.qpos),
-            "contacts": contacts.astype(np.int8),
+            "contacts": contacts.view(np.int8),
         }
 
     def _info(self) -> dict[str, Any]:
