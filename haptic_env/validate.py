@@ -9,9 +9,11 @@ from collections.abc import Collection, Iterable
 from numbers import Integral, Real
 from typing import Any
 
-import numba
 import numpy as np
+from numba import types
 from numpy.typing import ArrayLike, NDArray
+
+from haptic_env.compiled import GIVEN, inner
 
 LARGEST = sys.float_info.max
 
@@ -90,13 +92,13 @@ def array(
     return result
 
 
-@numba.njit("boolean(float64[:], float64)", cache=True)
-def _within(numbers, bound):
+@inner(types.boolean(GIVEN, types.float64))
+def _within(numbers: NDArray[np.float64], bound: float) -> bool:
     """Whether none of `numbers` (M,) is beyond ± `bound`, or NaN: the control loop asks at every step."""
+    inside = True
     for each in numbers:
-        if not abs(each) <= bound:
-            return False
-    return True
+        inside &= abs(each) <= bound
+    return inside
 
 
 def binary(what: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:

@@ -8,11 +8,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-import numba
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
 from haptic_env import validate
+from haptic_env.compiled import GIVEN, inner
 from haptic_env.sensors.gaussian import log_normal
 
 Rng = np.random.Generator
@@ -147,8 +148,8 @@ class FeltAngles:
         return felt
 
 
-@numba.njit("void(float64[:], float64, float32[::1])", cache=True)
-def _clip(angles, bound, clipped):
+@inner(types.void(GIVEN, types.float64, types.float32[::1]))
+def _clip(angles: Angles, bound: float, clipped: NDArray[np.float32]) -> None:
     """Put `angles` (J,) into `clipped` (J,), none beyond ± `bound`: one call for three of NumPy."""
     for joint in range(len(angles)):
         clipped[joint] = min(max(angles[joint], -bound), bound)
