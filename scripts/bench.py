@@ -6,12 +6,13 @@ Prints one table; --json writes the same figures to a file. Compare ratios rathe
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 import os
 import platform
 import sys
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,10 +29,12 @@ from rich.table import Table
 
 import haptic_env
 from haptic_env import shapes, validate
-from observer import ShapePosterior
+from observer import HapticSLAM, ShapePosterior
 
 EXAMPLE = "example: python scripts/bench.py --rounds 5 --json out/bench.json"
 PROCESS = ("import", "make", "first step", "first step into the maps")
+PASSES = 10  # of env.step a round, between the other measurements: its parts are of microseconds
+WHOLE_HAND = "HapticSLAM/MyoHand-v0"
 PEER_MICROSECONDS = 250.0  # a particle and observation: MRPT's rbpf-slam, at its best
 STAGES = {  # and whether it deals with the present step or with the lagged one
     "forward model": True,
@@ -144,6 +147,12 @@ class Bench:
             for particles in (size.few, size.many)
         }
         self.shape = ShapePosterior(self.recording.hand)
+        self.whole: tuple[measures.Recording, HapticSLAM] | None = None
+        try:
+            recording = measures.record(WHOLE_HAND, settings.shape, settings.sigma, settings.seed, size.steps)
+            self.whole = recording, HapticSLAM(recording.hand, settings.sigma, size.few)
+        except ImportError as error:
+            self.missing = str(error)
         self.lag = self.slams[size.few, size.coarse].lag
         self.now, self.late = self.recording.touching, self.recording.lagged(self.lag)
 
@@ -151,13 +160,14 @@ class Bench:
         """Compile what is not in the cache."""
         measures.environment(self.recording)
         self._stages()
+        for threads in self.threads if self.whole else ():
+            self._whole_hand(threads)
 
     def measurements(self) -> list[Callable[[], Values]]:
         """What one round takes."""
         asked, size = self.settings, self.size
         trial = asked.env, asked.shape, asked.sigma, size.seconds, size.few, asked.seed
-        return [
-            partial(measures.environment, self.recording),
+        others: list[Callable[[], Values]] = [
             lambda: {"kinematics": measures.kinematics(self.recording)},
             lambda: {"bandwidth": measures.copy_bandwidth(size.megabytes)},
             lambda: {"PoseFilter.step": measures.pose_filter(self.slams[size.few, size.coarse], self.recording)},
@@ -165,7 +175,10 @@ class Bench:
             lambda: {"trial": measures.whole_trial(*trial)},
             partial(measures.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
             *(partial(self._observe, *key, threads) for key in self.slams for threads in self.threads),
+            *(partial(self._whole_hand, threads) for threads in (self.threads if self.whole else ())),
         ]
+        passes = [partial(measures.environment, self.recording, turn) for turn in range(PASSES)]
+        return [each for some in itertools.zip_longest(passes, others) for each in some if each is not None]
 
     def _stages(self) -> Values:
         return measures.stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
@@ -173,6 +186,11 @@ class Bench:
     def _observe(self, particles: int, voxels: int, threads: int) -> Values:
         slam = self.slams[particles, voxels]
         return {_slam(particles, voxels, threads): measures.observe(slam, self.recording, threads)}
+
+    def _whole_hand(self, threads: int) -> Values:
+        assert self.whole is not None
+        recording, slam = self.whole
+        return {_whole_hand(slam, threads): measures.observe(slam, recording, threads)}
 
     def figures(self, console: Console) -> list[Figure]:
         """Measure all rounds."""
@@ -186,6 +204,7 @@ class Bench:
         return [
             *self._of_steps(found),
             *self._of_slam(found, touched),
+            *self._of_whole_hand(found),
             *self._of_stages(found),
             *self._of_memory(found, touched, large),
             *self._of_the_whole(found),
@@ -193,9 +212,8 @@ class Bench:
 
     def _of_steps(self, found: Values) -> list[Figure]:
         pose = found["forward model"] + found["pose filter and lag, without it"]
-        beyond = found["env.step"] - found["mj_step"]
         return [
-            _steps("env.step beyond its mj_step calls", beyond, self.now),
+            _beyond(found["env.step"], found["mj_step"], self.now),
             _steps("env.step", found["env.step"], self.now, note="its mj_step calls included"),
             _steps("PoseFilter.step, alone", found["PoseFilter.step"], self.now),
             _steps("PoseFilter.step, between map updates", pose, self.now, note="which empty the processor's caches"),
@@ -217,6 +235,20 @@ class Bench:
                     f"1/{PEER_MICROSECONDS / each:.0f} of MRPT; {share:.1%} of the copy bandwidth"
                 )
                 rows.append(_steps(name, found[name], self.late, self.lag, unit="ms", note=note))
+        return rows
+
+    def _of_whole_hand(self, found: Values) -> list[Figure]:
+        if self.whole is None:
+            return [Figure("HapticSLAM.step of MyoHand", "ms", math.nan, note=f"skipped: {self.missing}")]
+        recording, slam = self.whole
+        voxels, late = "×".join(map(str, slam.grid.shape)), recording.lagged(slam.lag)
+        told = f"J = {recording.hand.joints}, P = {len(recording.hand.patches)}, {voxels}"
+        rows = []
+        for threads in self.threads:
+            name = _whole_hand(slam, threads)
+            most = 1e3 * np.percentile(np.median(found[name], axis=0)[slam.lag :], 90)
+            note = f"{told}; 90 % of steps below {most:.1f} ms"
+            rows.append(_steps(name, found[name], late, slam.lag, unit="ms", note=note))
         return rows
 
     def _of_stages(self, found: Values) -> list[Figure]:
@@ -254,7 +286,25 @@ class Bench:
 
 
 def _slam(particles: int, voxels: int, threads: int) -> str:
-    return f"HapticSLAM.step, N = {particles}, {voxels}³, {threads} thread{'s' if threads > 1 else ''}"
+    return f"HapticSLAM.step, N = {particles}, {voxels}³, {_threads(threads)}"
+
+
+def _whole_hand(slam: HapticSLAM, threads: int) -> str:
+    return f"HapticSLAM.step of MyoHand, N = {slam.n_particles}, {_threads(threads)}"
+
+
+def _threads(count: int) -> str:
+    return f"{count} thread{'s' if count > 1 else ''}"
+
+
+def _beyond(whole: Any, bare: Any, touching: Any) -> Figure:
+    """What steps take (rounds, T) s `whole`, beyond what `bare` takes from the same state next to it: of all pairs. A
+    least difference would be one whose bare part was disturbed; so least is taken of each part by itself."""
+    low, high = 1e6 * np.percentile(whole - bare, [25, 75])
+    row = _steps("env.step beyond its mj_step calls", whole - bare, touching)
+    least = 1e6 * float(np.median(whole.min(axis=0) - bare.min(axis=0)))
+    note = f"half of {whole.size} pairs between {_number(low)} and {_number(high)} µs"
+    return replace(row, least=least, note=note)
 
 
 def _steps(name: str, seconds: Any, touching: Any, skip: int = 0, unit: str = "µs", note: str = "") -> Figure:

@@ -76,10 +76,11 @@ def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int, **k
     return Recording(env, base.hand, seed, sigma_deg, *(np.array(each) for each in zip(*rows, strict=True)))
 
 
-def environment(recording: Recording) -> dict[str, Array]:
-    """`env.step` (T,), and the bare `mj_step` calls (T,) from the same states; each comes first every other time."""
+def environment(recording: Recording, turn: int = 0) -> dict[str, Array]:
+    """`env.step` (T,) as a user calls it, and right before or after it the bare `mj_step` calls (T,) from the same
+    state: each comes first every other time, and at a step at every other `turn`."""
     base: Any = recording.env.unwrapped
-    base.reset(seed=recording.seed)
+    recording.env.reset(seed=recording.seed)
     model, data = base._model, mujoco.MjData(base._model)
     what = mujoco.mjtState.mjSTATE_INTEGRATION
     state = np.empty(mujoco.mj_stateSize(model, what))
@@ -89,10 +90,11 @@ def environment(recording: Recording) -> dict[str, Array]:
         mujoco.mj_getState(model, base._data, state, what)
         mujoco.mj_setState(model, data, state, what)
         data.ctrl[:] = recording.controls[k]
-        for turn in (k % 2, 1 - k % 2):
+        bare_first = (k + turn) % 2
+        for bare_now in (bare_first, not bare_first):
             start = clock()
-            if turn:
-                base.step(recording.torques[k])
+            if not bare_now:
+                recording.env.step(recording.torques[k])
                 whole[k] = clock() - start
             else:
                 mujoco.mj_step(model, data, base.substeps)
