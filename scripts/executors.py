@@ -11,6 +11,7 @@ import logging
 import multiprocessing
 import pickle
 import signal
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -215,6 +216,15 @@ def signature() -> dict[str, str]:
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.name.encode() + path.read_bytes())
     return {**versions(), "scripts": digest.hexdigest()[:12]}
+
+
+def stamped(place: str, work: Callable[..., Any], *call: Any) -> Any:
+    """`work`, and in the file `place` a line of when it began and ended and what it took of the processor, seconds."""
+    begin, used = time.perf_counter(), time.process_time()
+    result = work(*call)
+    with Path(place).open("a") as file:
+        print(begin, time.perf_counter(), time.process_time() - used, file=file)
+    return result
 
 
 def _prepare() -> None:

@@ -184,7 +184,7 @@ class Screen:
             self.console.print(f"{seconds:5.1f} s  Neff {self.watcher.belief.n_eff:6.1f}  {names}", highlight=False)
 
     def _panel(self, seconds: float, step: int) -> Group:
-        count = self.watcher.observer.n_particles
+        count = len(self.watcher.belief.weights)
         head = Table.grid(padding=(0, 2))
         head.add_row(
             ProgressBar(self.trial.steps, step, width=30),

@@ -10,10 +10,21 @@ from style import OBSERVER_NAMES, SHAPE_COLOURS
 from plates.plate import WIDTH, Plate
 
 MEASURES = ("pose_error_lagged_deg", "pose_error_online_deg")
+SMOOTHER = "smoother_pose"  # the observer that gives both brackets of the pose; maps have no say in it
+
+
+def brackets(rows: pd.DataFrame) -> pd.DataFrame:
+    """`rows` of `SMOOTHER` as those of the Kalman filter, which has no lag, and of the smoother: one filter, whose
+    estimate now is the former's and whose lagged estimate is the latter's."""
+    online = rows.assign(observer="kalman", pose_error_lagged_deg=rows["pose_error_online_deg"])
+    return pd.concat([online, rows.assign(observer="smoother")])
 
 
 def draw(rows: pd.DataFrame) -> Plate:
-    """Left every observer, in degrees; right haptic SLAM with each shape, in multiples of sigma."""
+    """Left every observer, in degrees; right haptic SLAM with each shape, in multiples of sigma. Rows of `SMOOTHER`
+    stand for those of both its brackets."""
+    smoothed = rows["observer"] == SMOOTHER
+    rows = pd.concat([rows[~smoothed], brackets(rows[smoothed])])
     relative = {f"{name.removesuffix('deg')}sigmas": rows[name] / rows["sigma_deg"] for name in MEASURES}
     data = summarise(rows.assign(**relative), (*MEASURES, *relative), ())
     data = data[["measure", "observer", "shape", "sigma_deg", "mean", "low", "high", "trials"]]
