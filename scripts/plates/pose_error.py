@@ -10,6 +10,7 @@ from style import OBSERVER_NAMES, SHAPE_COLOURS
 from plates.plate import WIDTH, Plate
 
 MEASURES = ("pose_error_lagged_deg", "pose_error_online_deg")
+NAMES = OBSERVER_NAMES | {"kalman": "Kalman (no lag)"}
 SMOOTHER = "smoother_pose"  # the observer that gives both brackets of the pose; maps have no say in it
 
 
@@ -35,7 +36,7 @@ def draw(rows: pd.DataFrame) -> Plate:
     last = lagged[(lagged["shape"] == ALL) & (lagged["sigma_deg"] == lagged["sigma_deg"].max())]
     for _, line in last.iterrows():
         left.annotate(
-            OBSERVER_NAMES[line["observer"]],
+            NAMES[line["observer"]],
             (line["sigma_deg"], line["mean"]),
             (6, 0),
             textcoords="offset points",
