@@ -22,7 +22,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before numba starts its t
 import measures
 import numba
 import numpy as np
-from explore import HANDS_OR_IDS, Parser, environment
+from explore import HANDS_OR_IDS, Parser, environment, program
 from files import write_json
 from rich.console import Console
 from rich.table import Table
@@ -373,8 +373,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.stderr.write("bench.py: stopped; nothing was written\n")
-        sys.exit(130)
+    program(main)

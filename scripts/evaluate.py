@@ -144,9 +144,8 @@ def report(given: argparse.Namespace, console: Console) -> None:
         folder = _part(table.parent, name, console)
         summaries.append(summarise(rows, MEASURES, settings.namers))
         if given.ablation:
-            ablation.save(rows, folder)
+            names = ablation.save(rows, folder)
             ablation.print_table(folder / "ablation.csv", console)
-            names = ["ablation.csv", "ablation.png"]
         else:
             save_picture(summaries[-1], settings.namers, 1.0 / len(settings.shapes), folder)
             print_report(summaries[-1], console)

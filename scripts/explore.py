@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NoReturn
@@ -98,6 +99,15 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: error: {message}\n")
+
+
+def program(main: Callable[[], int]) -> NoReturn:
+    """Run `main`, and end the program with its exit code; with 130 where Ctrl-C came before it wrote anything."""
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.stderr.write(f"{Path(sys.argv[0]).name}: stopped; nothing was written\n")
+        sys.exit(130)
 
 
 def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
@@ -420,8 +430,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.stderr.write("explore.py: stopped; nothing was written\n")
-        sys.exit(130)
+    program(main)

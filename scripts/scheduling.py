@@ -29,7 +29,7 @@ import numpy as np
 import pandas as pd
 from evaluate import sweep
 from executors import Workers, cluster_workers, stamped, workers
-from explore import Parser
+from explore import Parser, program
 from files import atomic
 from rich.console import Console
 from rich.table import Table
@@ -162,8 +162,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.stderr.write("scheduling.py: stopped; nothing was written\n")
-        sys.exit(130)
+    program(main)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 from matplotlib.figure import Figure
-from report import ALL, SLAM, draw_pose, summarise
+from report import ALL, SLAM, draw_curve, draw_pose, summarise
 from style import OBSERVER_NAMES, SHAPE_COLOURS
 
 from plates.plate import WIDTH, Plate
@@ -47,17 +47,7 @@ def draw(rows: pd.DataFrame) -> Plate:
     mine = data[(data["measure"] == next(iter(relative))) & (data["observer"] == SLAM) & (data["shape"] != ALL)]
     for shape in rows["candidates"].iloc[0].split():
         line = mine[mine["shape"] == shape]
-        errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
-        right.errorbar(
-            line["sigma_deg"],
-            line["mean"],
-            errors,
-            marker="o",
-            markersize=4,
-            capsize=2,
-            color=SHAPE_COLOURS[shape],
-            label=shape,
-        )
+        draw_curve(right, line, markersize=4, capsize=2, color=SHAPE_COLOURS[shape], label=shape)
     right.axhline(1, color="#777777", linestyle=":", linewidth=1)
     right.set(title="Haptic SLAM, each shape (dotted: felt)", ylabel="RMS error (multiples of σ)")
     right.set_ylim(0, 1.05)
