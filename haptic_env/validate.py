@@ -109,5 +109,5 @@ def binary(what: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bo
     if result.dtype != np.bool_:
         wrong = ~((result == 0) | (result == 1))
         if wrong.any():
-            raise ValueError(f"{what} must be 0 or 1, got {result[wrong][0]!r} at index {int(np.argmax(wrong))}")
+            raise ValueError(f"{what} must be 0 or 1, got {result[wrong][0].item()!r} at index {int(np.argmax(wrong))}")
     return result.astype(np.bool_)
