@@ -3,14 +3,13 @@ evaluate.py --jobs 1 runs them, and through the one worker of a dask cluster as 
 
 "between" is how long the worker was without a trial from one to the next; "here" is the processor time, for each
 trial, of the process that hands them out and writes the table (of the cluster also its scheduler's; the bare loop has
-it between its trials). "cost" is the sum of both as a share of a trial's time. "start" is what passes once, before the
-first trial, which is not counted. All three must write the same table.
+it between its trials). "cost" is the sum of both as a share of a trial's processor time. "start" is what passes once,
+before the first trial, which is not counted. All three must write the same table.
 """
 
 from __future__ import annotations
 
 import argparse
-import logging
 import os
 import shutil
 import sys
@@ -23,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before numba starts its threads
+os.environ.setdefault("DASK_LOGGING__DISTRIBUTED", "critical")  # before dask starts its processes
 
 import command_line
 import numpy as np
@@ -69,11 +69,9 @@ class Loop:
 def cluster_of_one() -> Iterator[Workers]:
     """A dask cluster on this machine with one worker of one thread."""
     import distributed
-    from distributed.utils import silence_logging_cmgr
 
     one: dict[str, Any] = {"n_workers": 1, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": ":0"}
     with (
-        silence_logging_cmgr(logging.CRITICAL),
         distributed.LocalCluster(**one) as cluster,
         cluster_workers(cluster.scheduler_address) as team,
     ):
@@ -98,15 +96,15 @@ def measure(way: str, flags: list[str], folder: Path) -> tuple[dict[str, float],
         used = time.process_time() - used
     given.results.rewrite()
     begin, end, cpu = np.loadtxt(stamps, ndmin=2).T
-    trial, between = 1e3 * (end - begin)[1:].mean(), 1e3 * (begin[1:] - end[:-1]).mean()
+    busy, between = 1e3 * cpu[1:].mean(), 1e3 * (begin[1:] - end[:-1]).mean()
     here = 0.0 if way == LOOP else 1e3 * used / len(begin)
     told = {
         "trials": len(begin) - 1,
-        "trial_ms": trial,
-        "trial_cpu_ms": 1e3 * cpu[1:].mean(),
+        "trial_ms": 1e3 * (end - begin)[1:].mean(),
+        "trial_cpu_ms": busy,
         "between_ms": between,
         "here_ms": here,
-        "cost_percent": 100 * (between + here) / trial,
+        "cost_percent": 100 * (between + here) / busy,
         "start_s": begin[0] - began,
     }
     return told, given.results.path.read_bytes()
