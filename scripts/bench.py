@@ -160,7 +160,7 @@ class Bench:
             lambda: {"PoseFilter.step": measures.pose_filter(self.slams[size.few, size.coarse], self.recording)},
             self._stages,
             lambda: {"trial": wholes.whole_trial(*trial)},
-            lambda: {"decisions": wholes.decisions(*trial[:3], 0.5 * size.seconds, asked.seed)},
+            lambda: {"decisions": wholes.decisions(*trial[:3], 0.5 * size.seconds, asked.seed, self.threads[-1])},
             partial(wholes.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
             *(partial(self._observe, *key, threads) for key in self.slams for threads in self.threads),
             *(partial(self._whole_hand, threads) for threads in (self.threads if self.whole else ())),
@@ -268,11 +268,12 @@ class Bench:
         trial, seconds = found["trial"], self.size.seconds
         decided = 1e3 * found["decisions"]
         most = np.percentile(np.median(decided, axis=0), 90)
+        name = f"a decision of information_gain, {_threads(self.threads[-1])}"
         told = f"size and place unknown; {decided.shape[1]} of an exploration, 90 % below {most:.0f} ms"
         note = f"N = {self.size.few}, names the object; {seconds / np.median(trial):.1f} times real time"
         return [
             *(Figure(f"new process: {part}", "ms", *spread(1e3 * found[part]), "kernels cached") for part in PROCESS),
-            Figure("a decision of information_gain, 1 thread", "ms", *spread(np.median(decided, axis=1)), told),
+            Figure(name, "ms", *spread(np.median(decided, axis=1)), told),
             Figure(f"a whole trial of {seconds:g} s, one core", "s", *spread(trial), note),
         ]
 

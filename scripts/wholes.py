@@ -40,9 +40,11 @@ def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, parti
     return took
 
 
-def decisions(env_id: str, shape: str, sigma_deg: float, seconds: float, seed: int) -> NDArray[np.float64]:
-    """Every decision of `information_gain` in an exploration, on one thread, guided as in a sweep."""
-    numba.set_num_threads(1)
+def decisions(
+    env_id: str, shape: str, sigma_deg: float, seconds: float, seed: int, threads: int
+) -> NDArray[np.float64]:
+    """Every decision of `information_gain` in an exploration, guided as in a sweep."""
+    numba.set_num_threads(threads)
     env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, **UNKNOWN)
     hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
     env = guided(env, "information_gain", sigma_deg, ShapePosterior(hand, variants=GUIDE_VARIANTS, **UNKNOWN))
