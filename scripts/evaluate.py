@@ -3,8 +3,8 @@
 Writes to --out: trials.csv (one row for each trial and observer, with all that is needed to run it again),
 summary.csv and evaluate.png; with --ablation ablation.csv and ablation.png instead of the latter, with --calibration
 also calibration.csv and a picture for each observer, with several policies also policies.csv and policies.png, which
-compare them. Where more than sigma varies, pictures stand in a folder for each
-combination. The same command goes on where it was stopped.
+compare them. Where more than sigma varies, pictures stand in a folder for each combination. The same command goes on
+where it was stopped.
 """
 
 from __future__ import annotations
