@@ -219,11 +219,14 @@ def signature() -> dict[str, str]:
 
 
 def stamped(place: str, work: Callable[..., Any], *call: Any) -> Any:
-    """`work`, and in the file `place` a line of when it began and ended and what it took of the processor, seconds."""
-    begin, used = time.perf_counter(), time.process_time()
+    """`work`, and in the file `place` a line: when it began and ended, what it took of the processor, and what the
+    whole process took meanwhile, in seconds."""
+    clocks = time.perf_counter, time.thread_time, time.process_time
+    begin = [clock() for clock in clocks]
     result = work(*call)
+    end = [clock() for clock in clocks]
     with Path(place).open("a") as file:
-        print(begin, time.perf_counter(), time.process_time() - used, file=file)
+        print(begin[0], end[0], *(b - a for a, b in zip(begin[1:], end[1:], strict=True)), file=file)
     return result
 
 

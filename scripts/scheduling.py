@@ -1,10 +1,12 @@
 """What a sweep costs beyond its trials: the same trials in a bare loop, through a process of this machine as
 evaluate.py --jobs 1 runs them, and through the one worker of a dask cluster as evaluate.py --cluster does.
 
-"between" is how long the worker was without a trial from one to the next; "here" is the processor time, for each
-trial, of the process that hands them out and writes the table (of the cluster also its scheduler's; the bare loop has
-it between its trials). "cost" is the sum of both as a share of a trial's processor time. "start" is what passes once,
-before the first trial, which is not counted. All three must write the same table.
+"between" is how long the worker was without a trial from one to the next; "beside" what the worker's process took of
+the processor beside each trial, which is dask's own threads; "here" the processor time, for each trial, of the process
+that hands them out and writes the table, of the cluster also its scheduler's (the bare loop has it between its trials).
+"cost" is what is taken from the cores of trials, as a share of a trial's processor time: the first two, and without a
+cluster also the third. "start" is what passes once, before the first trial, which is not counted. All three must write
+the same table. Workers of the cluster are started as docs/clusters.md does.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from typing import Any
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before numba starts its threads
 os.environ.setdefault("DASK_LOGGING__DISTRIBUTED", "critical")  # before dask starts its processes
+os.environ.setdefault("DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED", "False")
 
 import command_line
 import numpy as np
@@ -45,6 +48,7 @@ COLUMNS = {  # and how each is shown
     "trial_ms": "{:.0f}",
     "trial_cpu_ms": "{:.0f}",
     "between_ms": "{:.2f}",
+    "beside_ms": "{:.2f}",
     "here_ms": "{:.2f}",
     "cost_percent": "{:.2f} %",
     "start_s": "{:.1f}",
@@ -95,16 +99,18 @@ def measure(way: str, flags: list[str], folder: Path) -> tuple[dict[str, float],
         sweep(given, Console(quiet=True), work, nullcontext(team))
         used = time.process_time() - used
     given.results.rewrite()
-    begin, end, cpu = np.loadtxt(stamps, ndmin=2).T
-    busy, between = 1e3 * cpu[1:].mean(), 1e3 * (begin[1:] - end[:-1]).mean()
+    begin, end, own, process = np.loadtxt(stamps, ndmin=2).T
+    trial, beside = 1e3 * own[1:].mean(), 1e3 * (process - own)[1:].mean()
+    between = 1e3 * (begin[1:] - end[:-1]).mean()
     here = 0.0 if way == LOOP else 1e3 * used / len(begin)
     told = {
         "trials": len(begin) - 1,
         "trial_ms": 1e3 * (end - begin)[1:].mean(),
-        "trial_cpu_ms": busy,
+        "trial_cpu_ms": trial,
         "between_ms": between,
+        "beside_ms": beside,
         "here_ms": here,
-        "cost_percent": 100 * (between + here) / busy,
+        "cost_percent": 100 * (between + beside + (0.0 if way == CLUSTER else here)) / trial,
         "start_s": begin[0] - began,
     }
     return told, given.results.path.read_bytes()
