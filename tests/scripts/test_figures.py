@@ -95,6 +95,8 @@ def test_means_are_those_of_the_trials(drawn: Path, rows: pd.DataFrame, name: st
 def test_the_brackets_of_the_pose_are_those_of_observers_with_maps(drawn: Path, tmp_path: Path) -> None:
     data = pd.read_csv(drawn / "pose_error.csv")
     assert list(dict.fromkeys(data["observer"])) == ["floor", "haptic_slam", "ceiling", "kalman", "smoother"]
+    poses = pd.read_csv(drawn / "poses" / "trials.csv")
+    assert poses[[*tasks.OF_MAPS]].isna().all(axis=None), "where no map is, nothing is measured of it"
     given = ["--observers", "kalman", "haptic_slam", "smoother"]
     assert figures.main(["pose_error", *TINY, *given, "--out", str(tmp_path)]) == 0
     assert not (tmp_path / "poses").exists(), "they are in the sweep"
