@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NoReturn
@@ -100,6 +101,15 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: error: {message}\n")
 
 
+def program(main: Callable[[], int]) -> NoReturn:
+    """Run `main`, and end the program with its exit code; with 130 where Ctrl-C came before it wrote anything."""
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.stderr.write(f"{Path(sys.argv[0]).name}: stopped; nothing was written\n")
+        sys.exit(130)
+
+
 def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
     """Read and check the command line, and the recording that it names; ends the program with code 2 where either
     makes no sense."""
@@ -184,7 +194,7 @@ class Screen:
             self.console.print(f"{seconds:5.1f} s  Neff {self.watcher.belief.n_eff:6.1f}  {names}", highlight=False)
 
     def _panel(self, seconds: float, step: int) -> Group:
-        count = self.watcher.observer.n_particles
+        count = len(self.watcher.belief.weights)
         head = Table.grid(padding=(0, 2))
         head.add_row(
             ProgressBar(self.trial.steps, step, width=30),
@@ -423,8 +433,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.stderr.write("explore.py: stopped; nothing was written\n")
-        sys.exit(130)
+    program(main)

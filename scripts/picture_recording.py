@@ -5,14 +5,13 @@ built from them by then (the paper's Figure 1). The object's pose must be known,
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 import recorded
-from explore import DEFAULTS, OBSERVER, Parser, Settings
+from explore import DEFAULTS, OBSERVER, Parser, Settings, program
 from files import atomic
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -152,4 +151,4 @@ def add_voxels(scene: mujoco.MjvScene, frame: Pose, belief: Belief) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    program(main)

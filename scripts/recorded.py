@@ -73,13 +73,18 @@ def load(path: str, part: str | None, calibration: str | None, hand: str | None)
 
 def environment_of(recording: Recording) -> str:
     """The id of the environment whose hand has the joints of `recording`; raises `ValueError` where none has."""
-    names = set(recording.joint_names)
-    for env_id, hand in haptic_env.ENVIRONMENTS.items():
+    names, known = set(recording.joint_names), []
+    for env_id, name in haptic_env.ENVIRONMENTS.items():
         try:
-            if names == set(hands.make(hand).joint_names):
-                return env_id
+            hand = hands.make(name)
         except ImportError:  # of a hand that is not installed
             continue
+        if names == set(hand.joint_names):
+            return env_id
+        known.append(hand)
+    nearest = max(known, key=lambda hand: len(names & set(hand.joint_names)))
+    if names & set(nearest.joint_names):
+        recording.columns_of(nearest)  # raises, and says which joints are missing or unknown
     raise ValueError(
         f"{recording.source}: no hand has its joints, {', '.join(recording.joint_names)}; say which it is by --hand"
     )

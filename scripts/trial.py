@@ -21,8 +21,8 @@ from haptic_env import shapes
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.shapes import Solid
-from observer import Belief, HapticSLAM, ObserverWrapper, ShapePosterior
-from observer.variants import make_observer
+from observer import Belief, ObserverWrapper, ShapePosterior
+from observer.variants import Observer, make_observer
 
 Array = NDArray[np.float64]
 GUIDE = "one_particle"  # of a policy that reads beliefs: names and poses need no more
@@ -82,7 +82,7 @@ class Account:
 class Watcher:
     """An observer at work, what it tells about the shape, and a record of both."""
 
-    observer: HapticSLAM
+    observer: Observer
     shape: ShapePosterior | None
     beliefs: list[tuple[Array, Array, float, Array]] = field(default_factory=list)
     lagged: dict[int, tuple[Array, Array]] = field(default_factory=dict)
@@ -135,7 +135,7 @@ class Trial:
         self,
         env: gym.Env[Any, Any],
         policy: str | Policy,
-        observers: Mapping[str, HapticSLAM],
+        observers: Mapping[str, Observer],
         shape: ShapePosterior,
         seed: int,
         naming: Collection[str] | None = None,
@@ -236,7 +236,7 @@ def candidates_of(
 
 def make_observers(
     names: Sequence[str], hand: Hand, sigma_deg: float, particles: int, **keywords: Any
-) -> dict[str, HapticSLAM]:
+) -> dict[str, Observer]:
     """The observers or variants `names` for `hand`; `particles` are those of the ones that have any, `keywords` for
     all."""
     return {name: make_observer(name, hand, sigma_deg, particles, **keywords) for name in names}

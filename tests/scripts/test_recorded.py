@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -129,6 +130,9 @@ def test_a_recording_finds_its_hand() -> None:
     other = Recording("made", np.arange(2.0), ("a",), np.zeros((2, 1)))
     with pytest.raises(ValueError, match="no hand has its joints, a; say which it is by --hand"):
         recorded.environment_of(other)
+    near = replace(closing(), joint_names=("elbow", *closing().joint_names[1:]))
+    with pytest.raises(ValueError, match=f"misses {closing().joint_names[0]} and has unknown elbow; the joints"):
+        recorded.environment_of(near)
 
 
 # Recordings of people
