@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
 from haptic_env.pose import Pose
-from observer.gaussian import regression
+from observer.gaussian import conditional
 from observer.occupancy import OccupancySnapshot
 
 Array = NDArray[np.float64]
@@ -31,9 +31,7 @@ class Transition(NamedTuple):
     @classmethod
     def between(cls, mean: Array, covariance: Array, before: slice, now: slice) -> Transition:
         """From the part `before` to the part `now` of one Gaussian of `mean` (S,) and `covariance` (S, S)."""
-        cross = np.ascontiguousarray(covariance[before, now])
-        follow = regression(np.ascontiguousarray(covariance[before, before]), cross)
-        return cls(mean[now].copy(), follow, mean[before].copy(), covariance[now, now] - follow @ cross)
+        return cls(*conditional(mean, covariance, before.start, now.start, now.stop - now.start))
 
     def then(self, following: Transition) -> Transition:
         """This and the `following` step as one."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from observer.kinematics import body_frames, place_spread
 
 QUANTUM = 0.05  # log-odds per unit of the int8 maps, which thus reach ±6.35
 LIMIT = 127
@@ -92,6 +93,15 @@ class Reach(NamedTuple):
     felt: NDArray[np.float64]
 
 
+class Stance(NamedTuple):
+    """How the hand stands: at the angles `pose` (J,), with the frames of its bodies at `position` (B, 3) m and
+    `rotation` (B, 3, 3)."""
+
+    pose: NDArray[np.float64]
+    position: NDArray[np.float64]
+    rotation: NDArray[np.float64]
+
+
 @numba.njit(cache=True, error_model="numpy")
 def reach_of(body, evidence, place):
     """The `Reach` of the links of `body`, the SD of their places being `place` (L,) m.
@@ -113,6 +123,17 @@ def reach_of(body, evidence, place):
             carved[link] = np.sqrt((b + 1) * bin[link])
     fall = np.hypot(evidence.fall, evidence.blur * place)
     return Reach(place, free, bin, carved, fall, body.radius + evidence.shell + 2.5 * fall)
+
+
+@numba.njit(cache=True)
+def stand(tree, body, evidence, caution, pose, covariance):
+    """The `Stance` of the hand at the mean `pose` (J,), and the `Reach` of its links, `caution` times as far as the
+    `covariance` (J, J) rad² of the pose leaves their places unknown."""
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, pose, position, rotation)
+    place = caution * place_spread(tree, body.length, pose, covariance, position, rotation)
+    return Stance(pose, position, rotation), reach_of(body, evidence, place)
 
 
 @numba.njit(cache=True)
@@ -179,7 +200,8 @@ def voxel_box(at, axis, length, pad, lattice):
 
 @numba.njit(cache=True, inline="always")
 def voxel_span(dx, dy, axis, outer, first, res, low, high):
-    """Of the voxels `low` to `high` of a row, those within √`outer` m of the line through the origin along `axis`."""
+    """Of the voxels `low` to `high` of a row, whose first centre lies `first` voxels from the origin, those within
+    √`outer` m of the line through it along `axis`."""
     across = 1.0 - axis[2] * axis[2]
     if across < 1e-9:
         return low, high
@@ -187,9 +209,9 @@ def voxel_span(dx, dy, axis, outer, first, res, low, high):
     inside = (s * axis[2]) ** 2 - across * (dx * dx + dy * dy - s * s - outer)
     if inside <= 0.0:
         return low, low
-    half = np.sqrt(inside)
-    begin = int(np.floor(((s * axis[2] - half) / across - first) / res))
-    end = int(np.ceil(((s * axis[2] + half) / across - first) / res)) + 1
+    half, per_voxel = np.sqrt(inside), 1.0 / (across * res)
+    begin = int(np.floor((s * axis[2] - half) * per_voxel - first))
+    end = int(np.ceil((s * axis[2] + half) * per_voxel - first)) + 1
     return max(begin, low), min(end, high)
 
 

@@ -25,9 +25,9 @@ from observer import capsules, hindsight, resampling
 from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
-from observer.gaussian import lower_factor, moved_along, regression
+from observer.gaussian import carried, lower_factor, shifted
 from observer.kinematic_pose import KinematicPose
-from observer.kinematics import link_spread, placed, tree_of
+from observer.kinematics import placed, tree_of
 from observer.matching import MATCHING, Cloud, Felt
 from observer.occupancy import Maps, OccupancySnapshot
 from observer.pose_filter import ContactDynamics, PoseFilter
@@ -130,7 +130,7 @@ class HapticSLAM:
         self._maps = Maps(count, self.grid, self._evidence.probability, dense=self.matching == "sample")
         self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
         self._drawn = self.hand.rest_pose, np.zeros((joints, joints))  # mean and factor of the Gaussian about them
-        self._log_weights = np.full(count, -np.log(count))
+        self._weigh_alike()
         self._log_evidence = 0.0
         self._felt = np.zeros(len(self.hand.patches), dtype=bool)
         self._pending = deque()  # felt, but waiting for the lag
@@ -165,83 +165,93 @@ class HapticSLAM:
         if not self.in_hindsight or not self._moments:
             return beliefs
         last = beliefs.pop() if beliefs else self._belief(ago=0)
-        seen = partial(hindsight.occupancy, self._moments, self.grid, self._body, self.contact_model)
+        link_body = self._fixed.link_body
+        seen = partial(hindsight.occupancy, self._moments, link_body, self.grid, self._body, self.contact_model)
         return [*beliefs, replace(last, snapshot=OccupancySnapshot(seen))]
 
     def _assimilate(self, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""
         contacts, root = self._running().popleft()
         self._tree = placed(self._fixed, root)
-        proposal = self._propose(ago)
-        log_likelihood, moved = self._match_and_map(proposal, contacts, ago)
+        proposal, centres = self._propose(ago)
+        log_likelihood, moved = self._match_and_map(proposal, centres, contacts, ago)
         self._weigh(log_likelihood)
         resampled = self._resample()
-        if resampled or np.ptp(log_likelihood) > 0.0:
+        if resampled or (self.n_particles > 1 and log_likelihood.any()):
             self._maps.weights_changed()
-        return self._belief(ago, contacts, proposal, resampled, float(moved.mean()), root)
+        return self._belief(ago, contacts, proposal, resampled, np.count_nonzero(moved) / self.n_particles, root)
 
-    def _propose(self, ago: int) -> Transition:
-        """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles.
+    def _propose(self, ago: int) -> tuple[Transition, Array]:
+        """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles, and how far from its mean the centre of
+        each one's lies (N, J).
 
         What was felt since has told more of q_{k-1} too, the same for all: it moves the particles with the Gaussian
         that they were drawn about, so that no weight is needed for it.
         """
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + 1)
         mean, covariance = self.pose.mean, self.pose.covariance
-        past = np.ascontiguousarray(covariance[before, before])
+        proposal = Transition.between(mean, covariance, before, now)
         drawn_about, factor = self._drawn
-        self._poses = mean[before] + moved_along(self._poses - drawn_about, factor, lower_factor(past))
-        self._drawn = mean[now].copy(), lower_factor(covariance[now, now])
-        return Transition.between(mean, covariance, before, now)
+        along = proposal.follow @ carried(factor, lower_factor(covariance[before, before]))
+        self._drawn = proposal.mean, lower_factor(covariance[now, now])
+        return proposal, (self._poses - drawn_about) @ along.T
 
     def _match_and_map(
-        self, proposal: Transition, contacts: NDArray[np.bool_], ago: int
+        self, proposal: Transition, centres: Array, contacts: NDArray[np.bool_], ago: int
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Scan matching against each particle's own map, and that map's update at the matched pose (4 and 5)."""
         self._maps.before_change()
         lagged = self.pose.lagged(ago)
-        place = self.contact_model.caution * link_spread(
-            self._tree, self._body.length, proposal.mean, self.pose.covariance[lagged, lagged]
+        stance, reach = capsules.stand(
+            self._tree,
+            self._body,
+            self._evidence,
+            self.contact_model.caution,
+            proposal.mean,
+            self.pose.covariance[lagged, lagged].copy(),
         )
         touch = np.where(self._felt, self.contact_model.sustained, self.contact_model.touch)
         if self.in_hindsight:
-            self._moments.append(hindsight.Moment(self._tree, proposal.mean, place, contacts, touch))
+            self._moments.append(hindsight.Moment(stance.position, stance.rotation, reach.place, contacts, touch))
         felt = Felt(
             self._tree,
             self._body,
             self._lattice,
             self._evidence,
-            capsules.reach_of(self._body, self._evidence, place),
+            reach,
+            stance,
             contacts,
             touch,
             self._watches[contacts].any(axis=0),
         )
         self._felt = contacts
-        cloud = Cloud(proposal.mean, (self._poses - proposal.before) @ proposal.follow.T, proposal.rest, self._drawn[1])
+        cloud = Cloud(proposal.mean, centres, proposal.rest, self._drawn[1])
         match = MATCHING[self.matching]
         return match(felt, cloud, self.n_candidates, self._maps, self._rng, self._poses)
 
     def _weigh(self, log_likelihood: Array) -> None:
         """w ∝ w · p(z | q, m) (step 5); raises `FloatingPointError` for what is not finite."""
         self._log_weights += log_likelihood
-        with np.errstate(invalid="ignore"):  # reported below
-            total = np.logaddexp.reduce(self._log_weights)
+        total, self._weights, self._n_eff = resampling.normalise(self._log_weights)
         if not np.isfinite(total):
             raise FloatingPointError(f"the particles' weights are not finite: log Σw = {total}")
-        self._log_evidence += float(total)
-        self._log_weights -= total
+        self._log_evidence += total
 
     def _resample(self) -> bool:
         """Systematic resampling where Neff < N/2 (step 6); whether it was."""
-        weights = np.exp(self._log_weights)
-        if resampling.effective_sample_size(weights) >= 0.5 * self.n_particles:
+        if self._n_eff >= 0.5 * self.n_particles:
             return False
-        counts = resampling.systematic_counts(weights, self._rng.random())
+        counts = resampling.systematic_counts(self._weights, self._rng.random())
         source, target = resampling.in_place(counts)
         self._maps.copy(source, target)
         self._poses[target] = self._poses[source]
-        self._log_weights[:] = -np.log(self.n_particles)
+        self._weigh_alike()
         return True
+
+    def _weigh_alike(self) -> None:
+        self._n_eff = float(self.n_particles)
+        self._weights = np.full(self.n_particles, 1.0 / self.n_particles)
+        self._log_weights: Array = np.log(self._weights)
 
     def _belief(
         self,
@@ -253,18 +263,15 @@ class HapticSLAM:
         root: Pose | None = None,
     ) -> Belief:
         lagged = self.pose.lagged(ago)
-        mean, covariance = self.pose.mean, self.pose.covariance
-        weights = np.exp(self._log_weights)
+        mean, covariance, weights = self.pose.mean, self.pose.covariance, self._weights
         # What the maps say of the lagged pose moves the present one as far as the two are correlated.
-        joints = slice(0, self.hand.joints)
-        lagged_covariance = covariance[lagged, lagged].copy()
-        lagged_with_now = np.ascontiguousarray(covariance[lagged, joints])
         shift = np.zeros(self.hand.joints) if contacts is None else weights @ self._poses - mean[lagged]
+        angles, std, lagged_angles, lagged_std, lagged_covariance = shifted(mean, covariance, lagged.start, shift)
         return Belief(
-            joint_angles=mean[joints] + regression(lagged_covariance, lagged_with_now) @ shift,
-            joint_std=np.sqrt(np.diag(covariance)[joints]),
-            lagged_joint_angles=mean[lagged] + shift,
-            lagged_joint_std=np.sqrt(np.diag(lagged_covariance)),
+            joint_angles=angles,
+            joint_std=std,
+            lagged_joint_angles=lagged_angles,
+            lagged_joint_std=lagged_std,
             lagged_covariance=lagged_covariance,
             lagged_contacts=contacts,
             transition=transition,
@@ -273,7 +280,7 @@ class HapticSLAM:
             grid=self.grid,
             weights=weights,
             particles=self._poses.copy(),
-            n_eff=resampling.effective_sample_size(weights),
+            n_eff=self._n_eff,
             log_evidence=self._log_evidence + self.pose.log_evidence,
             resampled=resampled,
             moved_share=moved_share,

@@ -34,21 +34,21 @@ def lower_factor(covariance):
 
 
 @numba.njit(cache=True)
-def moved_along(deviations, before, after):
-    """`deviations` (N, J) from the mean of a Gaussian as it narrows, or widens: of what it was, with the factor
-    `before` (J, J), each keeps its place in what it is, with the factor `after` (J, J)."""
+def carried(before, after):
+    """What (J, J) makes of a deviation from the mean of a Gaussian as it narrows, or widens: in what it was, with the
+    factor `before` (J, J), it has the same place as what comes of it has in what it is, with the factor `after`."""
     size = len(before)
-    result = np.zeros(deviations.shape)
+    result = np.zeros((size, size))
     normal = np.empty(size)
-    for n in range(len(deviations)):
+    for column in range(size):
         for i in range(size):
-            normal[i] = deviations[n, i]
+            normal[i] = 1.0 if i == column else 0.0
             for k in range(i):
                 normal[i] -= before[i, k] * normal[k]
             normal[i] = normal[i] / before[i, i] if before[i, i] > 0.0 else 0.0
         for i in range(size):
             for k in range(i + 1):
-                result[n, i] += after[i, k] * normal[k]
+                result[i, column] += after[i, k] * normal[k]
     return result
 
 
@@ -56,3 +56,26 @@ def moved_along(deviations, before, after):
 def regression(covariance, cross):
     """B (M, J) of the best linear guess B·x of y, given the `covariance` (J, J) of x and `cross` (J, M) of x with y."""
     return np.linalg.solve(covariance + JITTER * np.eye(len(covariance)), cross).T
+
+
+@numba.njit(cache=True)
+def conditional(mean, covariance, before, now, size):
+    """Of a Gaussian of `mean` (S,) and `covariance` (S, S), how its `size` numbers from `now` on follow from those from
+    `before` on: their mean, B, the mean of what is before, and the covariance of what is left."""
+    cross = covariance[before : before + size, now : now + size].copy()
+    follow = regression(covariance[before : before + size, before : before + size].copy(), cross)
+    rest = covariance[now : now + size, now : now + size] - np.ascontiguousarray(follow) @ cross
+    return mean[now : now + size].copy(), follow, mean[before : before + size].copy(), rest
+
+
+@numba.njit(cache=True)
+def shifted(mean, covariance, lagged, shift):
+    """Of a Gaussian of `mean` (S,) and `covariance` (S, S): the mean and the SD (J,) of its first J numbers once the J
+    from `lagged` on turn out to lie `shift` (J,) from their mean; the same of those; and their covariance (J, J), which
+    is that of before."""
+    size = len(shift)
+    block = covariance[lagged : lagged + size, lagged : lagged + size].copy()
+    moved = regression(block, covariance[lagged : lagged + size, :size].copy()) @ shift
+    variance = np.diag(covariance)
+    now, then = np.sqrt(variance[:size]), np.sqrt(variance[lagged : lagged + size])
+    return mean[:size] + moved, now, mean[lagged : lagged + size] + shift, then, block

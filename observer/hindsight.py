@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 from scipy.special import expit, logit
 
 from haptic_env.grid import Grid
-from observer import capsules, marginal_kernels
-from observer.capsules import Body, Evidence
+from observer import capsules
+from observer.capsules import Body, reach_of, ringing, room
 from observer.contact_model import ContactModel
-from observer.kinematics import Tree
-from observer.marginal_kernels import Suspects
+from observer.marginal_kernels import gather, sweep, touched_links
 
 Array = NDArray[np.float64]
 WEIGHT = 3.0  # of a touch, times its own: shared out with all that is known it leaves fewer cells in doubt
@@ -33,58 +32,106 @@ ROUNDS = 8  # by then no probability of a trial of 30 s moves by more than 0.03
 
 
 class Moment(NamedTuple):
-    """One step of a trial: the hand's `tree`, its smoothed `pose` (J,) rad, the SD of each link's `place` (L,) m,
-    `contacts` (P,), and the weight of each patch's `touch` (P,)."""
+    """One step of a trial: the frames of the hand's bodies at the smoothed pose, `position` (B, 3) m and `rotation`
+    (B, 3, 3), the SD of each link's `place` (L,) m, `contacts` (P,), and the weight of each patch's `touch` (P,)."""
 
-    tree: Tree
-    pose: Array
+    position: Array
+    rotation: Array
     place: Array
     contacts: NDArray[np.bool_]
     touch: Array
 
 
-class Touches(NamedTuple):
-    """Of the touches of one step after another, the number of `suspects` and the `weight` (E,) of each, and the `cell`
-    (C,) of every suspect with the probability (C,) that it, if occupied, `hits`."""
-
-    suspects: list[NDArray[np.int64]]
-    weight: list[Array]
-    cell: list[NDArray[np.int64]]
-    hits: list[Array]
-
-    def add(self, found: Suspects, evidence: Evidence) -> None:
-        """Take in what is `found` at one step."""
-        count = np.diff(found.begin)
-        beyond = np.maximum(found.height - evidence.shell, 0.0) / np.repeat(found.fall, count)
-        self.suspects.append(count)
-        self.weight.append(WEIGHT * found.weight)
-        self.cell.append(found.cell)
-        self.hits.append(evidence.hit * np.exp(-0.5 * beyond**2))
-
-
-def occupancy(moments: list[Moment], grid: Grid, body: Body, model: ContactModel) -> Array:
-    """(X, Y, Z) probability that each voxel is occupied given all `moments`, 0.5 where the hand never came near."""
+def occupancy(
+    moments: list[Moment], link_body: NDArray[np.int64], grid: Grid, body: Body, model: ContactModel
+) -> Array:
+    """(X, Y, Z) probability that each voxel is occupied given all `moments`, 0.5 where the hand never came near;
+    `link_body` (L,) as in `Tree`."""
     evidence = model.evidence(grid.resolution)
     evidence = evidence._replace(edge=EDGE * evidence.edge)
-    lattice = capsules.lattice_of(grid)
     cells = int(np.prod(grid.shape))
-    swept, shared = np.zeros(cells, dtype=np.int64), np.full(cells, -1, dtype=np.int32)
-    seen, stale = np.zeros((2, cells), dtype=bool)
-    touches = Touches([], [], [], [])
-    for tree, pose, place, contacts, touch in moments:
-        reach = capsules.reach_of(body, evidence, place)
-        if contacts.any():
-            found = marginal_kernels.suspects(tree, body, lattice, evidence, reach, contacts, touch, 0.0, pose)
-            touches.add(found, evidence)
-            seen[found.cell] = True
-        marginal_kernels.sweep_free(
-            tree, body, lattice, evidence, reach, contacts, True, pose, swept, NO_FLOOR, shared, seen, stale
-        )
+    swept, seen = np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=bool)
+    position, rotation, place, contacts, touch = (np.stack(each) for each in zip(*moments, strict=True))
+    lattice = capsules.lattice_of(grid)
+    suspects, weight, cell, hits = look_back(
+        link_body, body, lattice, evidence, position, rotation, place, contacts, touch, swept, seen
+    )
     log_odds = logit(model.prior) + capsules.QUANTUM * swept
-    if touches.cell:
-        suspects, weight, cell, hits = (np.concatenate(part) for part in touches)
-        share(suspects, weight, cell, hits, 1.0 - evidence.false_alarm, ROUNDS, log_odds)
+    share(suspects, weight, cell, hits, 1.0 - evidence.false_alarm, ROUNDS, log_odds)
     return np.where(seen, expit(log_odds), 0.5).reshape(grid.shape)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def look_back(link_body, body, lattice, evidence, position, rotation, place, contacts, touch, swept, seen):
+    """What T moments have to say, as arrays with T in front: fills `swept` (V,) with the quanta of log-odds that sweeps
+    take, and `seen` (V,) with where the hand came near.
+
+    Returns what `share` asks of the touches, step by step: `suspects` and `weight` (E,), `cell` and `hits` (C,).
+    """
+    slot, stale = np.full(len(swept), -1, dtype=np.int32), np.zeros(len(swept), dtype=np.bool_)
+    nowhere = np.empty(0, dtype=np.int64)  # no cell has a slot
+    felt = np.count_nonzero(contacts)
+    number, weight = np.zeros(felt, dtype=np.int64), np.empty(felt)
+    cell, hits = np.empty(64 * felt, dtype=np.int64), np.empty(64 * felt)
+    events = count = 0
+    for step in range(len(contacts)):
+        reach, rings = reach_of(body, evidence, place[step]), ringing(body, contacts[step])
+        if contacts[step].any():
+            touched = touched_links(body, contacts[step])
+            most = room(body, lattice, reach.felt, touched)
+            cells, owner, height = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64), np.empty(most)
+            found = gather(
+                link_body,
+                body,
+                lattice,
+                evidence,
+                reach.felt,
+                contacts[step],
+                touched,
+                rings,
+                0.0,
+                position[step],
+                rotation[step],
+                cells,
+                owner,
+                height,
+            )
+            if count + found > len(cell):
+                more = len(cell) + found
+                cell, hits = np.append(cell, np.empty(more, dtype=np.int64)), np.append(hits, np.empty(more))
+            for patch in range(contacts.shape[1]):
+                if not contacts[step, patch]:
+                    continue
+                fall = reach.fall[body.patch_link[patch]]
+                for c in range(found):
+                    if owner[c] == patch:
+                        beyond = max(height[c] - evidence.shell, 0.0) / fall
+                        cell[count], hits[count] = cells[c], evidence.hit * np.exp(-0.5 * beyond**2)
+                        seen[cells[c]] = True
+                        number[events] += 1
+                        count += 1
+                weight[events] = WEIGHT * touch[step, patch]
+                events += 1
+        sweep(
+            link_body,
+            body,
+            lattice,
+            evidence,
+            reach,
+            contacts[step],
+            rings,
+            True,
+            position[step],
+            rotation[step],
+            swept,
+            NO_FLOOR,
+            slot,
+            seen,
+            stale,
+            nowhere,
+            nowhere,
+        )
+    return number, weight, cell[:count], hits[:count]
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -97,14 +97,14 @@ def _write(
         low0, high0, low1, high1, low2, high2 = voxel_box(at, turn[:, 2], length, pad, lattice)
         outer, carved = pad * pad, reach.carved[link] ** 2
         core, felt = max(radius - evidence.deep, 0.0) ** 2, reach.felt[link] ** 2
-        per_bin = 1.0 / reach.bin[link]
+        per_bin, first = 1.0 / reach.bin[link], (origin[2] - at[2]) / res + 0.5
         found = 0
         for i in range(low0, high0):
             dx = origin[0] + (i + 0.5) * res - at[0]
             for j in range(low1, high1):
                 dy = origin[1] + (j + 0.5) * res - at[1]
                 row = (i * ny + j) * nz
-                begin, end = voxel_span(dx, dy, turn[:, 2], outer, origin[2] + 0.5 * res - at[2], res, low2, high2)
+                begin, end = voxel_span(dx, dy, turn[:, 2], outer, first, res, low2, high2)
                 for k in range(begin, end):
                     dz = origin[2] + (k + 0.5) * res - at[2]
                     z, square = from_bone(dx, dy, dz, turn[:, 2], length)

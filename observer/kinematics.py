@@ -135,6 +135,22 @@ def link_frames(tree: Tree, joint_angles: NDArray[np.float64]) -> tuple[NDArray[
 
 
 @numba.njit(cache=True, error_model="numpy")
+def placed_points(tree, joint_angles, points, link):
+    """World positions (M, 3) m of `points` (M, 3), each in the frame of its `link` (M,), at `joint_angles` (J,)."""
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, joint_angles, position, rotation)
+    result = np.empty((len(points), 3))
+    for m in range(len(points)):
+        body = tree.link_body[link[m]]
+        for i in range(3):
+            result[m, i] = position[body, i]
+            for k in range(3):
+                result[m, i] += rotation[body, i, k] * points[m, k]
+    return result
+
+
+@numba.njit(cache=True, error_model="numpy")
 def point_jacobian(tree, joint_angles, position, rotation, body, point, out):
     """Fill `out` (3, J) with ∂point/∂q of a `point` (3,) m fixed to `body`, at the frames of `joint_angles` (J,)."""
     turn = np.empty((3, 3))
@@ -201,23 +217,31 @@ def _turned(rotation, vector):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _link_spread(tree, lengths, joint_angles, covariance, out):
-    position = np.empty((len(tree.parent), 3))
-    rotation = np.empty((len(tree.parent), 3, 3))
-    jacobian = np.empty((3, len(joint_angles)))
-    body_frames(tree, joint_angles, position, rotation)
+def place_spread(tree, lengths, joint_angles, covariance, position, rotation):
+    """What `link_spread` says (L,), at the frames of `joint_angles` (J,)."""
+    joints = len(joint_angles)
+    jacobian, middle, result = np.empty((3, joints)), np.empty(3), np.empty(len(lengths))
     for link in range(len(lengths)):
         body = tree.link_body[link]
-        middle = position[body] + 0.5 * lengths[link] * rotation[body][:, 2]
+        for i in range(3):
+            middle[i] = position[body, i] + 0.5 * lengths[link] * rotation[body, i, 2]
         point_jacobian(tree, joint_angles, position, rotation, body, middle, jacobian)
-        out[link] = np.sqrt(max(np.trace(jacobian @ covariance @ jacobian.T), 0.0) / 3.0)
-
-
-def link_spread(
-    tree: Tree, lengths: NDArray[np.float64], joint_angles: NDArray[np.float64], covariance: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """SD (L,) m of the place of the middle of each link, of `lengths` (L,) m, along any one axis, for angles of
-    `covariance` (J, J) rad²."""
-    result = np.empty(len(lengths))
-    _link_spread(tree, lengths, joint_angles, np.ascontiguousarray(covariance), result)
+        total = 0.0
+        for i in range(3):
+            for a in range(joints):
+                if jacobian[i, a] == 0.0:
+                    continue  # a joint that does not move it
+                for b in range(joints):
+                    total += jacobian[i, a] * covariance[a, b] * jacobian[i, b]
+        result[link] = np.sqrt(max(total, 0.0) / 3.0)
     return result
+
+
+@numba.njit(cache=True)
+def link_spread(tree, lengths, joint_angles, covariance):
+    """SD (L,) m of the place of the middle of each link, of `lengths` (L,) m, along any one axis, for angles of
+    `covariance` (J, J) rad² about `joint_angles` (J,)."""
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, joint_angles, position, rotation)
+    return place_spread(tree, lengths, joint_angles, covariance, position, rotation)

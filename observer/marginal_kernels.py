@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from haptic_env.patches import patch_at, row_at
 from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_box, voxel_span
 from observer.compiled import inner, parallel
-from observer.kinematics import body_frames, twists
+from observer.kinematics import twists
 
 BLOCK = 16  # particles that one thread takes in turn
 FARTHEST = 2.5  # SDs beyond the shell, where a cell's part in a touch ends
@@ -71,8 +71,8 @@ def _moving(tree, links):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def scan(tree, body, lattice, contacts, watched, solid, reach, pose):
-    """The `Scan` of the patches of the `watched` (L,) links at the mean `pose` (J,).
+def scan(tree, body, lattice, stance, contacts, watched, solid, reach):
+    """The `Scan` of the patches of the `watched` (L,) links at the `stance` of the mean pose.
 
     Of a silent patch only points within `reach` voxels of a cell that is `solid` (V,) to any particle: silence speaks
     of what is known to be occupied alone.
@@ -81,9 +81,7 @@ def scan(tree, body, lattice, contacts, watched, solid, reach, pose):
     for patch in range(len(contacts)):
         if watched[body.patch_link[patch]]:
             most += body.begin[patch + 1] - body.begin[patch]
-    position = np.empty((len(tree.parent), 3))
-    rotation = np.empty((len(tree.parent), 3, 3))
-    body_frames(tree, pose, position, rotation)
+    pose, position, rotation = stance
     active = _moving(tree, watched)
     begin, felt = np.zeros(len(contacts) + 1, dtype=np.int64), np.empty(len(contacts), dtype=np.bool_)
     place, gain, near = np.empty((3, most)), np.empty((len(active), 3, most)), np.empty(3)
@@ -132,38 +130,39 @@ def _beside(solid, shape, place, reach):
     return False
 
 
-@numba.njit(cache=True, error_model="numpy")
-def suspects(tree, body, lattice, evidence, reach, contacts, touch, margin, pose):
-    """The `Suspects` of all `contacts` (P,) at the mean `pose` (J,), `touch` (P,) being the weights of the touches.
-
-    Cells up to `margin` m too high or too low are among them, for the pose of a particle is not the mean.
-    """
+@numba.njit(cache=True)
+def touched_links(body, contacts):
+    """(L,) the links of which any patch feels contact."""
     touched = np.zeros(len(body.radius), dtype=np.bool_)
-    rings = ringing(body, contacts)
     for patch in range(len(contacts)):
         touched[body.patch_link[patch]] |= contacts[patch]
-    position = np.empty((len(tree.parent), 3))
-    rotation = np.empty((len(tree.parent), 3, 3))
-    body_frames(tree, pose, position, rotation)
-    most = room(body, lattice, reach.felt + margin, touched)
-    cells, owner = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
-    height, centre = np.empty(most), np.empty((most, 3))
+    return touched
+
+
+@inner(error_model="numpy")
+def gather(
+    link_body, body, lattice, evidence, felt, contacts, touched, rings, margin, position, rotation, cells, owner, height
+):
+    """Fill `cells`, `owner` and `height` with the cells that touches may be due to, their patches, and how high they
+    lie above the skin, m; returns how many. Those as far as `felt` (L,) m from the bones of the `touched` (L,) links,
+    and `margin` m more."""
     count = 0
     res, origin = lattice.resolution, lattice.origin
     ny, nz = lattice.shape[1], lattice.shape[2]
     for link in range(len(body.radius)):
         if not touched[link]:
             continue
-        at, turn = position[tree.link_body[link]], rotation[tree.link_body[link]]
+        at, turn = position[link_body[link]], rotation[link_body[link]]
         length, radius = body.length[link], body.radius[link]
-        pad = reach.felt[link] + margin
+        pad = felt[link] + margin
         low0, high0, low1, high1, low2, high2 = voxel_box(at, turn[:, 2], length, pad, lattice)
         outer, inner = pad * pad, max(radius - evidence.deep - margin, 0.0) ** 2
+        first = (origin[2] - at[2]) / res + 0.5
         for i in range(low0, high0):
             dx = origin[0] + (i + 0.5) * res - at[0]
             for j in range(low1, high1):
                 dy = origin[1] + (j + 0.5) * res - at[1]
-                begin, end = voxel_span(dx, dy, turn[:, 2], outer, origin[2] + 0.5 * res - at[2], res, low2, high2)
+                begin, end = voxel_span(dx, dy, turn[:, 2], outer, first, res, low2, high2)
                 for k in range(begin, end):
                     dz = origin[2] + (k + 0.5) * res - at[2]
                     z, square = from_bone(dx, dy, dz, turn[:, 2], length)
@@ -176,14 +175,46 @@ def suspects(tree, body, lattice, evidence, reach, contacts, touch, margin, pose
                         cells[count] = (i * ny + j) * nz + k
                         owner[count] = patch
                         height[count] = np.sqrt(square) - radius
-                        centre[count, 0], centre[count, 1], centre[count, 2] = at[0] + dx, at[1] + dy, at[2] + dz
                         count += 1
+    return count
+
+
+@numba.njit(cache=True, error_model="numpy")
+def suspects(tree, body, lattice, evidence, reach, stance, contacts, touch, margin):
+    """The `Suspects` of all `contacts` (P,) at the `stance` of the mean pose, `touch` (P,) being the weights of the
+    touches.
+
+    Cells up to `margin` m too high or too low are among them, for the pose of a particle is not the mean.
+    """
+    pose, position, rotation = stance
+    touched = touched_links(body, contacts)
+    most = room(body, lattice, reach.felt + margin, touched)
+    cells, owner, height = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64), np.empty(most)
+    rings = ringing(body, contacts)
+    count = gather(
+        tree.link_body,
+        body,
+        lattice,
+        evidence,
+        reach.felt,
+        contacts,
+        touched,
+        rings,
+        margin,
+        position,
+        rotation,
+        cells,
+        owner,
+        height,
+    )
     # Sorted by patch, with the way each cell's height changes as the joints turn.
     active = _moving(tree, touched)
     cell, above, slope = np.empty(count, dtype=np.int64), np.empty(count), np.empty((len(active), count))
     begin = np.zeros(len(contacts) + 1, dtype=np.int64)
     weight, fall = np.empty(len(contacts)), np.empty(len(contacts))
     linear, angular = np.empty((len(pose), 3)), np.empty((len(pose), 3))
+    arm, normal = np.empty(3), np.empty(3)
+    ny, nz = lattice.shape[1], lattice.shape[2]
     patches = done = 0
     last = -1
     for patch in range(len(contacts)):
@@ -191,7 +222,7 @@ def suspects(tree, body, lattice, evidence, reach, contacts, touch, margin, pose
         if not contacts[patch]:
             continue
         own = tree.link_body[link]
-        axis = rotation[own][:, 2]
+        turn, at = rotation[own], position[own]
         if link != last:
             twists(tree, pose, position, rotation, own, linear, angular)
             last = link
@@ -199,9 +230,14 @@ def suspects(tree, body, lattice, evidence, reach, contacts, touch, margin, pose
             if owner[c] != patch:
                 continue
             cell[done], above[done] = cells[c], height[c]
-            arm = centre[c] - position[own]
-            along = min(max(arm[0] * axis[0] + arm[1] * axis[1] + arm[2] * axis[2], 0.0), body.length[link])
-            normal = (arm - along * axis) / (height[c] + body.radius[link] + 1e-9)
+            index = cells[c] // (ny * nz), cells[c] // nz % ny, cells[c] % nz
+            along = 0.0
+            for i in range(3):
+                arm[i] = lattice.origin[i] + (index[i] + 0.5) * lattice.resolution - at[i]
+                along += arm[i] * turn[i, 2]
+            along = min(max(along, 0.0), body.length[link])
+            for i in range(3):
+                normal[i] = (arm[i] - along * turn[i, 2]) / (height[c] + body.radius[link] + 1e-9)
             for a in range(len(active)):
                 moved = _moved(linear[active[a]], angular[active[a]], arm)
                 slope[a, done] = -(normal[0] * moved[0] + normal[1] * moved[1] + normal[2] * moved[2])
@@ -233,17 +269,17 @@ def _owner(body, turn, link, dx, dy, dz):
 
 
 @inner(error_model="numpy")
-def _sweep(
-    tree,
+def sweep(
+    link_body,
     body,
     lattice,
     evidence,
     reach,
     contacts,
+    rings,
     carve,
     position,
     rotation,
-    rings,
     common,
     least,
     slot,
@@ -258,32 +294,41 @@ def _sweep(
     res, origin = lattice.resolution, lattice.origin
     ny, nz = lattice.shape[1], lattice.shape[2]
     for link in range(len(body.radius)):
-        at, turn = position[tree.link_body[link]], rotation[tree.link_body[link]]
+        at, turn = position[link_body[link]], rotation[link_body[link]]
         length, radius = body.length[link], body.radius[link]
         close = radius + evidence.near
         pad = max(close, reach.carved[link]) if carve else close
         low0, high0, low1, high1, low2, high2 = voxel_box(at, turn[:, 2], length, pad, lattice)
         outer, near, carved = pad * pad, close * close, reach.carved[link] ** 2
         core, felt = max(radius - evidence.deep, 0.0) ** 2, reach.felt[link] ** 2
-        per_bin = 1.0 / reach.bin[link]
+        per_bin, first = 1.0 / reach.bin[link], (origin[2] - at[2]) / res + 0.5
+        touched = rings[link].any()
         for i in range(low0, high0):
             dx = origin[0] + (i + 0.5) * res - at[0]
             for j in range(low1, high1):
                 dy = origin[1] + (j + 0.5) * res - at[1]
                 row = (i * ny + j) * nz
-                begin, end = voxel_span(dx, dy, turn[:, 2], outer, origin[2] + 0.5 * res - at[2], res, low2, high2)
+                begin, end = voxel_span(dx, dy, turn[:, 2], outer, first, res, low2, high2)
+                if begin == end:
+                    continue
+                for k in range(begin, end):
+                    if not seen[row + k]:
+                        z, square = from_bone(dx, dy, origin[2] + (k + 0.5) * res - at[2], turn[:, 2], length)
+                        if square < near:
+                            seen[row + k] = stale[row + k] = True
+                if not carve:
+                    continue
+                begin, end = voxel_span(dx, dy, turn[:, 2], carved, first, res, begin, end)
                 for k in range(begin, end):
                     cell = row + k
-                    dz = origin[2] + (k + 0.5) * res - at[2]
-                    z, square = from_bone(dx, dy, dz, turn[:, 2], length)
-                    if square < near and not seen[cell]:
-                        seen[cell] = stale[cell] = True
-                    if not carve or square >= carved or common[cell] == least:
+                    z, square = from_bone(dx, dy, origin[2] + (k + 0.5) * res - at[2], turn[:, 2], length)
+                    if square >= carved or common[cell] == least:
                         continue
                     if (
-                        core <= square < felt
+                        touched
+                        and core <= square < felt
                         and rings[link, row_at(body.length, body.tip, body.along, link, z)]
-                        and contacts[_owner(body, turn, link, dx, dy, dz)]
+                        and contacts[_owner(body, turn, link, dx, dy, origin[2] + (k + 0.5) * res - at[2])]
                     ):
                         continue
                     lost = reach.free[link, int(max(square, 0.0) * per_bin)]
@@ -297,9 +342,9 @@ def _sweep(
 
 
 @numba.njit(cache=True, error_model="numpy")
-def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, common, least, slot, seen, stale):
-    """Cells inside a link at the mean `pose` (J,) are free, the surer the deeper (`Reach.free`), but for those about
-    the skin of a patch that feels contact: if `carve`, they lose log-odds in `common` (V,), down to `least`. Of
+def sweep_free(tree, body, lattice, evidence, reach, stance, contacts, carve, common, slot, seen, stale):
+    """Cells inside a link at the `stance` of the mean pose are free, the surer the deeper (`Reach.free`), but for those
+    about the skin of a patch that feels contact: if `carve`, they lose log-odds in `common` (V,), down to -LIMIT. Of
     those that particles keep, returns the slots (W,) and what they have to lose (W,); see `lose`.
 
     `seen` (V,) is set for what lies within `evidence.near` m of the skin, `stale` (V,) for all that changes.
@@ -307,23 +352,19 @@ def sweep_free(tree, body, lattice, evidence, reach, contacts, carve, pose, comm
     every = np.ones(len(body.radius), dtype=np.bool_)
     most = room(body, lattice, reach.carved, every)
     where, loses = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
-    rings = ringing(body, contacts)
-    position = np.empty((len(tree.parent), 3))
-    rotation = np.empty((len(tree.parent), 3, 3))
-    body_frames(tree, pose, position, rotation)
-    kept = _sweep(
-        tree,
+    kept = sweep(
+        tree.link_body,
         body,
         lattice,
         evidence,
         reach,
         contacts,
+        ringing(body, contacts),
         carve,
-        position,
-        rotation,
-        rings,
+        stance.position,
+        stance.rotation,
         common,
-        least,
+        -LIMIT,
         slot,
         seen,
         stale,
@@ -490,6 +531,31 @@ def match_and_touch(
                     poses[n, i] += (score[2 * h] - score[2 * h + 1]) / total * away[h, i]
             _share(suspects, where, evidence, poses[n], own, n, touched, solid, hits, ring)
     return log_mean, moved
+
+
+@numba.njit(cache=True)
+def settle(cells, used, kept, common, slot, own, seen, stale):
+    """Give each of `cells` (C,) a slot that has none: the first one free is `used`, and `kept` (> T,) lists the cells
+    of all slots. Sets `seen` and `stale` (V,); returns the slots (C,) and how many are used now."""
+    where = np.empty(len(cells), dtype=np.int64)
+    for c in range(len(cells)):
+        cell = cells[c]
+        seen[cell] = stale[cell] = True
+        if slot[cell] < 0:
+            kept[used], slot[cell] = cell, used
+            for n in range(len(own)):
+                own[n, used] = common[cell]
+            common[cell] = 0
+            used += 1
+        where[c] = slot[cell]
+    return where, used
+
+
+@numba.njit(cache=True)
+def mark(cells, touched, seen, stale):
+    """Set `stale` (V,) for those of `cells` (T,) that are `touched` (V,) and `seen` (V,)."""
+    for cell in cells:
+        stale[cell] |= touched[cell] & seen[cell]
 
 
 @parallel(cache=True)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observer import kernels, marginal_kernels
-from observer.capsules import LIMIT, Body, Evidence, Lattice, Reach
+from observer.capsules import Body, Evidence, Lattice, Reach, Stance
 from observer.gaussian import lower_factor
 from observer.kinematics import Tree
 from observer.occupancy import Maps
@@ -22,13 +22,15 @@ Array = NDArray[np.float64]
 
 class Felt(NamedTuple):
     """What one step has to say to the maps: `contacts` (P,) and `touch` (P,), the weight of each patch's touch;
-    `watched` (L,): the links whose patches have a say in the pose; and what it says of the cells about a link."""
+    `watched` (L,): the links whose patches have a say in the pose; and what it says of the cells about a link,
+    `stance` being that of the mean pose."""
 
     tree: Tree
     body: Body
     lattice: Lattice
     evidence: Evidence
     reach: Reach
+    stance: Stance
     contacts: NDArray[np.bool_]
     touch: Array
     watched: NDArray[np.bool_]
@@ -54,13 +56,13 @@ def match_mean(
     Fills `poses` (N, J); returns the log of the mean likelihood (N,) and whether the match moved the pose (N,).
     """
     particles, joints = cloud.centres.shape
-    tree, body, lattice, evidence, reach, contacts, touch, watched = felt
+    tree, body, lattice, evidence, reach, stance, contacts, touch, watched = felt
     if watched.any():  # effort goes where contact is
         # Voxels that a candidate may be away; a single one of a single particle is where the pose is.
         about = 1 + int(2.0 * reach.place.max() / lattice.resolution) if particles * candidates > 1 else 1
-        scan = marginal_kernels.scan(tree, body, lattice, contacts, watched, maps.solid, about, cloud.mean)
+        scan = marginal_kernels.scan(tree, body, lattice, stance, contacts, watched, maps.solid, about)
         margin = 0.5 * lattice.resolution
-        suspects = marginal_kernels.suspects(tree, body, lattice, evidence, reach, contacts, touch, margin, cloud.mean)
+        suspects = marginal_kernels.suspects(tree, body, lattice, evidence, reach, stance, contacts, touch, margin)
         log_likelihood, moved = marginal_kernels.match_and_touch(
             scan,
             suspects,
@@ -82,7 +84,7 @@ def match_mean(
     else:
         np.add(cloud.mean, cloud.centres, out=poses)
         log_likelihood, moved = np.zeros(particles), np.zeros(particles, dtype=bool)
-    _sweep(felt, cloud, maps, carve=True)
+    _sweep(felt, maps, carve=True)
     return log_likelihood, moved
 
 
@@ -92,22 +94,30 @@ def match_sample(
     """Every particle takes one of its candidates, drawn by likelihood from its proposal, and has the whole of its map
     at its own pose. Fills and returns the same as `match_mean`."""
     particles, joints = cloud.centres.shape
+    tree, body, lattice, evidence, reach, _, contacts, touch, watched = felt
     result = kernels.advance(
-        *felt,
+        tree,
+        body,
+        lattice,
+        evidence,
+        reach,
+        contacts,
+        touch,
+        watched,
         cloud.mean + cloud.centres,
         lower_factor(cloud.rest),
-        rng.standard_normal((particles, candidates if felt.watched.any() else 1, joints)),
+        rng.standard_normal((particles, candidates if watched.any() else 1, joints)),
         rng.random(particles),
         maps.own,
         maps.stale,
         poses,
     )
     maps.seen |= maps.stale
-    _sweep(felt, cloud, maps, carve=False)
+    _sweep(felt, maps, carve=False)
     return result
 
 
-def _sweep(felt: Felt, cloud: Cloud, maps: Maps, carve: bool) -> None:
+def _sweep(felt: Felt, maps: Maps, carve: bool) -> None:
     """Take note of what the hand came near, and `carve` the free space out of what all particles have in common."""
     where, loses = marginal_kernels.sweep_free(
         felt.tree,
@@ -115,16 +125,16 @@ def _sweep(felt: Felt, cloud: Cloud, maps: Maps, carve: bool) -> None:
         felt.lattice,
         felt.evidence,
         felt.reach,
+        felt.stance,
         felt.contacts,
         carve,
-        cloud.mean,
         maps.common,
-        -LIMIT,
         maps.slot,
         maps.seen,
         maps.stale,
     )
-    marginal_kernels.lose(where, loses, maps.own)
+    if len(where):
+        marginal_kernels.lose(where, loses, maps.own)
 
 
 MATCHING: dict[str, Callable[..., tuple[Array, NDArray[np.bool_]]]] = {"mean": match_mean, "sample": match_sample}

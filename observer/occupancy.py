@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
-from observer.marginal_kernels import mean_probability
+from observer.marginal_kernels import mark, mean_probability, settle
 
 Array = NDArray[np.float64]
 FIRST_SLOTS = 256
@@ -96,7 +96,8 @@ class Maps:
         count = int(np.prod(grid.shape))
         self.common = np.zeros(count, dtype=np.int8)
         self.slot = np.arange(count, dtype=np.int32) if dense else np.full(count, -1, dtype=np.int32)
-        self.cells = np.arange(count) if dense else np.empty(0, dtype=np.int64)  # (T,) of the slots
+        self._kept = np.arange(count) if dense else np.zeros(FIRST_SLOTS, dtype=np.int64)
+        self.cells = self._kept if dense else self._kept[:0]  # (T,) of the slots
         self.own = np.zeros((particles, count if dense else FIRST_SLOTS), dtype=np.int8)
         self.touched = np.full(count, dense)
         self.solid, self.seen, self.stale = np.zeros((3, count), dtype=bool)
@@ -114,23 +115,20 @@ class Maps:
 
     def make_room(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """Give a slot to each of `cells` (C,) that has none, and take note that they change; returns the slots (C,)."""
-        self.seen[cells] = self.stale[cells] = True
-        new = np.unique(cells[self.slot[cells] < 0])
-        if new.size:
-            used = len(self.cells)
-            self.cells = np.concatenate([self.cells, new])
-            if len(self.cells) >= self.own.shape[1]:
-                room = np.zeros((len(self.own), 2 * len(self.cells)), dtype=np.int8)
-                room[:, :used] = self.own[:, :used]
-                self.own = room
-            self.own[:, used : len(self.cells)] = self.common[new]
-            self.common[new] = 0
-            self.slot[new] = np.arange(used, len(self.cells))
-        return self.slot[cells].astype(np.int64)
+        used = len(self.cells)
+        if used + len(cells) >= self.own.shape[1]:
+            room = 2 * (used + len(cells))
+            self._kept = np.append(self.cells, np.zeros(room - used, dtype=np.int64))
+            own = np.zeros((len(self.own), room), dtype=np.int8)
+            own[:, :used] = self.own[:, :used]
+            self.own = own
+        where, used = settle(cells, used, self._kept, self.common, self.slot, self.own, self.seen, self.stale)
+        self.cells = self._kept[:used]
+        return where
 
     def weights_changed(self) -> None:
         """Take note that the mean changes wherever particles differ."""
-        self.stale[self.cells] |= self.touched[self.cells] & self.seen[self.cells]
+        mark(self.cells, self.touched, self.seen, self.stale)
 
     def copy(self, source: NDArray[np.int64], target: NDArray[np.int64]) -> None:
         """Overwrite the maps of the particles `target` (C,) with those of `source` (C,); none may be in both."""

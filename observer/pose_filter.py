@@ -14,12 +14,14 @@ with friction, along the surface. Both are linear. What is normal is as vague as
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env import validate
 from haptic_env.hand import Hand
+from haptic_env.patches import Patches
 from observer import pose_kernels
 from observer.forward_model import ForwardModel
 from observer.kinematics import tree_of
@@ -76,7 +78,7 @@ class PoseFilter:
         self.model = ForwardModel(hand, control_hz)
         self._tree = tree_of(hand)
         self._patch_body = hand.link_bodies[hand.patches.link]
-        self._axes, share = _normals(hand)
+        self._axes, share = _normals(hand.patches)
         self._forces = np.sqrt(dynamics.normal_force**2 * share + dynamics.tangential_force**2 * (1 - share))
         self._speeds = np.sqrt(dynamics.normal_speed**2 * share + dynamics.tangential_speed**2 * (1 - share))
         self.reset()
@@ -146,12 +148,13 @@ class PoseFilter:
         return rows, self._speeds[felt[still]].ravel()
 
 
-def _normals(hand: Hand) -> tuple[Array, Array]:
+@lru_cache(maxsize=8)
+def _normals(patches: Patches) -> tuple[Array, Array]:
     """How the skin's normal is spread over each patch: principal axes (P, 3, 3), rows in the link's frame, and the
     mean square (P, 3) of the normal along each. A flat patch has (0, 0, 1), a round fingertip a third along each."""
-    skin = hand.patches.surface(SKIN_SPACING)
-    count = np.bincount(skin.patch, minlength=len(hand.patches))
-    moment = np.zeros((len(hand.patches), 3, 3))
+    skin = patches.surface(SKIN_SPACING)
+    count = np.bincount(skin.patch, minlength=len(patches))
+    moment = np.zeros((len(patches), 3, 3))
     np.add.at(moment, skin.patch, skin.normals[:, :, None] * skin.normals[:, None, :])
     share, axes = np.linalg.eigh(moment / count[:, None, None])
     return np.ascontiguousarray(np.swapaxes(axes, 1, 2)), np.clip(share, 0.0, 1.0)

@@ -2,8 +2,20 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
+
+
+@numba.njit(cache=True)
+def normalise(log_weights):
+    """Take log Σw from `log_weights` (N,); returns it, the weights (N,), whose sum is 1, and Neff. It is not finite
+    where a weight is not, or where all are 0."""
+    most = log_weights.max()
+    total = most + np.log(np.exp(log_weights - most).sum())
+    log_weights -= total
+    weights = np.exp(log_weights)
+    return total, weights, 1.0 / np.square(weights).sum()
 
 
 def effective_sample_size(weights: NDArray[np.float64]) -> float:

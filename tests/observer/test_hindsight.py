@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 from scipy.special import expit, logit
 
+from observer import capsules, marginal_kernels
+from observer.contact_model import ContactModel
 from observer.fastslam import HapticSLAM
-from observer.hindsight import ROUNDS, share
+from observer.hindsight import ROUNDS, WEIGHT, look_back, share
+from observer.kinematics import tree_of
 
 STEPS = 60
 NO_ALARM = 0.97
@@ -89,6 +92,39 @@ def test_the_last_belief_alone_has_the_map_in_hindsight(trial):
     np.testing.assert_array_equal(after[-1].lagged_joint_angles, before[-1].lagged_joint_angles)
     assert (after[-1].occupancy[before[-1].occupancy == 0.5] == 0.5).all(), "nothing is said of what was not felt"
     assert not after[-1].occupancy.flags.writeable
+
+
+def test_looking_back_finds_what_each_step_found(trial):
+    """The suspects and the sweeps of all steps, in one kernel: those of the kernels that follow the trial."""
+    model = ContactModel()
+    grid, tree = HapticSLAM(trial.hand).grid, tree_of(trial.hand)
+    body, lattice = capsules.body_of(trial.hand, grid.resolution), capsules.lattice_of(grid)
+    evidence, cells = model.evidence(grid.resolution), int(np.prod(grid.shape))
+    known = 1e-4 * np.eye(trial.hand.joints)
+    steps, suspected, rings, touch = [], [], [], np.full(len(trial.hand.patches), 0.5)
+    common, seen, stale = np.zeros(cells, dtype=np.int8), *np.zeros((2, cells), dtype=bool)
+    for felt, contacts in zip(trial.felt, trial.contacts.astype(bool), strict=True):
+        stance, reach = capsules.stand(tree, body, evidence, 1.0, felt, known)
+        found = marginal_kernels.suspects(tree, body, lattice, evidence, reach, stance, contacts, touch, 0.0)
+        beyond = np.maximum(found.height - evidence.shell, 0.0) / np.repeat(found.fall, np.diff(found.begin))
+        suspected.append(found.cell)
+        rings.append(evidence.hit * np.exp(-0.5 * beyond**2))
+        seen[found.cell] = True
+        unkept = np.full(cells, -1, dtype=np.int32)
+        marginal_kernels.sweep_free(
+            tree, body, lattice, evidence, reach, stance, contacts, True, common, unkept, seen, stale
+        )
+        steps.append((stance.position, stance.rotation, reach.place, contacts, touch))
+    swept, near = np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=bool)
+    several = [np.stack(each) for each in zip(*steps, strict=True)]
+    number, weight, cell, hits = look_back(tree.link_body, body, lattice, evidence, *several, swept, near)
+    np.testing.assert_array_equal(cell, np.concatenate(suspected))
+    np.testing.assert_allclose(hits, np.concatenate(rings), rtol=1e-12)
+    np.testing.assert_array_equal(np.maximum(swept, -capsules.LIMIT), common)
+    np.testing.assert_array_equal(near, seen)
+    assert number.sum() == len(cell) > 100
+    np.testing.assert_array_equal(weight, 0.5 * WEIGHT)
+    assert len(weight) == trial.contacts.sum()
 
 
 def test_without_a_lag_one_belief_is_flushed_which_felt_nothing_new(trial):

@@ -59,6 +59,12 @@ class Step:
             self.maps.own[:, : len(self.maps.cells)] = rng.integers(-127, 128, (particles, len(self.maps.cells)))
             self.maps.touched[self.maps.cells] = self.maps.solid[self.maps.cells] = True
 
+    @property
+    def stance(self):
+        """At the mean pose."""
+        known = np.zeros((self.hand.joints, self.hand.joints))
+        return capsules.stand(self.tree, self.body, self.evidence, 1.0, self.pose, known)[0]
+
     def log_odds(self, n):
         """(X, Y, Z) the map of particle n, as the kernels read it."""
         entry = self.maps.common.astype(int) + self.maps.own[n, self.maps.slot]
@@ -68,10 +74,10 @@ class Step:
         """What `match_and_touch` makes of it: log mean likelihoods, moved, poses from the mean."""
         poses = np.empty_like(self.deviations)
         scan = marginal.scan(
-            self.tree, self.body, self.lattice, self.contacts, self.watched, self.maps.solid, FAR, self.pose
+            self.tree, self.body, self.lattice, self.stance, self.contacts, self.watched, self.maps.solid, FAR
         )
         suspects = marginal.suspects(
-            self.tree, self.body, self.lattice, self.evidence, self.reach, self.contacts, self.touch, 0.002, self.pose
+            self.tree, self.body, self.lattice, self.evidence, self.reach, self.stance, self.contacts, self.touch, 0.002
         )
         where = self.maps.make_room(suspects.cell)
         maps = (self.maps.common, self.maps.slot, self.maps.own, self.maps.touched, self.maps.solid)
@@ -89,11 +95,10 @@ class Step:
             self.lattice,
             self.evidence,
             self.reach,
+            self.stance,
             self.contacts,
             carve,
-            self.pose,
             self.maps.common,
-            -marginal.LIMIT,
             self.maps.slot,
             self.maps.seen,
             self.maps.stale,
@@ -191,13 +196,13 @@ def test_silent_points_are_left_out_only_where_nothing_is_known_to_be_occupied(t
         step.maps.solid |= (step.log_odds(n) >= step.evidence.solid).ravel()
     few, every = (
         marginal.scan(
-            step.tree, step.body, step.lattice, step.contacts, step.watched, step.maps.solid, reach, step.pose
+            step.tree, step.body, step.lattice, step.stance, step.contacts, step.watched, step.maps.solid, reach
         )
         for reach in (1, FAR)
     )
     assert few.place.shape[1] < every.place.shape[1]
     nothing = marginal.scan(
-        step.tree, step.body, step.lattice, step.contacts, step.watched, np.zeros_like(step.maps.solid), 1, step.pose
+        step.tree, step.body, step.lattice, step.stance, step.contacts, step.watched, np.zeros_like(step.maps.solid), 1
     )
     assert nothing.felt.all()
     whole = step.match()[0]

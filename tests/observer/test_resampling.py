@@ -91,7 +91,7 @@ def test_a_copy_of_a_particle_owns_its_map():
     slam._maps.make_room(np.arange(20))
     slam._maps.own[:] = np.arange(8, dtype=np.int8)[:, None]
     slam._poses[:] = np.arange(8)[:, None]
-    slam._log_weights[:] = np.log([1e-9, 1e-9, 0.5, 1e-9, 1e-9, 0.5, 1e-9, 1e-9])
+    slam._weigh(np.log([1e-9, 1e-9, 0.5, 1e-9, 1e-9, 0.5, 1e-9, 1e-9]))
     assert slam._resample()
     held = slam._maps.own[:, :20]
     assert held[2].max() == 2, "survivors stay where they are"
