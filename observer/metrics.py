@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import binary_dilation, generate_binary_structure
 from scipy.spatial import cKDTree
 from scipy.stats import binomtest, norm
 
@@ -24,6 +24,7 @@ from observer.kinematics import Tree, placed, placed_points, tree_of
 
 Array = NDArray[np.float64]
 OCCUPIED = 0.5
+IMPOSSIBLE = 1e-6  # probability below which the log loss takes all for the same
 TOUCH_TOLERANCE = 0.002  # metres: skin further from the surface than this rang falsely
 
 
@@ -37,13 +38,15 @@ class SurfaceScore(NamedTuple):
 
 class Reliability(NamedTuple):
     """For each bin of predicted probability (B,): their mean, how often it was true, and how many cells; then the
-    expected calibration error (mean gap between the two, weighted by cells) and the Brier score over all cells."""
+    expected calibration error (mean gap between the two, weighted by cells), and over all cells the Brier score and
+    the `log_loss` (nats), of a truth held for impossible that of one in a million."""
 
     predicted: Array
     observed: Array
     cells: NDArray[np.int64]
     ece: float
     brier: float
+    log_loss: float
 
 
 class Share(NamedTuple):
@@ -157,18 +160,30 @@ def surface_coverage(occupancy: Array, grid: Grid, solid: Solid, voxels: float =
 def reachable(
     hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose] | None = None
 ) -> NDArray[np.bool_]:
-    """(X, Y, Z): the voxels that the hand swept along the true `joint_angles` (T, J), at `roots` (T) if it moved as a
-    whole, and their neighbours.
+    """(X, Y, Z): the voxels that the hand swept (`swept`), and their 26 neighbours: the skin could have felt what is
+    there."""
+    return neighbourhood(swept(hand, joint_angles, grid, roots))
 
-    A voxel counts when a point inside a finger fell into it at some step, or into one of its 26 neighbours: the skin
-    could have felt what is there.
-    """
+
+def swept(hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose] | None = None) -> NDArray[np.bool_]:
+    """(X, Y, Z): the voxels that a point inside a finger fell into at some step, along the true `joint_angles` (T, J),
+    at `roots` (T) if the hand moved as a whole."""
     inside = hand.patches.volume(0.75 * grid.resolution)
-    swept = np.zeros(grid.shape, dtype=bool)
+    found = np.zeros(grid.shape, dtype=bool)
     for tree, angles in _posed(hand, joint_angles, roots):
         cells, within = grid.index(placed_points(tree, angles, inside.points, inside.link))
-        swept[tuple(cells[within].T)] = True
-    return binary_dilation(swept, np.ones((3, 3, 3)))
+        found[tuple(cells[within].T)] = True
+    return found
+
+
+def neighbourhood(cells: NDArray[np.bool_], faces: bool = False) -> NDArray[np.bool_]:
+    """(X, Y, Z): `cells` and the 26 voxels about each, or only the 6 that share a face with it."""
+    return binary_dilation(cells, generate_binary_structure(3, 1 if faces else 3))
+
+
+def reached_into(solid: Solid, grid: Grid) -> NDArray[np.bool_]:
+    """(X, Y, Z): the voxels whose centre lies inside `solid` or within half a voxel of its surface."""
+    return np.asarray(solid.signed_distance(grid.centres()) <= _length(0.5, grid))
 
 
 def reliability(occupancy: Array, truth: NDArray[np.bool_], cells: NDArray[np.bool_], bins: int = 10) -> Reliability:
@@ -181,12 +196,13 @@ def reliability(occupancy: Array, truth: NDArray[np.bool_], cells: NDArray[np.bo
     count = np.bincount(which, minlength=bins)
     if p.size == 0:
         empty = np.full(bins, np.nan)
-        return Reliability(empty, empty.copy(), count, float("nan"), float("nan"))
+        return Reliability(empty, empty.copy(), count, *[float("nan")] * 3)
     with np.errstate(invalid="ignore"):
         predicted = np.bincount(which, p, bins) / count
         observed = np.bincount(which, occupied, bins) / count
     ece = float(np.nansum(np.abs(predicted - observed) * count) / p.size)
-    return Reliability(predicted, observed, count, ece, float(np.square(p - occupied).mean()))
+    log_loss = -np.log(np.maximum(np.where(truth[cells], p, 1.0 - p), IMPOSSIBLE)).mean()
+    return Reliability(predicted, observed, count, ece, float(np.square(p - occupied).mean()), float(log_loss))
 
 
 # Name

@@ -1,12 +1,14 @@
 """The observer with one idea changed at a time, by name; what each is worth, `evaluate.py --ablation` tells.
 
-Add a variant as a line of keywords for `HapticSLAM`. Some need no map: `PoseOnly` is as sure of the pose, and faster.
+Add a variant as a line of keywords for `HapticSLAM`. Names joined by "+" change several things, from left to right:
+"paper+no_scan_matching". Some need no map: `PoseOnly` is as sure of the pose, and faster.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.brackets import KALMAN_DYNAMICS, OBSERVERS
 from observer.contact_model import ContactModel
@@ -17,6 +19,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "no_lag": {"lag": 0},
     "no_contact_dynamics": {"dynamics": KALMAN_DYNAMICS},
     "no_forward_model": {"motion": "delta_pose"},
+    "no_torques": {"motion": "kinematic"},
     "no_scan_matching": {"candidates": 1},
     "sampled_matching": {"matching": "sample"},
     "one_particle": {"particles": 1},
@@ -29,15 +32,29 @@ WITHOUT_MAP: dict[str, dict[str, Any]] = {  # keywords for `PoseOnly`
     "smoother_pose": {"dynamics": KALMAN_DYNAMICS},
 }
 Observer = HapticSLAM | PoseOnly
-WITH_PARTICLES = ("haptic_slam", "paper", *VARIANTS)
-ABLATION = ("haptic_slam", *VARIANTS, "paper")
+FULL = "haptic_slam"
+WITH_PARTICLES = (FULL, "paper")
+BADLY_KNOWN = ("no_forward_model", "no_torques", "paper")  # poses of which maps may have more to say
+ABLATION = (FULL, *VARIANTS, "paper", *(f"{name}+no_scan_matching" for name in BADLY_KNOWN))
 NAMES = (*OBSERVERS, *VARIANTS, *WITHOUT_MAP)
+
+
+def check(what: str, name: str) -> str:
+    """Return `name` if it is that of an observer or a variant, or several that add up; else raise `ValueError`."""
+    base, *changes = name.split("+")
+    validate.choice(what, base, (*WITH_PARTICLES, *VARIANTS) if changes else NAMES)
+    for change in changes:
+        validate.choice(what, change, VARIANTS)
+    return name
 
 
 def make_observer(name: str, hand: Hand, sigma_deg: float, particles: int, **keywords: Any) -> Observer:
     """The observer or variant `name` for `hand`; `particles` where it has any and does not say how many."""
     if name in WITHOUT_MAP:
         return PoseOnly(hand, sigma_deg, **WITHOUT_MAP[name], **keywords)
-    if name in WITH_PARTICLES:
-        keywords = {"particles": particles, **VARIANTS.get(name, {}), **keywords}
-    return OBSERVERS["haptic_slam" if name in VARIANTS else name](hand, sigma_deg, **keywords)
+    parts = check("name", name).split("+")
+    base = parts.pop(0) if parts[0] in OBSERVERS else FULL
+    given: dict[str, Any] = {"particles": particles} if base in WITH_PARTICLES else {}
+    for change in parts:
+        given |= VARIANTS[change]
+    return OBSERVERS[base](hand, sigma_deg, **{**given, **keywords})

@@ -13,38 +13,44 @@ from report import interval
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 from style import BETTER, OUTLINE, WORSE
 
-from observer.variants import ABLATION
+from observer.variants import FULL
 
-FULL = ABLATION[0]
 # Column of the table of trials: what it is called, and whether more of it is better (None: neither).
 COLUMNS: dict[str, tuple[str, bool | None]] = {
     "pose_error_lagged": ("pose error, lagged (σ)", False),
     "pose_error_online": ("pose error, online (σ)", False),
     "coverage_90_lagged": ("90 % interval holds", None),
-    "surface_f_score_2": ("F-score, 2 voxels", True),
-    "occupancy_ece": ("ECE of occupancy", False),
-    "shape_posterior_correct": ("named right", True),
+    "surface_f_score_1": ("F-score, last map", True),
+    "growing_f_score_1": ("F-score, growing map", True),
+    "skin_brier": ("Brier, last map", False),
+    "growing_brier": ("Brier, growing map", False),
+    "correct_2s": ("named right after 2 s", True),
 }
 
 
 def compare(rows: pd.DataFrame) -> pd.DataFrame:
     """One line for each noise, observer and measure of `COLUMNS`: `mean`, half of its 95 % interval (`half`), number
-    of `trials`, and mean and 95 % interval of the `difference` to the full observer, trial by trial."""
+    of `trials`, and mean and 95 % interval of the `difference` to the `reference`, trial by trial.
+
+    That is the full observer, or of several changes, "paper+no_lag", what is without the last one, if it is there."""
     relative = {
         f"pose_error_{when}": rows[f"pose_error_{when}_deg"] / rows["sigma_deg"] for when in ("lagged", "online")
     }
     trials = rows.assign(**relative).set_index(["sigma_deg", "shape", "seed"])
     lines = []
     for sigma, of_sigma in trials.groupby("sigma_deg"):
-        full = of_sigma[of_sigma["observer"] == FULL]
-        for observer, mine in of_sigma.groupby("observer", sort=False):
+        each = dict(iter(of_sigma.groupby("observer", sort=False)))
+        for observer, mine in each.items():
+            without = str(observer).rpartition("+")[0]
+            reference = without if without in each else FULL
             for measure in COLUMNS:
                 mean, low, high, count = interval(mine[measure].dropna().to_numpy())
-                gaps = (mine[measure] - full[measure]).dropna().to_numpy()
-                lines.append((sigma, observer, measure, mean, 0.5 * (high - low), count, *interval(gaps)[:3]))
-    names = ["sigma_deg", "observer", "measure", "mean", "half", "trials", "difference", "low", "high"]
+                gaps = interval((mine[measure] - each[reference][measure]).dropna().to_numpy())
+                lines.append((sigma, observer, reference, measure, mean, 0.5 * (high - low), count, *gaps[:3]))
+    names = ["sigma_deg", "observer", "reference", "measure", "mean", "half", "trials", "difference", "low", "high"]
     return pd.DataFrame(lines, columns=names)
 
 
@@ -55,17 +61,21 @@ def save(rows: pd.DataFrame, folder: Path) -> list[str]:
 
 
 def print_table(path: Path, console: Console) -> None:
-    """Print the table at `path`: a row for each variant, best estimate and 95 % interval."""
+    """Print the table at `path`: for the full observer mean and 95 % interval, for each variant its difference to the
+    reference with that of the difference, coloured where it is surely better or worse."""
     lines = pd.read_csv(path)
     for sigma, of_sigma in lines.groupby("sigma_deg"):
-        title = f"σ = {sigma:g}°, {of_sigma['trials'].max()} explorations: mean ± 95 %"
+        title = (
+            f"σ = {sigma:g}°, {of_sigma['trials'].max()} explorations: mean of {FULL} ± 95 %; of the others the "
+            "difference to it, or to what stands before the last +, in the same explorations ± 95 %"
+        )
         result = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
         result.add_column("variant", no_wrap=True)
         for heading, _ in COLUMNS.values():
             result.add_column(heading, justify="right")
         for observer, mine in of_sigma.groupby("observer", sort=False):
             cells = mine.set_index("measure")
-            told = [_cell(*cells.loc[measure, ["mean", "half"]]) for measure in COLUMNS]
+            told = [_told(cells.loc[measure], more) for measure, (_, more) in COLUMNS.items()]
             result.add_row(str(observer), *told, style="bold" if observer == FULL else None)
         console.print(result)
 
@@ -92,8 +102,8 @@ def draw(lines: pd.DataFrame) -> Figure:
     panels[0].invert_yaxis()
     count = int(mine["trials"].max())
     figure.suptitle(
-        f"One idea changed: difference to the full observer, σ = {sigma:g}°, {count} explorations, 95 % intervals "
-        "(red: worse, blue: better)",
+        f"One idea changed: difference to the full observer (or to what stands before the last +), σ = {sigma:g}°, "
+        f"{count} explorations, 95 % intervals (red: worse, blue: better)",
         fontsize=11,
         fontweight="bold",
     )
@@ -107,7 +117,12 @@ def _colour(low: float, high: float, more: bool | None) -> str:
     return BETTER if (low > 0) == more else WORSE
 
 
-def _cell(mean: float, half: float) -> str:
+def _told(cell: pd.Series, more: bool | None) -> Text:
+    if cell["observer"] == FULL:
+        mean, half, sign, colour = cell["mean"], cell["half"], "", ""
+    else:
+        mean, half, sign = cell["difference"], 0.5 * (cell["high"] - cell["low"]), "+"
+        colour = _colour(cell["low"], cell["high"], more)
     if math.isnan(mean):
-        return "–"
-    return f"{mean:.3f}" if math.isnan(half) else f"{mean:.3f} ±{half:.3f}"
+        return Text("–")
+    return Text(f"{mean:{sign}.3f}" + ("" if math.isnan(half) else f" ±{half:.3f}"), colour)

@@ -22,7 +22,7 @@ import agents
 from haptic_env import shapes, validate
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
-from observer.variants import ABLATION, VARIANTS, WITHOUT_MAP
+from observer.variants import ABLATION, FULL, VARIANTS, WITHOUT_MAP
 
 EXAMPLE = """examples: python scripts/evaluate.py --shapes cube sphere --sigmas 3 5 --trials 20 --out out/two_shapes
           python scripts/evaluate.py --bias-deg 0 2 --contact-miss 0 0.1 --seconds 5 10 --out out/product
@@ -118,7 +118,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         "--observers",
         nargs="+",
         default=list(OBSERVERS),
-        help=f"default: {' '.join(OBSERVERS)}; or {', '.join([*VARIANTS, *WITHOUT_MAP])}",
+        help=f"default: {' '.join(OBSERVERS)}; or {', '.join([*VARIANTS, *WITHOUT_MAP])}; several joined by +",
     )
     switch = argparse.BooleanOptionalAction
     add("--ablation", action=switch, default=False, help="haptic_slam with one idea changed at a time, in one table")
@@ -190,7 +190,7 @@ def plan(given: argparse.Namespace) -> None:
     validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
     validate.integer("--trials", given.trials, 1, 100_000)
     validate.integer("--jobs", given.jobs, 1, 1024)
-    if given.ablation and ABLATION[0] not in given.observers:
-        raise ValueError(f"--ablation compares with {ABLATION[0]}, which is not among --observers")
+    if given.ablation and FULL not in given.observers:
+        raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")
     if given.cluster is not None and importlib.util.find_spec("distributed") is None:
         raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")

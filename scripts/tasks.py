@@ -42,8 +42,13 @@ MEASURES = (
     "coverage_90_lagged",
     *(f"surface_{what}_{n}" for n in (1, 2) for what in ("precision", "recall", "f_score")),
     "surface_coverage",
+    "growing_f_score_1",
+    "growing_brier",
     "occupancy_ece",
     "occupancy_brier",
+    "skin_ece",
+    "skin_brier",
+    "skin_log_loss",
     "touching_share",
     "n_eff",
     "time_to_decision",
@@ -91,9 +96,11 @@ class Settings:
         validate.number("--scale", self.scale, above=0.0, unit="m")
         for name in self.shapes:
             shapes.default_size(shapes.check("--shapes", name), self.scale)
+        for name in self.observers:
+            variants.check("--observers", name)
         for what, given, valid in (
             ("shape", self.shapes, self.shapes or tuple(shapes.SHAPES)),
-            ("observer", self.observers, variants.NAMES),
+            ("observer", self.observers, self.observers or variants.NAMES),
             ("classifier", self.classifiers, CLASSIFIERS),
         ):
             for name in given:
@@ -241,12 +248,15 @@ def run_trials(bundle: Sequence[Task], *exemplars: Exemplars) -> list[list[dict[
 
 class Places(NamedTuple):
     """What is true of the world of an exploration: the steps (T,) at which the hand was `touching`, the places (M, 3) m
-    that it `touched`, which voxels (X, Y, Z) it could reach, `cells`, and which the object had `occupied`."""
+    that it `touched`, which voxels (X, Y, Z) it could reach, `cells`, and in which the object had the centre
+    `occupied`; `beside` the skin: those that it swept or that share a face with one, and which the object `reached`."""
 
     touching: NDArray[np.bool_]
     touched: NDArray[np.float64]
     cells: NDArray[np.bool_]
     occupied: NDArray[np.bool_]
+    beside: NDArray[np.bool_]
+    reached: NDArray[np.bool_]
 
     @classmethod
     def of(cls, exploration: Exploration, grid: Grid) -> Places:
@@ -257,11 +267,14 @@ class Places(NamedTuple):
             exploration.contacts,
             exploration.solid,
         )
+        swept = metrics.swept(hand, truth, grid)
         return cls(
             np.asarray(contacts.any(axis=1)),
             metrics.touched_places(hand, truth, contacts, solid),
-            metrics.reachable(hand, truth, grid),
+            metrics.neighbourhood(swept),
             solid.occupancy(grid),
+            metrics.neighbourhood(swept, faces=True),
+            metrics.reached_into(solid, grid),
         )
 
 
@@ -269,12 +282,13 @@ def _rows(
     task: Task, exploration: Exploration, places: Places, accounts: Mapping[str, Account], exemplars: Exemplars
 ) -> list[dict[str, Any]]:
     """The rows of one trial."""
-    truth, (touching, touched, cells, occupied) = exploration.true_angles, places
+    truth, (touching, touched, cells, occupied, beside, reached) = exploration.true_angles, places
     rows = []
     for name, account in accounts.items():
         grid = account.belief.grid
         occupancy = account.belief.occupancy
         calibration = metrics.reliability(occupancy, occupied, cells)
+        beside_skin = metrics.reliability(occupancy, reached, beside)
         right = account.posterior.argmax(axis=1) == account.labels.index(task.shape)
         row: dict[str, Any] = {
             **dict(zip(KEY, (*task.key, name), strict=True)),
@@ -288,6 +302,9 @@ def _rows(
             "surface_coverage": metrics.surface_coverage(occupancy, grid, exploration.solid),
             "occupancy_ece": calibration.ece,
             "occupancy_brier": calibration.brier,
+            **{f"skin_{what}": getattr(beside_skin, what) for what in ("ece", "brier", "log_loss")},
+            "growing_f_score_1": metrics.surface_score(account.growing, grid, exploration.solid, touched).f_score,
+            "growing_brier": metrics.reliability(account.growing, reached, beside).brier,
             "touching_share": float(touching.mean()),
             "n_eff": float(account.n_eff.mean()),
             "time_to_decision": metrics.time_to_decision(exploration.seconds, account.posterior),

@@ -60,7 +60,7 @@ class Account:
 
     `joint_angles` and `joint_std` (T, J) rad online; `lagged_joint_angles` and `lagged_joint_std` (T, J) rad of the
     same steps, once the lag has passed; `n_eff` (T,); `posterior` (T, C) of `labels`, none where the observer was not
-    asked to name the object; the last `belief`.
+    asked to name the object; the last `belief`; `growing` (X, Y, Z), the occupancy of the belief before the flush.
     """
 
     labels: tuple[str, ...]
@@ -71,6 +71,7 @@ class Account:
     n_eff: Array
     posterior: Array
     belief: Belief
+    growing: Array
 
     @property
     def name(self) -> str:
@@ -111,6 +112,7 @@ class Watcher:
 
     def account(self, step: int) -> Account:
         """End the trial after `step` steps."""
+        growing = self.belief.occupancy
         for belief in self.observer.flush():
             self.belief = belief
             self._take_in(step, belief)
@@ -121,7 +123,7 @@ class Watcher:
             np.array(each) for each in zip(*(self.lagged[k] for k in range(1, step + 1)), strict=True)
         )
         labels = () if self.shape is None else self.shape.labels
-        return Account(labels, angles, std, lagged, lagged_std, n_eff, posterior, self.belief)
+        return Account(labels, angles, std, lagged, lagged_std, n_eff, posterior, self.belief, growing)
 
     def _take_in(self, step: int, belief: Belief) -> Array:
         self.lagged[step - belief.lag_steps] = belief.lagged_joint_angles, belief.lagged_joint_std

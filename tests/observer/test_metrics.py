@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy import stats
+from sklearn.metrics import log_loss
 
 from haptic_env import hands, shapes
 from haptic_env.grid import Grid
@@ -120,6 +121,7 @@ def test_reliability_by_hand() -> None:
     assert result.cells.tolist() == [2, 2]
     assert result.ece == pytest.approx((2 * 0.45 + 2 * 0.05) / 4)
     assert result.brier == pytest.approx((0.05**2 + 0.95**2 + 2 * 0.05**2) / 4)
+    assert result.log_loss == pytest.approx(log_loss(truth[cells], occupancy[cells]))
 
 
 def test_reliability_of_what_is_calibrated_and_of_nothing() -> None:
@@ -132,7 +134,7 @@ def test_reliability_of_what_is_calibrated_and_of_nothing() -> None:
     assert np.isnan(metrics.reliability(p, p > 0.5, ~every).ece)
     edges = metrics.reliability(np.array([[[0.0, 1.0]]]), np.array([[[False, True]]]), np.ones((1, 1, 2), bool))
     assert edges.cells.tolist() == [1] + [0] * 8 + [1]
-    assert edges.ece == 0.0
+    assert edges.ece == edges.log_loss == 0.0
 
 
 def test_accuracy_has_wilsons_interval() -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
-from observer.variants import ABLATION, NAMES, VARIANTS, WITHOUT_MAP, make_observer
+from observer.variants import ABLATION, NAMES, VARIANTS, WITHOUT_MAP, check, make_observer
 
 
 @pytest.fixture
@@ -27,7 +29,7 @@ def test_each_variant_changes_the_belief(trial, name):
 def test_a_variant_may_fix_the_number_of_particles(two_finger):
     count = {name: make_observer(name, two_finger, 3.0, 7).n_particles for name in {*NAMES} - {*WITHOUT_MAP}}
     assert count.pop("one_particle") == 1
-    assert {name for name, number in count.items() if number == 7} == {*ABLATION} - {"one_particle"}
+    assert {name for name, number in count.items() if number == 7} == {*ABLATION} & {*NAMES} - {"one_particle"}
 
 
 def test_the_smoother_without_a_map_has_the_poses_of_both_brackets(trial):
@@ -43,4 +45,23 @@ def test_the_smoother_without_a_map_has_the_poses_of_both_brackets(trial):
 
 def test_variants_and_observers_have_names_of_their_own():
     assert len(set(NAMES)) == len(NAMES)
-    assert set(ABLATION) <= set(NAMES)
+    assert {part for name in ABLATION for part in name.split("+")} <= set(NAMES)
+
+
+def test_changes_add_up(two_finger):
+    both = make_observer("paper+no_scan_matching+one_particle", two_finger, 3.0, 7)
+    assert (both.matching, both.n_candidates, both.n_particles) == ("sample", 1, 1)
+    assert make_observer("no_lag+no_scan_matching", two_finger, 3.0, 7).lag == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("no_lagg", "unknown --observers 'no_lagg'"),
+        ("no_lag+paper", "unknown --observers 'paper'"),
+        ("floor+no_lag", "unknown --observers 'floor'"),
+    ],
+)
+def test_what_does_not_add_up_is_refused(name, told):
+    with pytest.raises(ValueError, match=re.escape(told)):
+        check("--observers", name)
