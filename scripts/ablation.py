@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 import pandas as pd
@@ -85,7 +86,7 @@ def draw(lines: pd.DataFrame) -> Figure:
     sigma = lines["sigma_deg"].max()
     mine = lines[(lines["sigma_deg"] == sigma) & (lines["observer"] != FULL)]
     variants = list(dict.fromkeys(mine["observer"]))
-    figure = Figure(figsize=(13, 1.4 + 0.32 * len(variants)), layout="constrained")
+    figure = Figure(figsize=(15, 1.8 + 0.32 * len(variants)), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, len(COLUMNS), sharey=True))
     for axes, (measure, (heading, more)) in zip(panels, COLUMNS.items(), strict=True):
         cells = mine[mine["measure"] == measure].set_index("observer").loc[variants]
@@ -94,7 +95,7 @@ def draw(lines: pd.DataFrame) -> Figure:
             axes.plot([cell["low"], cell["high"]], [place, place], color=colour, linewidth=2)
             axes.plot(cell["difference"], place, "o", color=colour, markersize=6)
         axes.axvline(0, color=OUTLINE, linewidth=1)
-        axes.set_title(heading)
+        axes.set_title(fill(heading, 14))
         axes.tick_params(axis="y", length=0)
         axes.grid(axis="y", color="#EEEEEE")
         axes.margins(x=0.1)
@@ -125,4 +126,4 @@ def _told(cell: pd.Series, more: bool | None) -> Text:
         colour = _colour(cell["low"], cell["high"], more)
     if math.isnan(mean):
         return Text("–")
-    return Text(f"{mean:{sign}.3f}" + ("" if math.isnan(half) else f" ±{half:.3f}"), colour)
+    return Text(f"{mean:{sign}.4f}" + ("" if math.isnan(half) else f" ±{half:.4f}"), colour)

@@ -79,6 +79,6 @@ def test_one_table_and_a_picture(rows: pd.DataFrame, tmp_path) -> None:
     assert told.count("mean of haptic_slam ± 95 %") == 1
     for name in ("haptic_slam", "no_lag", "one_particle"):
         assert name in told
-    assert "0.500 ±0.000" in told
-    assert "-0.300" in told
-    assert "+0.000 ±0.000" in told
+    assert "0.5000 ±0.0000" in told
+    assert "-0.3000" in told
+    assert "+0.0000 ±0.0000" in told
