@@ -41,7 +41,8 @@ import haptic_env
 from haptic_env import recordings, shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.recordings import Recording
-from observer import HapticSLAM, ShapePosterior, metrics
+from observer import ShapePosterior, metrics
+from observer.variants import Observer
 
 EXAMPLE = """examples: python scripts/explore.py --shape pyramid --sigma 5 --seed 3 --out out/pyramid
           python scripts/explore.py --recording inspect.npz --mesh cube.stl
@@ -237,7 +238,7 @@ def explore(
         signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
 
     names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
-    observers: dict[str, HapticSLAM] = {}
+    observers: dict[str, Observer] = {}
     for name, told in names.items():
         observers |= make_observers((name,), session.hand, settings.sigma, settings.particles, **told)
     env = session.env
