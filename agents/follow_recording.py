@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from agents.policy import Policy, State
+from agents.policy import EpisodeStart, Policy, State, starts
 from haptic_env import validate
 from haptic_env.recordings import Recording, resample
 
@@ -52,14 +52,10 @@ class FollowRecording(Policy):
         self._keep = float(np.exp(-1.0 / (rate * SENSE_SECONDS)))
 
     def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: NDArray[np.bool_] | bool | None = None,
-        deterministic: bool = False,
+        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
         felt = np.asarray(observation["joint_angles"], dtype=np.float64)
-        if state is None or np.any(episode_start if episode_start is not None else False):
+        if state is None or starts(episode_start):
             step, error = 0, np.zeros(self.joints)
         else:
             step, error = int(state[0]), state[1]

@@ -8,8 +8,8 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import EpisodeStart, Policy, State, starts
-from haptic_env import validate
+from agents.policy import EpisodeStart, Policy, State
+from agents.smooth_chance import SmoothChance
 
 
 class RandomTorque(Policy):
@@ -25,16 +25,10 @@ class RandomTorque(Policy):
         self, env: gym.Env[Any, Any], seed: int | None = None, *, sd: float = 1.0, seconds: float = 0.3
     ) -> None:
         super().__init__(env, seed)
-        self.sd = validate.number("sd", sd, above=0.0)
-        tau = validate.number("seconds", seconds, above=0.0, unit="s")
-        self.decay = float(np.exp(-1.0 / (tau * env.unwrapped.control_hz)))  # type: ignore[attr-defined]
+        self.drive = SmoothChance(env, self.joints, sd=sd, seconds=seconds)
 
     def predict(
         self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
-        if state is None or starts(episode_start):
-            drive = self.sd * self.rng.standard_normal(self.joints) * (not deterministic)
-        else:
-            fresh = self.rng.standard_normal(self.joints) * (not deterministic)
-            drive = self.decay * state[0] + self.sd * np.sqrt(1 - self.decay**2) * fresh
+        drive = self.drive.next(self.rng, state, episode_start, deterministic)
         return np.tanh(drive).astype(np.float32), (drive,)

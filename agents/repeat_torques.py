@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from agents.policy import Policy, State
+from agents.policy import EpisodeStart, Policy, State, starts
 
 
 class RepeatTorques(Policy):
@@ -22,13 +22,8 @@ class RepeatTorques(Policy):
         self.torques = np.asarray(torques, dtype=np.float32).reshape(-1, self.joints)
 
     def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: NDArray[np.bool_] | bool | None = None,
-        deterministic: bool = False,
+        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
-        begins = state is None or bool(np.any(episode_start if episode_start is not None else False))
-        step = 0 if begins or state is None else int(state[0])
+        step = 0 if state is None or starts(episode_start) else int(state[0])
         torque = self.torques[step] if step < len(self.torques) else np.zeros(self.joints, dtype=np.float32)
         return torque.copy(), (np.array(step + 1),)

@@ -15,8 +15,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import EpisodeStart, Policy, State, starts
+from agents.policy import EpisodeStart, Policy, State
 from agents.reach import Reach
+from agents.smooth_chance import SmoothChance
 from haptic_env import validate
 from haptic_env.hand import Hand
 
@@ -57,17 +58,13 @@ class Synergy(Policy):
         self.basis = basis[:count] if synergies is not None else basis
         self.mean = np.zeros(len(self.basis))
         self.mean[0] = validate.number("flexion", flexion, -1.0, 1.0)
-        self.sd = validate.number("sd", sd, above=0.0)
-        tau = validate.number("seconds", seconds, above=0.0, unit="s")
-        self.decay = float(np.exp(-1.0 / (tau * env.unwrapped.control_hz)))  # type: ignore[attr-defined]
+        self.drive = SmoothChance(env, len(self.basis), sd=sd, seconds=seconds)
 
     def predict(
         self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state` holds the process (S,). `deterministic` takes its mean step."""
-        fresh = self.sd * self.rng.standard_normal(len(self.basis)) * (not deterministic)
-        new = state is None or starts(episode_start)
-        drive = fresh if new else self.decay * state[0] + np.sqrt(1 - self.decay**2) * fresh  # type: ignore[index]
+        drive = self.drive.next(self.rng, state, episode_start, deterministic)
         torque = np.clip((self.mean + drive) @ self.basis, -1.0, 1.0)
         return torque.astype(np.float32), (drive,)
 

@@ -136,10 +136,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         """
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before step()")
-        command = validate.array("action", action, self._joints)
-        listed = command.tolist()  # a handful of numbers: faster than NumPy
-        if max(listed) > 1.0 or min(listed) < -1.0:
-            raise ValueError(f"action must lie in [-1, 1], got {listed}")
+        command = validate.array("action", action, self._joints, bound=1.0)
         self._data.ctrl[:] = self.motor_noise.sample(self._motor_rng, command)
         # `substeps` of mj_step, cut where the torques enter: what comes before them was computed at the end of the
         # last step, so that contacts and frames are those of the state that is observed.
@@ -252,7 +249,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         contacts = self.contact_detection.sample(self._contact_rng, self._touched)
         return {
             "joint_angles": self.felt_angles(self._data.qpos),
-            "contacts": contacts.astype(np.int8),
+            "contacts": contacts.view(np.int8),
         }
 
     def _info(self) -> dict[str, Any]:

@@ -6,11 +6,11 @@ Shapes: C contact points, L links, P patches, B bodies, G geoms. Metres, world f
 from __future__ import annotations
 
 import mujoco
-import numba
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
+from haptic_env.compiled import inner
 from haptic_env.hand import Hand
 from haptic_env.patches import patch_at
 
@@ -51,7 +51,7 @@ _INDEX = types.Array(types.int64, 1, "C")
 
 
 # With a signature: contact points lie strided in memory but for a single one, which would be compiled for apart.
-@numba.njit(
+@inner(
     types.void(
         types.Array(types.int32, 2, "A"),
         _ANY[1],
@@ -68,7 +68,6 @@ _INDEX = types.Array(types.int64, 1, "C")
         types.int64,
         types.Array(types.boolean, 1, "C"),
     ),
-    cache=True,
     error_model="numpy",
 )
 def _touch(geom, dist, point, link_of_geom, bodies, xpos, xmat, first, length, tip, along, around, rings, touched):

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import difflib
 import math
+import sys
 from collections.abc import Collection, Iterable
 from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
+from numba import types
 from numpy.typing import ArrayLike, NDArray
+
+from haptic_env.compiled import GIVEN, inner
+
+LARGEST = sys.float_info.max
 
 
 def choice(what: str, value: Any, valid: Collection[str]) -> str:
@@ -65,8 +71,10 @@ def boolean(what: str, value: object) -> bool:
     return value
 
 
-def array(what: str, value: ArrayLike, shape: tuple[int, ...], unit: str = "") -> NDArray[np.float64]:
-    """Return `value` as a finite float64 array of `shape`; else raise `ValueError`."""
+def array(
+    what: str, value: ArrayLike, shape: tuple[int, ...], unit: str = "", *, bound: float = LARGEST
+) -> NDArray[np.float64]:
+    """Return `value` as a finite float64 array of `shape`, none beyond ± `bound`; else raise `ValueError`."""
 
     def refused(got: str) -> ValueError:
         return ValueError(f"{what} must be finite numbers of shape {shape}{f' in {unit}' if unit else ''}, got {got}")
@@ -77,10 +85,20 @@ def array(what: str, value: ArrayLike, shape: tuple[int, ...], unit: str = "") -
         raise refused(repr(value)) from error
     if result.shape != shape:
         raise refused(f"shape {result.shape}")
-    # One dot product tells that all is finite; where it overflows each number is looked at.
-    if not math.isfinite(np.vdot(result, result)) and not np.isfinite(result).all():
+    if not _within(result.reshape(-1), bound):
+        if np.isfinite(result).all():
+            raise ValueError(f"{what} must lie in [{-bound:g}, {bound:g}], got {result.tolist()}")
         raise refused(repr(value))
     return result
+
+
+@inner(types.boolean(GIVEN, types.float64))
+def _within(numbers: NDArray[np.float64], bound: float) -> bool:
+    """Whether none of `numbers` (M,) is beyond ± `bound`, or NaN: the control loop asks at every step."""
+    inside = True
+    for each in numbers:
+        inside &= abs(each) <= bound
+    return inside
 
 
 def binary(what: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bool_]:
@@ -91,5 +109,5 @@ def binary(what: str, value: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.bo
     if result.dtype != np.bool_:
         wrong = ~((result == 0) | (result == 1))
         if wrong.any():
-            raise ValueError(f"{what} must be 0 or 1, got {result[wrong][0]!r} at index {int(np.argmax(wrong))}")
+            raise ValueError(f"{what} must be 0 or 1, got {result[wrong][0].item()!r} at index {int(np.argmax(wrong))}")
     return result.astype(np.bool_)

@@ -50,9 +50,9 @@ class Belief:
 
     `joint_angles` (J,) rad: posterior mean now, and `joint_std` (J,). `lagged_joint_angles` (J,) rad and
     `lagged_joint_std` (J,): the smoothed pose `lag_steps` steps ago, whose contacts entered the maps at this step.
-    `lagged_covariance` (J, J) rad²: of that pose before the maps had a say. `transition`: how it follows from the
-    one before; `lagged_contacts` (P,): what was felt there. Both are None while the lag fills up. `lagged_root`: where
-    the hand's own frame then lay in the grid's; None where it does not move.
+    `lagged_covariance` (J, J) rad²: of that pose before the maps, or known solids, had a say. `transition`: how it
+    follows from the one before; `lagged_contacts` (P,): what was felt there. Both are None while the lag fills up.
+    `lagged_root`: where the hand's own frame then lay in the grid's; None where it does not move.
 
     `weights` (N,) and `particles` (N, J) rad: the hypotheses of the lagged pose. `n_eff`: effective sample size;
     `resampled`: whether this step resampled; `moved_share`: of the particles, those that scan matching moved.

@@ -26,12 +26,12 @@ ENTRIES = {
     "occupancy": "(F * 27,) occupancy about the tip of each finger, on a lattice of 3 x 3 x 3 points 1 cm apart in the "
     "link's frame: probability * 2 - 1, 0 where nothing is known",
     "time": "(1,) share of the episode that is left",
-    "rhythm": "(4,) sine and cosine of a clock of 0.5 Hz and of one of 1 Hz: a network without memory keeps no rhythm",
+    "rhythm": "(6,) sine and cosine of clocks of 0.5 Hz, 1 Hz and 0.17 Hz: a network without memory keeps no rhythm",
 }
 SPREAD_UNIT = 0.1  # rad
 BOUND = 2.0  # of what has no bound of its own; what is beyond is clipped
 SPACING = 0.01  # m
-CLOCKS_HZ = (0.5, 1.0)
+CLOCKS_HZ = (0.5, 1.0, 0.17)  # the last fits into no other, so that a rhythm drifts
 
 
 class BeliefFeatures:

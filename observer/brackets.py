@@ -31,8 +31,8 @@ class RawAngles:
         self.sigma = sigma
         self.reset()
 
-    def reset(self) -> None:
-        """Start at the rest pose."""
+    def reset(self, felt: Array | None = None) -> None:
+        """Start at the rest pose, whatever is `felt`."""
         self.mean = np.tile(self.hand.rest_pose, 2)
         self.covariance = np.zeros((self.mean.size, self.mean.size))
 

@@ -1,4 +1,4 @@
-"""How kernels are compiled: in parallel, and alone where threads would do harm; and what they call within."""
+"""How kernels are compiled: in parallel, and alone where threads would do harm."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from typing import Any
 
 import numba
 
+from haptic_env.compiled import inner
+
+__all__ = ["inner", "parallel"]
 _forked = False
 
 
@@ -19,13 +22,6 @@ def _after_fork() -> None:
 
 
 os.register_at_fork(after_in_child=_after_fork)
-
-
-def inner(**options: Any) -> Callable[[Callable], Callable]:
-    """Compile a function that kernels call and that makes no arrays: without counting who refers to those it reads,
-    each of which is an atomic operation. In the shape posterior they took as long as its arithmetic."""
-    uncounted: dict[str, Any] = {"_nrt": False}  # an option of numba's own libraries, which its types do not list
-    return numba.njit(cache=True, **uncounted, **options)
 
 
 def parallel(**options: Any) -> Callable[[Callable], Callable]:

@@ -51,8 +51,8 @@ class DeltaPose:
         self.motion = babble(hand, control_hz)
         self.reset()
 
-    def reset(self) -> None:
-        """Start at the rest pose, known exactly."""
+    def reset(self, felt: Array | None = None) -> None:
+        """Start at the rest pose, known exactly, whatever is `felt`."""
         self.mean = np.tile(self.hand.rest_pose, self.lag + 1).astype(np.float64)
         self.covariance = 1e-10 * np.eye(self.mean.size)
         self.log_evidence = 0.0

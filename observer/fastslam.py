@@ -28,10 +28,12 @@ from observer.delta_pose import DeltaPose
 from observer.gaussian import carried, lower_factor, shifted
 from observer.kinematic_pose import KinematicPose
 from observer.kinematics import placed, tree_of
+from observer.known_solids import KnownSolids
 from observer.matching import MATCHING, Cloud, Felt
 from observer.occupancy import Maps, OccupancySnapshot
 from observer.pose_filter import ContactDynamics, PoseFilter
 from observer.pose_source import PoseSource
+from observer.shape_posterior import ShapePosterior
 
 Array = NDArray[np.float64]
 RESOLUTION = 0.004  # metres
@@ -68,6 +70,7 @@ class HapticSLAM:
         contact_model: ContactModel | None = None,
         in_hindsight: bool = True,
         dynamics: ContactDynamics | None = None,
+        solids: ShapePosterior | None = None,
     ) -> None:
         """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
         the hand, its physics ("forward_model"), a line ("delta_pose") or nothing but that it moves smoothly
@@ -79,6 +82,9 @@ class HapticSLAM:
 
         `in_hindsight`: the last belief of a trial, from `flush`, has the map of `observer.hindsight` (only with
         matching by the "mean", of which it is the continuation).
+
+        `solids`: what the object may be, where that is known; the lagged angles of a belief are then also what contacts
+        with those solids make of them (`observer.known_solids`). Maps are the same with and without.
 
         Raises `ValueError` for a value out of range.
         """
@@ -101,6 +107,9 @@ class HapticSLAM:
             dynamics=ContactDynamics() if dynamics is None else dynamics,
         )
         self.in_hindsight = validate.boolean("in_hindsight", in_hindsight) and matching == "mean"
+        if solids is not None and solids.hand.joint_names != hand.joint_names:
+            raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {solids.hand.name!r}")
+        self._known = None if solids is None else KnownSolids(solids, rate)
         self._fixed = tree_of(hand)
         self._body = capsules.body_of(hand, self.grid.resolution)
         group = hand.link_group
@@ -122,11 +131,16 @@ class HapticSLAM:
         """
         return cls(hand, sigma_deg, particles, **{**AS_WRITTEN, **keywords})
 
-    def reset(self, seed: int | None = None) -> Belief:
-        """All particles at the rest pose with an empty map (step 1); the belief before anything is felt."""
+    def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
+        """All particles at the rest pose with an empty map (step 1); the belief before the first step.
+
+        `joint_angles` (J,) rad: those felt at the reset, for a `motion` that does not know where the hand begins
+        ("kinematic"); it need not be told. Raises `ValueError` where they are not finite.
+        """
         count, joints = self.n_particles, self.hand.joints
         self._rng = np.random.default_rng(seed)
-        self.pose.reset()
+        felt = None if joint_angles is None else validate.array("joint_angles", joint_angles, (joints,), "radians")
+        self.pose.reset(felt)
         self._maps = Maps(count, self.grid, self._evidence.probability, dense=self.matching == "sample")
         self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
         self._drawn = self.hand.rest_pose, np.zeros((joints, joints))  # mean and factor of the Gaussian about them
@@ -135,6 +149,8 @@ class HapticSLAM:
         self._felt = np.zeros(len(self.hand.patches), dtype=bool)
         self._pending = deque()  # felt, but waiting for the lag
         self._moments: list[hindsight.Moment] = []
+        if self._known is not None:
+            self._known.reset(seed)
         return self._belief(ago=0)
 
     def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
@@ -179,7 +195,11 @@ class HapticSLAM:
         resampled = self._resample()
         if resampled or (self.n_particles > 1 and log_likelihood.any()):
             self._maps.weights_changed()
-        return self._belief(ago, contacts, proposal, resampled, np.count_nonzero(moved) / self.n_particles, root)
+        moved_share = np.count_nonzero(moved) / self.n_particles
+        belief = self._belief(ago, contacts, proposal, resampled, moved_share, root)
+        if self._known is None:
+            return belief
+        return self._known.correct(belief, self.pose, [(contacts, root), *self._running()])
 
     def _propose(self, ago: int) -> tuple[Transition, Array]:
         """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles, and how far from its mean the centre of

@@ -112,8 +112,8 @@ class KinematicPose:
         self._start = squares[:, None] * [1.0, self.smooth.seconds**-2]  # (M, 2): of velocity and acceleration
         self.reset()
 
-    def reset(self) -> None:
-        """Start anywhere, the rest pose being as good a guess as any."""
+    def reset(self, felt: Array | None = None) -> None:
+        """Start where the hand was `felt` (J,) rad to be, else anywhere, the rest pose being as good a guess as any."""
         levels, count, state = len(self.smooth.speeds), self.partners.count, PRESENT + self.lag
         self.partners.reset()
         self._level = np.full((count, levels), 1.0 / levels)
@@ -121,8 +121,9 @@ class KinematicPose:
         self._covariances = np.zeros((count, levels, state, state))
         # It did not move before it was felt: all angles of the past are that of now.
         angles = [0, *range(PRESENT, state)]
-        self._means[:, :, angles] = self.partners.along(self.hand.rest_pose)[:, None, None]
-        self._covariances[:, :, *np.ix_(angles, angles)] = ANYWHERE**2
+        start, spread = (self.hand.rest_pose, ANYWHERE) if felt is None else (felt, self.sigma)
+        self._means[:, :, angles] = self.partners.along(start)[:, None, None]
+        self._covariances[:, :, *np.ix_(angles, angles)] = spread**2
         present = np.arange(1, PRESENT)
         self._covariances[:, :, present, present] = self._start
         self.log_evidence = 0.0

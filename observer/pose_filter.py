@@ -83,8 +83,8 @@ class PoseFilter:
         self._speeds = np.sqrt(dynamics.normal_speed**2 * share + dynamics.tangential_speed**2 * (1 - share))
         self.reset()
 
-    def reset(self) -> None:
-        """Start at the rest pose, at rest, known exactly."""
+    def reset(self, felt: Array | None = None) -> None:
+        """Start at the rest pose, at rest, known exactly, whatever is `felt`."""
         joints = self.joints
         rest = self.hand.rest_pose
         self.mean = np.concatenate([rest, np.zeros(joints), np.tile(rest, self.lag)])

@@ -35,6 +35,7 @@ class PoseOnly:
         sigma_deg: float = 3.0,
         *,
         stride: int = 1,
+        dynamics: ContactDynamics | None = None,
         motor_noise: float = 0.1,
         control_hz: float = 50.0,
     ) -> None:
@@ -52,13 +53,13 @@ class PoseOnly:
             motor_noise=validate.number("motor_noise", motor_noise, 0.0, 1.0),
             control_hz=rate,
             lag=self.lag + self.stride,
-            dynamics=ContactDynamics(),
+            dynamics=ContactDynamics() if dynamics is None else dynamics,
         )
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
         self._contacts: list[NDArray[np.bool_]] | None = None
 
-    def reset(self, seed: int | None = None) -> Belief:
-        """Start at the rest pose; nothing here is left to chance."""
+    def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
+        """Start at the rest pose, as `HapticSLAM.reset`; nothing here is left to chance, nor to what is felt first."""
         self.pose.reset()
         self._contacts = []  # of every step so far
         self._told = 0  # steps that were told of

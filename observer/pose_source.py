@@ -26,8 +26,8 @@ class PoseSource(Protocol):
     log_evidence: float
     """Log density of the angles felt so far."""
 
-    def reset(self) -> None:
-        """Start at the rest pose."""
+    def reset(self, felt: Array | None = None) -> None:
+        """Start at the rest pose, or, where the hand may be elsewhere, from the angles `felt` (J,) rad at first."""
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""

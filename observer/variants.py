@@ -1,7 +1,7 @@
 """The observer with one idea changed at a time, by name; what each is worth, `evaluate.py --ablation` tells.
 
 Add a variant as a line of keywords for `HapticSLAM`. Names joined by "+" change several things, from left to right:
-"paper+no_scan_matching".
+"paper+no_scan_matching". Some need no map: `PoseOnly` is as sure of the pose, and faster.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from haptic_env.hand import Hand
 from observer.brackets import KALMAN_DYNAMICS, OBSERVERS
 from observer.contact_model import ContactModel
 from observer.fastslam import HapticSLAM
+from observer.pose_only import PoseOnly
 
 VARIANTS: dict[str, dict[str, Any]] = {
     "no_lag": {"lag": 0},
@@ -27,11 +28,15 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "no_hindsight": {"in_hindsight": False},
     "no_prior": {"contact_model": ContactModel(prior=0.5)},
 }
+WITHOUT_MAP: dict[str, dict[str, Any]] = {  # keywords for `PoseOnly`
+    "smoother_pose": {"dynamics": KALMAN_DYNAMICS},
+}
+Observer = HapticSLAM | PoseOnly
 FULL = "haptic_slam"
 WITH_PARTICLES = (FULL, "paper")
 BADLY_KNOWN = ("no_forward_model", "no_torques", "paper")  # poses of which maps may have more to say
 ABLATION = (FULL, *VARIANTS, "paper", *(f"{name}+no_scan_matching" for name in BADLY_KNOWN))
-NAMES = (*OBSERVERS, *VARIANTS)
+NAMES = (*OBSERVERS, *VARIANTS, *WITHOUT_MAP)
 
 
 def check(what: str, name: str) -> str:
@@ -43,8 +48,10 @@ def check(what: str, name: str) -> str:
     return name
 
 
-def make_observer(name: str, hand: Hand, sigma_deg: float, particles: int, **keywords: Any) -> HapticSLAM:
+def make_observer(name: str, hand: Hand, sigma_deg: float, particles: int, **keywords: Any) -> Observer:
     """The observer or variant `name` for `hand`; `particles` where it has any and does not say how many."""
+    if name in WITHOUT_MAP:
+        return PoseOnly(hand, sigma_deg, **WITHOUT_MAP[name], **keywords)
     parts = check("name", name).split("+")
     base = parts.pop(0) if parts[0] in OBSERVERS else FULL
     given: dict[str, Any] = {"particles": particles} if base in WITH_PARTICLES else {}

@@ -8,7 +8,7 @@ from textwrap import fill
 
 import numpy as np
 import pandas as pd
-from files import atomic
+from files import write_table
 from matplotlib.figure import Figure
 from report import interval
 from rich import box
@@ -55,14 +55,10 @@ def compare(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(lines, columns=names)
 
 
-def save(rows: pd.DataFrame, folder: Path) -> None:
-    """Write ablation.csv and ablation.png of a table's `rows` to `folder`."""
+def save(rows: pd.DataFrame, folder: Path) -> list[str]:
+    """Write ablation.csv and ablation.png of a table's `rows` to `folder`; returns their names."""
     lines = compare(rows)
-    with atomic(folder / "ablation.csv") as place:
-        lines.to_csv(place, index=False)
-    figure = draw(lines)
-    with atomic(folder / "ablation.png") as place:
-        figure.savefig(place)
+    return write_table(folder, "ablation", lines, draw(lines))
 
 
 def print_table(path: Path, console: Console) -> None:

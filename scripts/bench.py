@@ -6,9 +6,9 @@ Prints one table; --json writes the same figures to a file. Compare ratios rathe
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 import os
-import platform
 import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -21,17 +21,20 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before numba starts its t
 import measures
 import numba
 import numpy as np
-from explore import HANDS_OR_IDS, Parser, environment
+import wholes
+from bench_table import Figure, beyond, machine, number, of_steps, spread, table
+from explore import HANDS_OR_IDS, Parser, environment, program
 from files import write_json
 from rich.console import Console
-from rich.table import Table
 
 import haptic_env
 from haptic_env import shapes, validate
-from observer import ShapePosterior
+from observer import HapticSLAM, ShapePosterior
 
 EXAMPLE = "example: python scripts/bench.py --rounds 5 --json out/bench.json"
 PROCESS = ("import", "make", "first step", "first step into the maps")
+PASSES = 10  # of env.step a round, between the other measurements: its parts are of microseconds
+WHOLE_HAND = "HapticSLAM/MyoHand-v0"
 PEER_MICROSECONDS = 250.0  # a particle and observation: MRPT's rbpf-slam, at its best
 STAGES = {  # and whether it deals with the present step or with the lagged one
     "forward model": True,
@@ -84,19 +87,6 @@ class Settings:
             raise ValueError(f"--json must be a file in a folder that exists, got {self.json!r}")
 
 
-@dataclass(frozen=True)
-class Figure:
-    """One row: the `median` over all steps, over those with contact (`touching`), and of each step's `least` over the
-    rounds; `note` says what it compares with."""
-
-    name: str
-    unit: str
-    median: float
-    touching: float = math.nan
-    least: float = math.nan
-    note: str = ""
-
-
 def parse(arguments: list[str] | None) -> Settings:
     """Read and check the command line; ends the program with code 2 where it makes no sense."""
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -144,6 +134,12 @@ class Bench:
             for particles in (size.few, size.many)
         }
         self.shape = ShapePosterior(self.recording.hand)
+        self.whole: tuple[measures.Recording, HapticSLAM] | None = None
+        try:
+            recording = measures.record(WHOLE_HAND, settings.shape, settings.sigma, settings.seed, size.steps)
+            self.whole = recording, HapticSLAM(recording.hand, settings.sigma, size.few)
+        except ImportError as error:
+            self.missing = str(error)
         self.lag = self.slams[size.few, size.coarse].lag
         self.now, self.late = self.recording.touching, self.recording.lagged(self.lag)
 
@@ -151,21 +147,26 @@ class Bench:
         """Compile what is not in the cache."""
         measures.environment(self.recording)
         self._stages()
+        for threads in self.threads if self.whole else ():
+            self._whole_hand(threads)
 
     def measurements(self) -> list[Callable[[], Values]]:
         """What one round takes."""
         asked, size = self.settings, self.size
         trial = asked.env, asked.shape, asked.sigma, size.seconds, size.few, asked.seed
-        return [
-            partial(measures.environment, self.recording),
+        others: list[Callable[[], Values]] = [
             lambda: {"kinematics": measures.kinematics(self.recording)},
             lambda: {"bandwidth": measures.copy_bandwidth(size.megabytes)},
             lambda: {"PoseFilter.step": measures.pose_filter(self.slams[size.few, size.coarse], self.recording)},
             self._stages,
-            lambda: {"trial": measures.whole_trial(*trial)},
-            partial(measures.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
+            lambda: {"trial": wholes.whole_trial(*trial)},
+            lambda: {"decisions": wholes.decisions(*trial[:3], 0.5 * size.seconds, asked.seed, self.threads[-1])},
+            partial(wholes.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
             *(partial(self._observe, *key, threads) for key in self.slams for threads in self.threads),
+            *(partial(self._whole_hand, threads) for threads in (self.threads if self.whole else ())),
         ]
+        passes = [partial(measures.environment, self.recording, turn) for turn in range(PASSES)]
+        return [each for some in itertools.zip_longest(passes, others) for each in some if each is not None]
 
     def _stages(self) -> Values:
         return measures.stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
@@ -173,6 +174,11 @@ class Bench:
     def _observe(self, particles: int, voxels: int, threads: int) -> Values:
         slam = self.slams[particles, voxels]
         return {_slam(particles, voxels, threads): measures.observe(slam, self.recording, threads)}
+
+    def _whole_hand(self, threads: int) -> Values:
+        assert self.whole is not None
+        recording, slam = self.whole
+        return {_whole_hand(slam, threads): measures.observe(slam, recording, threads)}
 
     def figures(self, console: Console) -> list[Figure]:
         """Measure all rounds."""
@@ -182,10 +188,11 @@ class Bench:
             voxels: float(np.median(measures.bytes_touched(self.slams[size.few, voxels], self.recording)[self.lag :]))
             for voxels in (size.coarse, size.fine)
         }
-        large = measures.fresh_process(self.settings.env, self.settings.shape, size.many, size.fine, size.steps)
+        large = wholes.fresh_process(self.settings.env, self.settings.shape, size.many, size.fine, size.steps)
         return [
             *self._of_steps(found),
             *self._of_slam(found, touched),
+            *self._of_whole_hand(found),
             *self._of_stages(found),
             *self._of_memory(found, touched, large),
             *self._of_the_whole(found),
@@ -193,12 +200,11 @@ class Bench:
 
     def _of_steps(self, found: Values) -> list[Figure]:
         pose = found["forward model"] + found["pose filter and lag, without it"]
-        beyond = found["env.step"] - found["mj_step"]
         return [
-            _steps("env.step beyond its mj_step calls", beyond, self.now),
-            _steps("env.step", found["env.step"], self.now, note="its mj_step calls included"),
-            _steps("PoseFilter.step, alone", found["PoseFilter.step"], self.now),
-            _steps("PoseFilter.step, between map updates", pose, self.now, note="which empty the processor's caches"),
+            beyond(found["env.step"], found["mj_step"], self.now),
+            of_steps("env.step", found["env.step"], self.now, note="its mj_step calls included"),
+            of_steps("PoseFilter.step, alone", found["PoseFilter.step"], self.now),
+            of_steps("PoseFilter.step, between map updates", pose, self.now, note="which empty the processor's caches"),
         ]
 
     def _of_slam(self, found: Values, touched: dict[int, float]) -> list[Figure]:
@@ -213,28 +219,42 @@ class Bench:
                 each = 1e6 * took / particles
                 share = touched[voxels] * particles / took / bandwidth
                 note = (
-                    f"{_number(each)} µs a particle: 1/{plain / each:.0f} of NumPy, "
+                    f"{number(each)} µs a particle: 1/{plain / each:.0f} of NumPy, "
                     f"1/{PEER_MICROSECONDS / each:.0f} of MRPT; {share:.1%} of the copy bandwidth"
                 )
-                rows.append(_steps(name, found[name], self.late, self.lag, unit="ms", note=note))
+                rows.append(of_steps(name, found[name], self.late, self.lag, unit="ms", note=note))
+        return rows
+
+    def _of_whole_hand(self, found: Values) -> list[Figure]:
+        if self.whole is None:
+            return [Figure("HapticSLAM.step of MyoHand", "ms", math.nan, note=f"skipped: {self.missing}")]
+        recording, slam = self.whole
+        voxels, late = "×".join(map(str, slam.grid.shape)), recording.lagged(slam.lag)
+        told = f"J = {recording.hand.joints}, P = {len(recording.hand.patches)}, {voxels}"
+        rows = []
+        for threads in self.threads:
+            name = _whole_hand(slam, threads)
+            most = 1e3 * np.percentile(np.median(found[name], axis=0)[slam.lag :], 90)
+            note = f"{told}; 90 % of steps below {most:.1f} ms"
+            rows.append(of_steps(name, found[name], late, slam.lag, unit="ms", note=note))
         return rows
 
     def _of_stages(self, found: Values) -> list[Figure]:
         note = f"N = {self.size.few}, {self.size.coarse}³, 1 thread"
         rows = [
-            _steps(
+            of_steps(
                 f"stage: {name}", found[name], self.now if present else self.late, 0 if present else self.lag, note=note
             )
             for name, present in STAGES.items()
         ]
         frames = 1e6 * found["kinematics"]
         note = "forward kinematics; done a few times a step, whatever N is"
-        return [*rows, Figure("kinematics of one pose", "µs", *_spread(frames), note)]
+        return [*rows, Figure("kinematics of one pose", "µs", *spread(frames), note)]
 
     def _of_memory(self, found: Values, touched: dict[int, float], large: dict[str, float]) -> list[Figure]:
         size, note = self.size, "lines of its map that changed, read and written"
         return [
-            Figure("copy bandwidth", "GB/s", *_spread(found["bandwidth"] / 1e9), "np.copyto, read and written"),
+            Figure("copy bandwidth", "GB/s", *spread(found["bandwidth"] / 1e9), "np.copyto, read and written"),
             *(Figure(f"bytes a step and particle, {n}³", "B", each, note=note) for n, each in touched.items()),
             Figure(
                 f"memory, N = {size.many}, {size.fine}³",
@@ -246,59 +266,28 @@ class Bench:
 
     def _of_the_whole(self, found: Values) -> list[Figure]:
         trial, seconds = found["trial"], self.size.seconds
+        decided = 1e3 * found["decisions"]
+        most = np.percentile(np.median(decided, axis=0), 90)
+        name = f"a decision of information_gain, {_threads(self.threads[-1])}"
+        told = f"size and place unknown; {decided.shape[1]} of an exploration, 90 % below {most:.0f} ms"
         note = f"N = {self.size.few}, names the object; {seconds / np.median(trial):.1f} times real time"
         return [
-            *(Figure(f"new process: {part}", "ms", *_spread(1e3 * found[part]), "kernels cached") for part in PROCESS),
-            Figure(f"a whole trial of {seconds:g} s, one core", "s", *_spread(trial), note),
+            *(Figure(f"new process: {part}", "ms", *spread(1e3 * found[part]), "kernels cached") for part in PROCESS),
+            Figure(name, "ms", *spread(np.median(decided, axis=1)), told),
+            Figure(f"a whole trial of {seconds:g} s, one core", "s", *spread(trial), note),
         ]
 
 
 def _slam(particles: int, voxels: int, threads: int) -> str:
-    return f"HapticSLAM.step, N = {particles}, {voxels}³, {threads} thread{'s' if threads > 1 else ''}"
+    return f"HapticSLAM.step, N = {particles}, {voxels}³, {_threads(threads)}"
 
 
-def _steps(name: str, seconds: Any, touching: Any, skip: int = 0, unit: str = "µs", note: str = "") -> Figure:
-    """A row from the `seconds` (rounds, T) of every step but the first `skip`; `touching` (T,)."""
-    scale = {"µs": 1e6, "ms": 1e3}[unit]
-    middle = np.median(seconds, axis=0)[skip:]
-    felt = middle[touching[skip:]]
-    least = np.min(seconds, axis=0)[skip:]
-    median, contact, low = (scale * float(np.median(each)) if each.size else math.nan for each in (middle, felt, least))
-    return Figure(name, unit, median, contact, low, note)
+def _whole_hand(slam: HapticSLAM, threads: int) -> str:
+    return f"HapticSLAM.step of MyoHand, N = {slam.n_particles}, {_threads(threads)}"
 
 
-def _spread(values: Any) -> tuple[float, float, float]:
-    """Median, nothing and least of one number a round."""
-    return float(np.median(values)), math.nan, float(np.min(values))
-
-
-def _number(value: float) -> str:
-    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
-
-
-def table(figures: list[Figure], settings: Settings) -> Table:
-    """The figures as a person reads them."""
-    result = Table(title=f"Medians of {settings.rounds} interleaved rounds", title_justify="left")
-    result.add_column("")
-    for head in ("all steps", "touching", "least"):
-        result.add_column(head, justify="right", no_wrap=True)
-    result.add_column("", style="dim")
-    for row in figures:
-        numbers = ("" if math.isnan(x) else f"{_number(x)} {row.unit}" for x in (row.median, row.touching, row.least))
-        result.add_row(row.name, *numbers, row.note)
-    return result
-
-
-def machine() -> dict[str, Any]:
-    """What the figures were measured on."""
-    return {
-        "processor": platform.processor() or platform.machine(),
-        "cores": os.cpu_count(),
-        "system": platform.system(),
-        "python": platform.python_version(),
-        "numba": numba.__version__,
-        "numpy": np.__version__,
-    }
+def _threads(count: int) -> str:
+    return f"{count} thread{'s' if count > 1 else ''}"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -312,7 +301,7 @@ def main(arguments: list[str] | None = None) -> int:
         figures = bench.figures(console)
     finally:
         numba.set_num_threads(before)
-    console.print(table(figures, settings))
+    console.print(table(figures, settings.rounds))
     if settings.json is not None:
         write_json(
             Path(settings.json),
@@ -323,8 +312,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.stderr.write("bench.py: stopped; nothing was written\n")
-        sys.exit(130)
+    program(main)

@@ -22,7 +22,7 @@ import agents
 from haptic_env import shapes, validate
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
-from observer.variants import ABLATION, FULL, VARIANTS
+from observer.variants import ABLATION, FULL, VARIANTS, WITHOUT_MAP
 
 EXAMPLE = """examples: python scripts/evaluate.py --shapes cube sphere --sigmas 3 5 --trials 20 --out out/two_shapes
           python scripts/evaluate.py --bias-deg 0 2 --contact-miss 0 0.1 --seconds 5 10 --out out/product
@@ -118,7 +118,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         "--observers",
         nargs="+",
         default=list(OBSERVERS),
-        help=f"default: {' '.join(OBSERVERS)}; or {', '.join(VARIANTS)}, several joined by +",
+        help=f"default: {' '.join(OBSERVERS)}; or {', '.join([*VARIANTS, *WITHOUT_MAP])}; several joined by +",
     )
     switch = argparse.BooleanOptionalAction
     add("--ablation", action=switch, default=False, help="haptic_slam with one idea changed at a time, in one table")

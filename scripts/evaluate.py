@@ -3,8 +3,8 @@
 Writes to --out: trials.csv (one row for each trial and observer, with all that is needed to run it again),
 summary.csv and evaluate.png; with --ablation ablation.csv and ablation.png instead of the latter, with --calibration
 also calibration.csv and a picture for each observer, with several policies also policies.csv and policies.png, which
-compare them. Where more than sigma varies, pictures stand in a folder for each
-combination. The same command goes on where it was stopped.
+compare them. Where more than sigma varies, pictures stand in a folder for each combination. The same command goes on
+where it was stopped.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +32,13 @@ from tasks import MEASURES, Task, bundles, exemplar_tasks, run_exemplars, run_tr
 WIDTH = 120  # of what is printed to a file
 
 
-def sweep(given: argparse.Namespace, console: Console) -> None:
-    """Run what is not in the table yet."""
+def sweep(
+    given: argparse.Namespace,
+    console: Console,
+    work: Callable[..., list[list[dict[str, Any]]]] = run_trials,
+    who: AbstractContextManager[Workers] | None = None,
+) -> None:
+    """Run what is not in the table yet: `work` on each bundle of trials, by the workers `who` or those of `given`."""
     settings, results, folder = given.settings, given.results, given.results.folder / "exemplars"
     trials = [
         Task(settings, condition, shape, settings.first_seed + number)
@@ -47,11 +53,11 @@ def sweep(given: argparse.Namespace, console: Console) -> None:
         return
     conditions = list(dict.fromkeys(task.condition for task in missing))
     exemplars = [task for each in conditions for draw in exemplar_tasks(settings, each) for task in draw]
-    with progress_on(console) as progress, workers(given.jobs, given.cluster) as team:
+    with progress_on(console) as progress, who or workers(given.jobs, given.cluster) as team:
         console.print(f"Run by {team.told}", highlight=False)
         make_files(team, progress, "exemplars", run_exemplars, {_file(folder, task): task for task in exemplars})
         bar = progress.add_task("trials", total=len(missing))
-        for trials_of_bundle in team.run(run_trials, _calls(team, bundles(missing), folder)):
+        for trials_of_bundle in team.run(work, _calls(team, bundles(missing), folder)):
             for rows in trials_of_bundle:
                 if any(row["code"] != versions()["code"] for row in rows):
                     raise ValueError("the code was changed while the sweep ran; its trials would not belong together")
@@ -138,9 +144,8 @@ def report(given: argparse.Namespace, console: Console) -> None:
         folder = _part(table.parent, name, console)
         summaries.append(summarise(rows, MEASURES, settings.namers))
         if given.ablation:
-            ablation.save(rows, folder)
+            names = ablation.save(rows, folder)
             ablation.print_table(folder / "ablation.csv", console)
-            names = ["ablation.csv", "ablation.png"]
         else:
             save_picture(summaries[-1], settings.namers, 1.0 / len(settings.shapes), folder)
             print_report(summaries[-1], console)

@@ -11,6 +11,7 @@ import logging
 import multiprocessing
 import pickle
 import signal
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -215,6 +216,18 @@ def signature() -> dict[str, str]:
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.name.encode() + path.read_bytes())
     return {**versions(), "scripts": digest.hexdigest()[:12]}
+
+
+def stamped(place: str, work: Callable[..., Any], *call: Any) -> Any:
+    """`work`, and in the file `place` a line: when it began and ended, what it took of the processor, and what the
+    whole process took meanwhile, in seconds."""
+    clocks = time.perf_counter, time.thread_time, time.process_time
+    begin = [clock() for clock in clocks]
+    result = work(*call)
+    end = [clock() for clock in clocks]
+    with Path(place).open("a") as file:
+        print(begin[0], end[0], *(b - a for a, b in zip(begin[1:], end[1:], strict=True)), file=file)
+    return result
 
 
 def _prepare() -> None:

@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NoReturn
@@ -41,6 +42,7 @@ from haptic_env import recordings, shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.recordings import Recording
 from observer import ShapePosterior, metrics
+from observer.variants import Observer
 
 EXAMPLE = """examples: python scripts/explore.py --shape pyramid --sigma 5 --seed 3 --out out/pyramid
           python scripts/explore.py --recording inspect.npz --mesh cube.stl
@@ -98,6 +100,15 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: error: {message}\n")
+
+
+def program(main: Callable[[], int]) -> NoReturn:
+    """Run `main`, and end the program with its exit code; with 130 where Ctrl-C came before it wrote anything."""
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.stderr.write(f"{Path(sys.argv[0]).name}: stopped; nothing was written\n")
+        sys.exit(130)
 
 
 def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
@@ -184,7 +195,7 @@ class Screen:
             self.console.print(f"{seconds:5.1f} s  Neff {self.watcher.belief.n_eff:6.1f}  {names}", highlight=False)
 
     def _panel(self, seconds: float, step: int) -> Group:
-        count = self.watcher.observer.n_particles
+        count = len(self.watcher.belief.weights)
         head = Table.grid(padding=(0, 2))
         head.add_row(
             ProgressBar(self.trial.steps, step, width=30),
@@ -226,7 +237,10 @@ def explore(
         stop = True
         signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
 
-    observers = make_observers((RAW, OBSERVER), session.hand, settings.sigma, settings.particles, **session.told)
+    names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
+    observers: dict[str, Observer] = {}
+    for name, told in names.items():
+        observers |= make_observers((name,), session.hand, settings.sigma, settings.particles, **told)
     env = session.env
     if isinstance(session.policy, str):
         env = guided(env, session.policy, settings.sigma, session.namer)
@@ -420,8 +434,4 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.stderr.write("explore.py: stopped; nothing was written\n")
-        sys.exit(130)
+    program(main)

@@ -1,8 +1,9 @@
 """Draw the figures of the paper, and those beyond it.
 
 Each is written to --out as PNG and PDF, with its data as CSV beside it (the film also as GIF). One sweep of trials, in
---out/trials, feeds figure6, confusion, time_course, pose_error and reliability; figure2, figure4, figure5 and film
-show single explorations, kept in --out/explorations. The same command goes on where it was stopped.
+--out/trials, feeds figure6, confusion, time_course, pose_error and reliability. pose_error also shows the Kalman filter
+and the smoother, of the same explorations but without maps, in --out/poses. figure2, figure4, figure5 and film show
+single explorations, kept in --out/explorations. The same command goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from evaluate import WIDTH, make_files, progress_on, run, sweep
 from executors import workers
 from explore import Parser
 from joblib import cpu_count
-from plates import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, Plate, save
+from plates import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, Plate, pose_error, save
 from plates.figure6 import TITLES
 from plates.plate import PRINT
 from report import SLAM, parts
@@ -54,6 +55,7 @@ DEFAULTS: dict[str, Any] = {  # of the sweep; flags of evaluate.py
     "jobs": cpu_count(),
 }
 Plates = Iterator[tuple[str, Plate]]
+POSE = "pose_error"  # also has trials of its own
 QUICK = {"sigmas": [1.0, 3.0, 5.0], "trials": 2, "seconds": 3.0, "exemplars": 1, "show_seconds": 3.0}
 
 
@@ -91,8 +93,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     told = {name: getattr(given, name) for name in DEFAULTS} | {"out": str(Path(given.out) / "trials")}
     if given.cluster is not None:
         told["cluster"] = given.cluster
-    flags = [each for name, value in told.items() for each in (_flag(name), *_texts(value))]
-    given.sweep = command_line.check(None, flags)
+    given.sweep = command_line.check(None, _flags(told))
     try:
         given.names = list(dict.fromkeys(given.names)) or list(FIGURES)
         for name in given.names:
@@ -105,13 +106,23 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
             )
         given.out = Path(given.out)
         (given.out / "explorations").mkdir(parents=True, exist_ok=True)
+        given.poses = None
         if given.trials_of is None and any(name in FROM_TRIALS for name in given.names):
             command_line.open_results(given.sweep)
+            if POSE in given.names and {"kalman", "smoother"}.isdisjoint(given.observers):
+                own = {"observers": [pose_error.SMOOTHER], "classifiers": [], "out": str(given.out / "poses")}
+                given.poses = command_line.check(None, _flags(told | own))
+                command_line.open_results(given.poses)
     except ValueError as error:
         parser.error(str(error))
     except OSError as error:
         parser.error(f"--out must be a folder that can be written to: {error}")
     return given
+
+
+def _flags(told: dict[str, Any]) -> list[str]:
+    """What is `told`, as flags of evaluate.py."""
+    return [each for name, value in told.items() for each in (_flag(name), *_texts(value))]
 
 
 def _flag(name: str) -> str:
@@ -148,24 +159,32 @@ def explorations(given: argparse.Namespace, names: Iterable[str], console: Conso
 
 def trials(given: argparse.Namespace, names: Iterable[str], console: Console) -> Plates:
     """Run the sweep, or take the one that there is, then draw what `names` say of it one by one."""
-    if given.trials_of is None:
-        try:
-            sweep(given.sweep, console)
-        finally:
-            given.sweep.results.rewrite()
-        folder = Path(given.sweep.out)
-    else:
-        folder = Path(given.trials_of)
-    table = folder / "trials.csv"
-    if not table.read_bytes().endswith(b"\n"):
-        raise ValueError(f"{table} is cut off in its last line; run its sweep again, which mends it")
-    rows = pd.read_csv(table)
+    folder = _swept(given.sweep, console) if given.trials_of is None else Path(given.trials_of)
+    rows = _read(folder)
     if len(list(parts(rows))) > 1:
         raise ValueError(f"the trials of {folder} vary in more than sigma; a figure shows no more")
     if SLAM not in set(rows["observer"]):
         raise ValueError(f"the trials of {folder} are without the observer {SLAM}, which figures are about")
     for name in names:
-        yield name, FROM_TRIALS[name](rows)
+        own = [_read(_swept(given.poses, console))] if name == POSE and given.poses else []
+        yield name, FROM_TRIALS[name](pd.concat([rows, *own]))
+
+
+def _swept(given: argparse.Namespace, console: Console) -> Path:
+    """The folder of the sweep that was asked for by `given`, with all of its trials."""
+    try:
+        sweep(given, console)
+    finally:
+        given.results.rewrite()
+    return given.results.folder
+
+
+def _read(folder: Path) -> pd.DataFrame:
+    """The trials of a sweep; raises `ValueError` for a table that is cut off."""
+    table = folder / "trials.csv"
+    if not table.read_bytes().endswith(b"\n"):
+        raise ValueError(f"{table} is cut off in its last line; run its sweep again, which mends it")
+    return pd.read_csv(table)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -9,7 +9,11 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 
 @contextmanager
@@ -26,6 +30,15 @@ def atomic(path: Path) -> Iterator[Path]:
         place.replace(path)
     finally:
         place.unlink(missing_ok=True)
+
+
+def write_table(folder: Path, name: str, table: pd.DataFrame, picture: Figure) -> list[str]:
+    """Write `table` as `name`.csv and its `picture` as `name`.png to `folder`; returns their names."""
+    with atomic(folder / f"{name}.csv") as place:
+        table.to_csv(place, index=False)
+    with atomic(folder / f"{name}.png") as place:
+        picture.savefig(place)
+    return [f"{name}.csv", f"{name}.png"]
 
 
 def write_json(path: Path, content: Any) -> None:

@@ -58,6 +58,8 @@ def _returns(
 
 def _fit(model: PPO | SAC, shown: tuple[torch.Tensor, ...], epochs: int) -> None:
     seen, wanted, returns = shown
+    if isinstance(model, SAC):  # which squashes its torques, while those of PPO are clipped where they are used
+        wanted = wanted.clip(-1.0, 1.0)
     learnt = model.policy.parameters() if isinstance(model, PPO) else model.actor.parameters()
     optimiser = torch.optim.Adam(learnt, lr=1e-2)
     generator = torch.Generator().manual_seed(int(model.seed or 0))

@@ -7,11 +7,7 @@ again and again: each call takes every step anew, so that repetitions of all can
 from __future__ import annotations
 
 import importlib.util
-import json
 import math
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,7 +20,6 @@ import mujoco
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from trial import Trial, make_observers
 
 import agents
 from haptic_env.grid import Grid
@@ -76,10 +71,11 @@ def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int, **k
     return Recording(env, base.hand, seed, sigma_deg, *(np.array(each) for each in zip(*rows, strict=True)))
 
 
-def environment(recording: Recording) -> dict[str, Array]:
-    """`env.step` (T,), and the bare `mj_step` calls (T,) from the same states; each comes first every other time."""
+def environment(recording: Recording, turn: int = 0) -> dict[str, Array]:
+    """`env.step` (T,) as a user calls it, and right before or after it the bare `mj_step` calls (T,) from the same
+    state: each comes first every other time, and at a step at every other `turn`."""
     base: Any = recording.env.unwrapped
-    base.reset(seed=recording.seed)
+    recording.env.reset(seed=recording.seed)
     model, data = base._model, mujoco.MjData(base._model)
     what = mujoco.mjtState.mjSTATE_INTEGRATION
     state = np.empty(mujoco.mj_stateSize(model, what))
@@ -89,10 +85,11 @@ def environment(recording: Recording) -> dict[str, Array]:
         mujoco.mj_getState(model, base._data, state, what)
         mujoco.mj_setState(model, data, state, what)
         data.ctrl[:] = recording.controls[k]
-        for turn in (k % 2, 1 - k % 2):
+        bare_first = (k + turn) % 2
+        for bare_now in (bare_first, not bare_first):
             start = clock()
-            if turn:
-                base.step(recording.torques[k])
+            if not bare_now:
+                recording.env.step(recording.torques[k])
                 whole[k] = clock() - start
             else:
                 mujoco.mj_step(model, data, base.substeps)
@@ -273,64 +270,3 @@ def copy_bandwidth(megabytes: int) -> float:
     start = clock()
     np.copyto(target, source)
     return 2 * source.nbytes / (clock() - start)
-
-
-def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, particles: int, seed: int) -> float:
-    """A trial of `seconds` on one thread: environment, policy, observer and the naming of the object."""
-    numba.set_num_threads(1)
-    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, reveal_truth=True)
-    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
-    observers = make_observers(("haptic_slam",), hand, sigma_deg, particles)
-    trial = Trial(env, "random_torque", observers, ShapePosterior(hand), seed)
-    start = clock()
-    for _ in trial:
-        pass
-    trial.finish()
-    took = clock() - start
-    env.close()
-    return took
-
-
-CHILD = """
-import json, pathlib, resource, sys, time
-start = time.perf_counter()
-import gymnasium as gym, numpy as np
-import haptic_env
-from haptic_env.grid import Grid
-from observer import HapticSLAM
-imported = time.perf_counter()
-def peak():
-    status = pathlib.Path("/proc/self/status")  # of this process alone; the other one may be its parent's
-    if status.exists():
-        return next(1024 * int(line.split()[1]) for line in status.open() if line.startswith("VmHWM"))
-    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-env_id, shape, particles, voxels, steps = sys.argv[1], sys.argv[2], *map(int, sys.argv[3:])
-env = gym.make(env_id, shape=shape)
-hand = env.unwrapped.hand
-grid = Grid.around(hand.grasp_centre, hand.workspace, float(hand.workspace.max()) / voxels)
-slam = HapticSLAM(hand, 3.0, particles, grid=grid)
-env.reset(seed=0)
-before = peak()
-slam.reset(seed=0)
-ready = time.perf_counter()
-rng = np.random.default_rng(0)
-for step in range(steps):
-    torque = np.tanh(rng.standard_normal(hand.joints)).astype(np.float32)
-    seen, *_ = env.step(torque)
-    slam.step(torque, seen["joint_angles"], seen["contacts"])
-    if step == 0:
-        first = time.perf_counter()
-    if step == slam.lag:
-        mapped = time.perf_counter()
-print(json.dumps({"import": imported - start, "make": ready - imported, "first step": first - ready,
-                  "first step into the maps": mapped - first, "before": before, "after": peak()}))
-"""
-
-
-def fresh_process(env_id: str, shape: str, particles: int, voxels: int, steps: int) -> dict[str, float]:
-    """What a new process takes: seconds to import, to make the environment and the observer, to its first steps, and
-    bytes of memory `before` the trial and `after` it, at their peaks."""
-    command = [sys.executable, "-c", CHILD, env_id, shape, str(particles), str(voxels), str(steps)]
-    path = os.pathsep.join(filter(None, sys.path))
-    ran = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
-    return dict(json.loads(ran.stdout))

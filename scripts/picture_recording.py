@@ -5,14 +5,13 @@ built from them by then (the paper's Figure 1). The object's pose must be known,
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 import recorded
-from explore import DEFAULTS, OBSERVER, Parser, Settings
+from explore import DEFAULTS, OBSERVER, Parser, Settings, program
 from files import atomic
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -62,7 +61,8 @@ def picture(
 ) -> None:
     """Replay `session`, and draw it at `moments` (s) from `azimuth` and `elevation` (degrees) about the object."""
     env: Any = session.env
-    observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **session.told)
+    told = {**session.told, **session.informed}
+    observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **told)
     trial = Trial(env, session.policy, observers, session.namer, settings.seed)
     steps = {min(max(1, round(moment * env.control_hz)), trial.steps) for moment in moments}
     drawn: list[tuple[int, NDArray[np.uint8], NDArray[np.uint8]]] = []
@@ -151,4 +151,4 @@ def add_voxels(scene: mujoco.MjvScene, frame: Pose, belief: Belief) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    program(main)

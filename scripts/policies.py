@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from conditions import FACTORS
-from files import atomic
+from files import write_table
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from report import interval
@@ -65,12 +65,7 @@ def median(times: np.ndarray) -> tuple[float, float, float, int]:
 def save(rows: pd.DataFrame, folder: Path) -> list[str]:
     """Write policies.csv and policies.png of a table's `rows` to `folder`; returns their names."""
     lines = compare(rows)
-    with atomic(folder / "policies.csv") as place:
-        lines.to_csv(place, index=False)
-    figure = draw(lines)
-    with atomic(folder / "policies.png") as place:
-        figure.savefig(place)
-    return ["policies.csv", "policies.png"]
+    return write_table(folder, "policies", lines, draw(lines))
 
 
 def print_table(path: Path, console: Console) -> None:

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import haptic_env
+from agents.reach import Reach
 from haptic_env import validate
 from haptic_env.hand import Hand
-from observer.belief_observation import ENTRIES
+from observer.belief_observation import CLOCKS_HZ, ENTRIES
 
 FOLDER = Path(__file__).parent / "presets"
 ALGORITHMS = ("PPO", "SAC", "RecurrentPPO")
@@ -63,26 +64,32 @@ class World:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Close and open the fingers at 1 Hz while they sweep sideways at 0.5 Hz, against each other.
+    """Close and open the fingers at 1 Hz while they sweep sideways at 0.5 Hz, against each other, and drift at 0.17 Hz.
 
-    Torques as fractions of their limits: flexors get `flexion` ± `opening`, abductors ± `sideways`. It is copied from
-    `decisions` of each environment, with noise of SD `noise` so that it is seen what to do beside its path.
+    Torques as fractions of their limits: flexors get `flexion` ± `opening`, abductors ± `sideways`. The drift is
+    ± `curl` of the stroke that curls a finger (`agents.reach`); it begins at nothing, so that the sweep begins as
+    without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is seen what to
+    do beside its path.
     """
 
     flexion: float = 0.5
     opening: float = 0.5
     sideways: float = 1.0
+    curl: float = -0.5
     noise: float = 0.3
     decisions: int = 150
     epochs: int = 60
 
     def torques(self, seconds: NDArray[np.float64], hand: Hand) -> NDArray[np.float32]:
-        """(E, J) after `seconds` (E,) of an episode; abductors are known by their names, and fingers take turns."""
+        """(E, J) after `seconds` (E,) of an episode, not yet clipped to -1 and 1, for that is no linear function of the
+        clocks; abductors are known by their names, and fingers take turns."""
         sideways = np.array(["abduction" in name for name in hand.joint_names])
+        curl = Reach(hand).strokes(hand.rest_pose, hand.grasp_centre).curl.sum(axis=0)
         side = np.where(hand.joint_group % 2 == 0, 1.0, -1.0)
-        sweep = self.sideways * np.cos(np.pi * seconds)[:, None] * side
-        close = self.flexion + self.opening * np.sin(2 * np.pi * seconds)[:, None]
-        return np.clip(np.where(sideways, sweep, close), -1.0, 1.0).astype(np.float32)
+        turn, beat, drift = (2 * np.pi * hz * seconds[:, None] for hz in CLOCKS_HZ)
+        across = self.sideways * np.cos(turn) * side
+        close = self.flexion + self.opening * np.sin(beat) + self.curl * np.sin(drift) * curl
+        return np.where(sideways, across, close).astype(np.float32)
 
 
 @dataclass(frozen=True)

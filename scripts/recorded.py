@@ -40,13 +40,15 @@ SINKING_NAMER: dict[str, Any] = {"press": 0.05, "tolerance": 0.003}
 @dataclass(frozen=True)
 class Session:
     """An environment, who moves the hand in it, what the object may be and who names it, and keywords of the
-    observers; `followed`: the recording at the control rate, of a hand that moved as a whole."""
+    observers, `told` of all of them and `informed` of the one that is no bracket; `followed`: the recording at the
+    control rate, of a hand that moved as a whole."""
 
     env: gym.Env[Any, Any]
     policy: str | Policy
     candidates: Candidates
     namer: ShapePosterior
     told: Mapping[str, Any] = field(default_factory=dict)
+    informed: Mapping[str, Any] = field(default_factory=dict)
     followed: Recording | None = None
 
     @property
@@ -71,13 +73,18 @@ def load(path: str, part: str | None, calibration: str | None, hand: str | None)
 
 def environment_of(recording: Recording) -> str:
     """The id of the environment whose hand has the joints of `recording`; raises `ValueError` where none has."""
-    names = set(recording.joint_names)
-    for env_id, hand in haptic_env.ENVIRONMENTS.items():
+    names, known = set(recording.joint_names), []
+    for env_id, name in haptic_env.ENVIRONMENTS.items():
         try:
-            if names == set(hands.make(hand).joint_names):
-                return env_id
+            hand = hands.make(name)
         except ImportError:  # of a hand that is not installed
             continue
+        if names == set(hand.joint_names):
+            return env_id
+        known.append(hand)
+    nearest = max(known, key=lambda hand: len(names & set(hand.joint_names)))
+    if names & set(nearest.joint_names):
+        recording.columns_of(nearest)  # raises, and says which joints are missing or unknown
     raise ValueError(
         f"{recording.source}: no hand has its joints, {', '.join(recording.joint_names)}; say which it is by --hand"
     )
@@ -125,15 +132,17 @@ def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> 
     return Session(env, RepeatTorques(env, []), *_in_object_frame(env.hand, solid), env.recording)
 
 
-def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosterior, dict[str, Any]]:
-    """What the object may be, who names it, and the keywords of an observer that has no torques and maps in the
-    object's frame."""
+def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosterior, dict[str, Any], dict[str, Any]]:
+    """What the object may be, who names it, the keywords of observers that have no torques and map in the object's
+    frame, and of one that may infer the pose from what the object may be."""
     size = np.full(3, np.mean(solid.size))
     candidates = {name: [shapes.make(name, size, solid.position)] for name in shapes.SHAPES}
     grid = Grid.around(solid.position, np.asarray(solid.size) + 2.0 * MARGIN, VOXEL)
     # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true.
     told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": False}
-    return candidates, ShapePosterior(hand, candidates, **SINKING_NAMER), told
+    # For the pose the surface counts as exactly as it is known: what is not known of the pose is the pose's own matter.
+    surface = ShapePosterior(hand, candidates, press=SINKING_NAMER["press"])
+    return candidates, ShapePosterior(hand, candidates, **SINKING_NAMER), told, {"solids": surface}
 
 
 def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Session:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -141,18 +142,16 @@ def interval(values: np.ndarray) -> tuple[float, float, float, int]:
     return mean, mean - half, mean + half, count
 
 
+def draw_curve(axes: Axes, line: pd.DataFrame, **style: Any) -> None:
+    """Means against sigma with their intervals, of one `line` of a summary."""
+    errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
+    axes.errorbar(line["sigma_deg"], line["mean"], errors, marker="o", **style)
+
+
 def draw_pose(axes: Axes, lines: pd.DataFrame) -> None:
     for observer, line in lines.groupby("observer", sort=False):
-        errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
-        axes.errorbar(
-            line["sigma_deg"],
-            line["mean"],
-            errors,
-            marker="o",
-            capsize=3,
-            color=OBSERVER_COLOURS.get(str(observer), "#882255"),
-            linewidth=2.5 if observer == SLAM else 1.2,
-        )
+        colour = OBSERVER_COLOURS.get(str(observer), "#882255")
+        draw_curve(axes, line, capsize=3, color=colour, linewidth=2.5 if observer == SLAM else 1.2)
     axes.set(title="Pose error, lagged", xlabel="σ of the joint noise (degrees)", ylabel="RMS error (degrees)")
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)

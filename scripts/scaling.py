@@ -20,8 +20,8 @@ import measures
 import numpy as np
 import pandas as pd
 import style  # noqa: F401 - how pictures look
-from explore import Parser
-from files import atomic
+from explore import Parser, program
+from files import write_table
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import track
@@ -123,17 +123,9 @@ def main(arguments: list[str] | None = None) -> int:
     console.print(table)
     out = Path(given.out)
     out.mkdir(parents=True, exist_ok=True)
-    with atomic(out / "scaling.csv") as place:
-        rows.to_csv(place, index=False)
-    with atomic(out / "scaling.png") as place:
-        draw(rows).savefig(place)
-    console.print(f"Written: {out}/scaling.csv, scaling.png", highlight=False)
+    console.print(f"Written to {out}: {', '.join(write_table(out, 'scaling', rows, draw(rows)))}", highlight=False)
     return 0
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.stderr.write("scaling.py: stopped; nothing was written\n")
-        sys.exit(130)
+    program(main)

@@ -56,6 +56,7 @@ MEASURES = (
     f"step_accuracy_{FIRST_SECONDS}s",
     *(f"correct_{seconds}s" for seconds in AFTER_SECONDS),
 )
+OF_MAPS = tuple(name for name in MEASURES if name.startswith(("surface_", "occupancy_")))
 Exemplars = tuple[tuple[tuple[str, bytes], ...], ...]  # for each draw, name and content of the file of each shape
 HISTOGRAMS = ("ranks_online", "ranks_lagged", "cells", "cells_predicted", "cells_observed")  # numbers with spaces
 COURSES = ("course_p", "course_correct")  # likewise: the shape posterior of the truth, and whether it is the largest
@@ -328,9 +329,12 @@ def _rows(
         for namer in task.settings.classifiers:
             fitted = classifiers(namer, name, task.settings.shapes, exemplars)
             named[namer] = [each.predict(occupancy) for each in fitted]
+        if name in variants.WITHOUT_MAP:
+            row |= dict.fromkeys(OF_MAPS, float("nan"))
+            named |= {namer: [] for namer in task.settings.classifiers}
         for namer, names in named.items():
             row[namer] = " ".join(names)
-            row[f"{namer}_correct"] = float(np.mean([each == task.shape for each in names]))
+            row[f"{namer}_correct"] = float(np.mean([each == task.shape for each in names])) if names else float("nan")
         rows.append(row | constants(task.settings))
     return rows
 

@@ -6,7 +6,7 @@ Shapes: T steps, J joints, P patches, C labels. Step 0 is the reset; arrays over
 from __future__ import annotations
 
 import copy
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -21,8 +21,8 @@ from haptic_env import shapes
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.shapes import Solid
-from observer import Belief, HapticSLAM, ObserverWrapper, ShapePosterior
-from observer.variants import make_observer
+from observer import Belief, ObserverWrapper, ShapePosterior
+from observer.variants import Observer, make_observer
 
 Array = NDArray[np.float64]
 GUIDE = "one_particle"  # of a policy that reads beliefs: names and poses need no more
@@ -83,7 +83,7 @@ class Account:
 class Watcher:
     """An observer at work, what it tells about the shape, and a record of both."""
 
-    observer: HapticSLAM
+    observer: Observer
     shape: ShapePosterior | None
     beliefs: list[tuple[Array, Array, float, Array]] = field(default_factory=list)
     lagged: dict[int, tuple[Array, Array]] = field(default_factory=dict)
@@ -95,9 +95,9 @@ class Watcher:
             return {}
         return dict(zip(self.shape.labels, map(float, self.shape.posterior), strict=True))
 
-    def reset(self, seed: int) -> None:
-        """Start a trial."""
-        self.belief = self.observer.reset(seed)
+    def reset(self, seed: int, joint_angles: ArrayLike) -> None:
+        """Start a trial, in which `joint_angles` (J,) rad are felt first."""
+        self.belief = self.observer.reset(seed, joint_angles)
         if self.shape is not None:
             self.shape.reset(seed)
 
@@ -137,7 +137,7 @@ class Trial:
         self,
         env: gym.Env[Any, Any],
         policy: str | Policy,
-        observers: Mapping[str, HapticSLAM],
+        observers: Mapping[str, Observer],
         shape: ShapePosterior,
         seed: int,
         naming: Collection[str] | None = None,
@@ -169,27 +169,28 @@ class Trial:
         """Explore; yields the number of the step just taken, from 1."""
         observation, info = self.env.reset(seed=self.seed)
         self.solid = solid_of(info["truth"])
-        self._start = Moment(
-            info["truth"]["joint_angles"], observation["joint_angles"], observation["contacts"].astype(bool)
-        )
-        for watcher in self.watchers.values():
-            watcher.reset(self._observer_seed)
+        felt, true = observation["joint_angles"], info["truth"]["joint_angles"]
+        self._start = Moment(true, felt, observation["contacts"].astype(bool))
         others = {sigma: self.env.unwrapped.felt_at(sigma) for sigma in self._felt_at.values()}  # type: ignore[attr-defined]
-        for each in others.values():
-            each(info["truth"]["joint_angles"])
+        for name, angles in self._told(felt, true, others).items():
+            self.watchers[name].reset(self._observer_seed, angles)
         state = None
         for step in range(1, self.steps + 1):
             torque, state = agents.act(self.policy, observation, state)
             observation, _, _, _, info = self.env.step(torque)
             felt, contacts, true = observation["joint_angles"], observation["contacts"], info["truth"]["joint_angles"]
             root = info.get("root")
-            also = {sigma: each(true) for sigma, each in others.items()}
-            for name, watcher in self.watchers.items():
-                angles = also[self._felt_at[name]] if name in self._felt_at else felt
-                watcher.step(step, torque, true if name == TRUE_POSE else angles, contacts, root)
+            for name, angles in self._told(felt, true, others).items():
+                self.watchers[name].step(step, torque, angles, contacts, root)
             self._record.append((torque, felt, true, contacts.astype(bool)))
             self._roots.append(root)
             yield step
+
+    def _told(self, felt: Array, true: Array, others: Mapping[float, Callable[[Array], Array]]) -> dict[str, Array]:
+        """The angles (J,) rad that each observer is told at a step, by its name; `others` feel them at other sigmas."""
+        also = {sigma: each(true) for sigma, each in others.items()}
+        told = {name: also[self._felt_at[name]] if name in self._felt_at else felt for name in self.watchers}
+        return {name: true if name == TRUE_POSE else angles for name, angles in told.items()}
 
     def finish(self) -> tuple[Exploration, dict[str, Account]]:
         """Flush the observers' lag; what happened so far, and what each observer made of it."""
@@ -237,7 +238,7 @@ def candidates_of(
 
 def make_observers(
     names: Sequence[str], hand: Hand, sigma_deg: float, particles: int, **keywords: Any
-) -> dict[str, HapticSLAM]:
+) -> dict[str, Observer]:
     """The observers or variants `names` for `hand`; `particles` are those of the ones that have any, `keywords` for
     all."""
     return {name: make_observer(name, hand, sigma_deg, particles, **keywords) for name in names}

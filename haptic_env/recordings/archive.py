@@ -109,7 +109,8 @@ def _recording(path: Path, content: Content) -> Recording:
         if absent:
             raise ValueError(f"{path}: what was felt needs {', '.join(FELT)}; it misses {', '.join(absent)}")
         torques, felt_angles = (_numbers(path, content, name) for name in FELT[:2])
-        felt = Felt(torques, felt_angles, validate.binary("contacts", content["contacts"], content["contacts"].shape))
+        contacts = validate.binary(f"{path}: contacts", content["contacts"], content["contacts"].shape)
+        felt = Felt(torques, felt_angles, contacts)
     return Recording(
         source=str(path),
         time=time,
@@ -120,8 +121,16 @@ def _recording(path: Path, content: Content) -> Recording:
         object=_track(path, content, "object"),
         mesh=str(content.get("object_mesh", "")),
         felt=felt,
-        settings=json.loads(str(content["settings"])) if "settings" in content else {},
+        settings=_settings(path, content),
     )
+
+
+def _settings(path: Path, content: Content) -> dict[str, Any]:
+    text = str(content.get("settings", "{}"))
+    try:
+        return dict(json.loads(text))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{path}: settings must be a JSON object, got {text!r}") from error
 
 
 def _track(path: Path, content: Content, name: str) -> Track | None:

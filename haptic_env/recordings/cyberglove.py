@@ -104,9 +104,10 @@ def read(path: Path, *, part: str | None, calibration: Calibration | None, large
         raise ValueError(f"{path}: a recording needs two frames, got {len(numbers)} lines")
     rows = [_row(f"{path}, line {number}", lines[number - 1].split(), calibration.sensors) for number in numbers]
     time = np.array([stamp for stamp, _ in rows])
+    time -= time[0]
     check_times(str(path), time, largest_gap, lambda frame: f"line {numbers[frame]}")
     angles = calibration.joint_angles(np.array([values for _, values in rows]))
-    return Recording(str(path), time - time[0], calibration.joint_names, angles)
+    return Recording(str(path), time, calibration.joint_names, angles)
 
 
 def _row(where: str, cells: list[str], sensors: tuple[str, ...]) -> tuple[float, list[float]]:
@@ -118,6 +119,7 @@ def _row(where: str, cells: list[str], sensors: tuple[str, ...]) -> tuple[float,
         )
     try:
         *date, second = (float(cell) for cell in cells[: BEFORE - 1])
+        validate.number("second", second, 0.0, 61.0)
         time = datetime(*map(int, date), tzinfo=UTC).timestamp() + second  # type: ignore[arg-type, misc]
     except (ValueError, OverflowError) as error:
         raise ValueError(f"{where}: {' '.join(cells[: BEFORE - 1])!r} is no date and time ({error})") from error

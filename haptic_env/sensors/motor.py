@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
 from haptic_env import validate
+from haptic_env.compiled import GIVEN, inner
 from haptic_env.sensors.gaussian import log_normal
 
 
@@ -31,7 +32,7 @@ class MotorNoise:
         return log_normal(torque, command, self.sd(command))
 
 
-@numba.njit("void(float64[:], float64, float64[::1])", cache=True)
+@inner(types.void(GIVEN, types.float64, types.float64[::1]))
 def _disturb(command, fraction, normal):
     """Turn `normal` (J,), standard, into torques about `command` (J,): `sd` once more, but compiled."""
     for joint in range(len(command)):

@@ -4,16 +4,28 @@ from __future__ import annotations
 
 import pandas as pd
 from matplotlib.figure import Figure
-from report import ALL, SLAM, draw_pose, summarise
+from report import ALL, SLAM, draw_curve, draw_pose, summarise
 from style import OBSERVER_NAMES, SHAPE_COLOURS
 
 from plates.plate import WIDTH, Plate
 
 MEASURES = ("pose_error_lagged_deg", "pose_error_online_deg")
+NAMES = OBSERVER_NAMES | {"kalman": "Kalman (no lag)"}
+SMOOTHER = "smoother_pose"  # the observer that gives both brackets of the pose; maps have no say in it
+
+
+def brackets(rows: pd.DataFrame) -> pd.DataFrame:
+    """`rows` of `SMOOTHER` as those of the Kalman filter, which has no lag, and of the smoother: one filter, whose
+    estimate now is the former's and whose lagged estimate is the latter's."""
+    online = rows.assign(observer="kalman", pose_error_lagged_deg=rows["pose_error_online_deg"])
+    return pd.concat([online, rows.assign(observer="smoother")])
 
 
 def draw(rows: pd.DataFrame) -> Plate:
-    """Left every observer, in degrees; right haptic SLAM with each shape, in multiples of sigma."""
+    """Left every observer, in degrees; right haptic SLAM with each shape, in multiples of sigma. Rows of `SMOOTHER`
+    stand for those of both its brackets."""
+    smoothed = rows["observer"] == SMOOTHER
+    rows = pd.concat([rows[~smoothed], brackets(rows[smoothed])])
     relative = {f"{name.removesuffix('deg')}sigmas": rows[name] / rows["sigma_deg"] for name in MEASURES}
     data = summarise(rows.assign(**relative), (*MEASURES, *relative), ())
     data = data[["measure", "observer", "shape", "sigma_deg", "mean", "low", "high", "trials"]]
@@ -24,7 +36,7 @@ def draw(rows: pd.DataFrame) -> Plate:
     last = lagged[(lagged["shape"] == ALL) & (lagged["sigma_deg"] == lagged["sigma_deg"].max())]
     for _, line in last.iterrows():
         left.annotate(
-            OBSERVER_NAMES[line["observer"]],
+            NAMES[line["observer"]],
             (line["sigma_deg"], line["mean"]),
             (6, 0),
             textcoords="offset points",
@@ -35,17 +47,7 @@ def draw(rows: pd.DataFrame) -> Plate:
     mine = data[(data["measure"] == next(iter(relative))) & (data["observer"] == SLAM) & (data["shape"] != ALL)]
     for shape in rows["candidates"].iloc[0].split():
         line = mine[mine["shape"] == shape]
-        errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
-        right.errorbar(
-            line["sigma_deg"],
-            line["mean"],
-            errors,
-            marker="o",
-            markersize=4,
-            capsize=2,
-            color=SHAPE_COLOURS[shape],
-            label=shape,
-        )
+        draw_curve(right, line, markersize=4, capsize=2, color=SHAPE_COLOURS[shape], label=shape)
     right.axhline(1, color="#777777", linestyle=":", linewidth=1)
     right.set(title="Haptic SLAM, each shape (dotted: felt)", ylabel="RMS error (multiples of σ)")
     right.set_ylim(0, 1.05)

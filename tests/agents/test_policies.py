@@ -221,7 +221,7 @@ def test_random_torque_is_the_same_process_at_any_control_rate():
     slow, fast = (
         agents.make("random_torque", gym.make("HapticSLAM/TwoFinger-v0", control_hz=hz), seed=0) for hz in (50.0, 500.0)
     )
-    assert slow.decay == pytest.approx(fast.decay**10)
+    assert slow.drive.decay == pytest.approx(fast.drive.decay**10)
 
 
 def test_deterministic_random_torque_dies_out(env):

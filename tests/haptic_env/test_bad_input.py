@@ -120,6 +120,19 @@ def test_stepping_after_a_refused_reset_needs_another(env_id, make):
     env.step(np.zeros(env.hand.joints, np.float32))
 
 
+def test_actions_may_be_read_only_and_lie_anyhow_in_memory(env_id, make):
+    env = make(env_id, shape="cube").unwrapped
+    joints = env.hand.joints
+    frozen, bytes_off = np.full(joints, 0.5), np.frombuffer(b"-" + np.full(joints, 0.5).tobytes(), np.uint8)[1:]
+    frozen.flags.writeable = False
+    given = frozen, bytes_off.view(np.float64), np.full(2 * joints, 0.5)[::2], [0.5] * joints
+    felt = []
+    for action in given:
+        env.reset(seed=0)
+        felt.append(env.step(action)[0]["joint_angles"])
+    np.testing.assert_array_equal(felt, [felt[0]] * len(given))
+
+
 @pytest.mark.parametrize(
     ("build", "message"),
     [

@@ -132,6 +132,13 @@ def test_files_that_are_no_recordings(tmp_path: Path) -> None:
     np.savez(path, time=np.arange(2.0) / 50, joint_names=["a"], joint_angles=np.zeros((2, 1)), torques=np.zeros((2, 1)))
     with pytest.raises(ValueError, match="misses felt_angles, contacts"):
         recordings.read(path)
+    arrays = {"time": np.arange(2.0) / 50, "joint_names": ["a"], "joint_angles": np.zeros((2, 1))}
+    np.savez(path, **arrays, torques=np.zeros((2, 1)), felt_angles=np.zeros((2, 1)), contacts=np.full((2, 3), 2))
+    with pytest.raises(ValueError, match=r"it.npz: contacts must be 0 or 1, got 2 at index 0"):
+        recordings.read(path)
+    np.savez(path, **arrays, settings=np.array("{sigma"))
+    with pytest.raises(ValueError, match=r"it.npz: settings must be a JSON object, got '{sigma'"):
+        recordings.read(path)
     with pytest.raises(ValueError, match=r"unknown kind of recording '.csv'"):
         recordings.read(tmp_path / "it.csv")
     with pytest.raises(FileNotFoundError):
@@ -165,9 +172,10 @@ def test_a_glove_is_read_with_its_calibration(glove: Any) -> None:
         ([row(1, 0, 0), "", row(1.02, 0, "nan")], "line 3: spread is 'nan', not finite"),
         ([row(1, 0, 0), row(1.02, "x", 0)], "line 2: bend is 'x', no number"),
         ([row(1, 0, 0), row(1, 0, 0)], "line 2 repeats the time stamp"),
-        ([row(1.02, 0, 0), row(1, 0, 0)], "line 2 lies before"),
+        ([row(1.02, 0, 0), row(1, 0, 0)], r"line 2 lies before the one before it in time .0 s, then -0.02 s."),
         ([row(1, 0, 0), row(1.5, 0, 0)], "line 2 comes after a gap of more than 0.1 s"),
         ([row(1, 0, 0), row(1.02, 0, 0).replace(" 11 ", " 13 ", 1)], "line 2: .* is no date and time"),
+        ([row(1, 0, 0), row(np.nan, 0, 0)], "line 2: .* is no date and time .second must be a finite number"),
         ([row(1, 0, 0)], "needs two frames, got 1 lines"),
         ([], "needs two frames, got 0 lines"),
     ],

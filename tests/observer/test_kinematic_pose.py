@@ -103,6 +103,27 @@ def test_with_one_level_it_is_the_exact_posterior(hand) -> None:
     assert pose.log_evidence == pytest.approx(expected, abs=1e-6)
 
 
+def test_angles_felt_at_the_reset_are_one_step_more(hand) -> None:
+    sigma = 0.05
+    _, felt = felt_path(hand, 12, sigma)
+    quick, slow = (KinematicPose(hand, sigma=sigma, control_hz=1 / STEP, lag=4, smooth=ONE) for _ in range(2))
+    nothing = np.zeros(hand.joints), np.zeros(len(hand.patches), dtype=bool)
+    quick.reset(felt[0])
+    for each in felt[1:]:
+        quick.step(nothing[0], each, nothing[1])
+    for each in felt:
+        slow.step(nothing[0], each, nothing[1])
+    np.testing.assert_allclose(quick.mean, slow.mean, atol=0.01 * sigma)
+    told, blind = (HapticSLAM(hand, 3.0, particles=1, motion="kinematic") for _ in range(2))
+    at_reset = told.reset(0, felt[0])
+    np.testing.assert_allclose(at_reset.joint_angles, felt[0])
+    assert (at_reset.joint_std < blind.reset(0).joint_std).all()
+    sure = HapticSLAM(hand, 3.0, particles=1)  # its motion knows where the hand begins
+    assert sure.reset(0, felt[0]) == sure.reset(0)
+    with pytest.raises(ValueError, match="joint_angles"):
+        told.reset(0, np.full(hand.joints, np.nan))
+
+
 def test_the_level_follows_what_a_joint_does(hand) -> None:
     smooth = SmoothMotion(speeds=(0.1, 3.0), seconds=0.05, dwell=2.0)
     pose = KinematicPose(hand, sigma=0.02, control_hz=50.0, lag=2, smooth=smooth)

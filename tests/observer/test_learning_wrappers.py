@@ -124,7 +124,7 @@ def test_the_entries_are_what_they_say(two_fingers):
     observation, info = env.reset(seed=0)
     for _ in range(20):
         observation, *_, info = env.step(close_hand(env))
-    sizes = {"pose": 8, "spread": 8, "motion": 8, "contacts": 50, "names": 4, "occupancy": 54, "time": 1, "rhythm": 4}
+    sizes = {"pose": 8, "spread": 8, "motion": 8, "contacts": 50, "names": 4, "occupancy": 54, "time": 1, "rhythm": 6}
     assert list(sizes) == list(ENTRIES)
     parts = dict(zip(sizes, np.split(observation, np.cumsum(list(sizes.values()))[:-1]), strict=True))
     belief = info["belief"]
@@ -135,8 +135,8 @@ def test_the_entries_are_what_they_say(two_fingers):
     assert set(parts["contacts"]) == {0.0, 1.0}
     np.testing.assert_allclose(parts["names"], info["posterior"], rtol=1e-5)
     assert parts["time"] == pytest.approx(0.2)
-    turns = 0.4 * np.pi, 0.8 * np.pi
-    expected = [np.sin(turns[0]), np.cos(turns[0]), np.sin(turns[1]), np.cos(turns[1])]
+    turns = 0.4 * np.pi, 0.8 * np.pi, 0.136 * np.pi
+    expected = [wave(turn) for turn in turns for wave in (np.sin, np.cos)]
     np.testing.assert_allclose(parts["rhythm"], expected, rtol=1e-5)
     assert parts["occupancy"].min() < -0.9, "where the fingers have been is air"
     assert features.space == env.observation_space

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from observer.variants import ABLATION, NAMES, VARIANTS, check, make_observer
+from observer.variants import ABLATION, NAMES, VARIANTS, WITHOUT_MAP, check, make_observer
 
 
 @pytest.fixture
@@ -27,9 +27,20 @@ def test_each_variant_changes_the_belief(trial, name):
 
 
 def test_a_variant_may_fix_the_number_of_particles(two_finger):
-    count = {name: make_observer(name, two_finger, 3.0, 7).n_particles for name in NAMES}
+    count = {name: make_observer(name, two_finger, 3.0, 7).n_particles for name in {*NAMES} - {*WITHOUT_MAP}}
     assert count.pop("one_particle") == 1
     assert {name for name, number in count.items() if number == 7} == {*ABLATION} & {*NAMES} - {"one_particle"}
+
+
+def test_the_smoother_without_a_map_has_the_poses_of_both_brackets(trial):
+    kalman, smoother, fast = (
+        trial.beliefs(make_observer(name, trial.hand, 3.0, 1)) for name in ("kalman", "smoother", "smoother_pose")
+    )
+    for mine, its in zip(fast, smoother, strict=True):
+        np.testing.assert_array_equal(mine.lagged_joint_angles, its.lagged_joint_angles)
+        np.testing.assert_array_equal(mine.joint_angles, its.joint_angles)
+    for mine, its in zip(fast, kalman, strict=False):  # which has no lag to flush
+        np.testing.assert_allclose(mine.joint_angles, its.lagged_joint_angles, atol=1e-9)
 
 
 def test_variants_and_observers_have_names_of_their_own():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -129,6 +130,9 @@ def test_a_recording_finds_its_hand() -> None:
     other = Recording("made", np.arange(2.0), ("a",), np.zeros((2, 1)))
     with pytest.raises(ValueError, match="no hand has its joints, a; say which it is by --hand"):
         recorded.environment_of(other)
+    near = replace(closing(), joint_names=("elbow", *closing().joint_names[1:]))
+    with pytest.raises(ValueError, match=f"misses {closing().joint_names[0]} and has unknown elbow; the joints"):
+        recorded.environment_of(near)
 
 
 # Recordings of people
@@ -143,7 +147,7 @@ def test_people_who_inspect_objects(tmp_path: Path, name: str, truth: str) -> No
     noisy = run(tmp_path / "noisy", "--recording", *files, "--sigma", "3", "--seed", "1")
     assert (noisy["named"], noisy["truth"]) == (truth, truth)
     errors = noisy["pose_error"]
-    assert errors["haptic SLAM, lagged"]["degrees"] < 0.56 * errors["raw angles"]["degrees"]
+    assert errors["haptic SLAM, lagged"]["degrees"] < 0.52 * errors["raw angles"]["degrees"]
     exact = run(tmp_path / "exact", "--recording", *files, "--sigma", "0")
     assert exact["surface"]["2 voxels"]["haptic SLAM"]["precision"] >= 0.8
     assert exact["named"] == truth
