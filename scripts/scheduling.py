@@ -12,6 +12,7 @@ the same table. Workers of the cluster are started as docs/clusters.md does.
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import shutil
 import sys
@@ -24,8 +25,6 @@ from pathlib import Path
 from typing import Any
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before numba starts its threads
-os.environ.setdefault("DASK_LOGGING__DISTRIBUTED", "critical")  # before dask starts its processes
-os.environ.setdefault("DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED", "False")
 
 import command_line
 import numpy as np
@@ -72,11 +71,14 @@ class Loop:
 @contextmanager
 def cluster_of_one() -> Iterator[Workers]:
     """A dask cluster on this machine with one worker of one thread."""
+    import dask
     import distributed
 
     one: dict[str, Any] = {"n_workers": 1, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": ":0"}
+    quiet: dict[str, Any] = {"silence_logs": logging.CRITICAL, "env": {"DASK_LOGGING__DISTRIBUTED": "critical"}}
     with (
-        distributed.LocalCluster(**one) as cluster,
+        dask.config.set({"distributed.worker.profile.enabled": False}),
+        distributed.LocalCluster(**one, **quiet) as cluster,
         cluster_workers(cluster.scheduler_address) as team,
     ):
         yield team
