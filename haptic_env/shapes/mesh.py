@@ -53,7 +53,8 @@ class Mesh(Shape):
         try:
             surface = trimesh.load_scene(path).to_mesh()
         except Exception as error:  # whatever a broken file makes of a reader
-            raise ValueError(f"mesh {path!r} cannot be read: {error}") from error
+            kind = Path(path).suffix[1:].upper()
+            raise ValueError(f"mesh {path!r} cannot be read, it is no {kind} or was cut short: {error}") from error
         self.path = path
         self._parts = _closed_parts(path, surface)
         self._surface = trimesh.boolean.union(self._parts) if len(self._parts) > 1 else self._parts[0]
@@ -113,7 +114,7 @@ def _closed_parts(path: str, surface: Any) -> list[Any]:
         return ValueError(f"mesh {path!r} {why}")
 
     if len(surface.faces) == 0:
-        raise refused("has no triangles")
+        raise refused("has no triangles: it is empty, or was cut short")
     if not np.isfinite(surface.vertices).all():
         raise refused("has corners that are not finite")
     surface.merge_vertices(merge_tex=True, merge_norm=True)

@@ -109,6 +109,12 @@ def _inverted(path: Path) -> str:
     return _save(box, path)
 
 
+def _cut(path: Path) -> str:
+    whole = Path(_save(_box((0.04,) * 3), path)).read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    return str(path)
+
+
 def _text(path: Path) -> str:
     path.write_text("not a mesh")
     return str(path)
@@ -126,7 +132,9 @@ BAD = {
     "inverted.obj": (_inverted, "turned inside out"),
     "points.ply": (lambda path: _save(trimesh.PointCloud(np.eye(3)), path), "has no triangles"),
     "text.stl": (_text, "has no triangles|cannot be read"),
-    "text.ply": (_text, "cannot be read"),
+    "text.ply": (_text, "cannot be read, it is no PLY or was cut short: "),
+    "cut.ply": (_cut, "cannot be read, it is no PLY or was cut short: "),
+    "cut.stl": (_cut, "has no triangles: it is empty, or was cut short"),
 }
 
 
