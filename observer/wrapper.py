@@ -47,7 +47,7 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
         mine, shapes = map(int, self._chance.generate_state(2))
         if self.shape is not None:
             self.shape.reset(seed=shapes)
-        return observation, {**info, **self._told(self.observer.reset(mine, observation["joint_angles"]))}
+        return observation, {**info, **self._told(self.observer.reset(seed=mine))}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         observation, reward, terminated, truncated, info = self.env.step(action)
