@@ -239,13 +239,12 @@ class HapticSLAM:
             self._lattice,
             self._evidence,
             reach,
-            stance,
             contacts,
             touch,
             self._watches[contacts].any(axis=0),
         )
         self._felt = contacts
-        cloud = Cloud(proposal.mean, centres, proposal.rest, self._drawn[1])
+        cloud = Cloud(stance, centres, proposal.rest, self._drawn[1])
         match = MATCHING[self.matching]
         return match(felt, cloud, self.n_candidates, self._maps, self._rng, self._poses)
 

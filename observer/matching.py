@@ -22,25 +22,23 @@ Array = NDArray[np.float64]
 
 class Felt(NamedTuple):
     """What one step has to say to the maps: `contacts` (P,) and `touch` (P,), the weight of each patch's touch;
-    `watched` (L,): the links whose patches have a say in the pose; and what it says of the cells about a link,
-    `stance` being that of the mean pose."""
+    `watched` (L,): the links whose patches have a say in the pose; and what it says of the cells about a link."""
 
     tree: Tree
     body: Body
     lattice: Lattice
     evidence: Evidence
     reach: Reach
-    stance: Stance
     contacts: NDArray[np.bool_]
     touch: Array
     watched: NDArray[np.bool_]
 
 
 class Cloud(NamedTuple):
-    """Where the particles' proposals lie: `centres` (N, J) from the pose's `mean` (J,), each with the covariance
-    `rest` (J, J); `spread` (J, J): factor of the covariance of all that is uncertain of the pose."""
+    """Where the particles' proposals lie: `centres` (N, J) from the mean pose, that of `stance`, each with the
+    covariance `rest` (J, J); `spread` (J, J): factor of the covariance of all that is uncertain of the pose."""
 
-    mean: Array
+    stance: Stance
     centres: Array
     rest: Array
     spread: Array
@@ -56,7 +54,8 @@ def match_mean(
     Fills `poses` (N, J); returns the log of the mean likelihood (N,) and whether the match moved the pose (N,).
     """
     particles, joints = cloud.centres.shape
-    tree, body, lattice, evidence, reach, stance, contacts, touch, watched = felt
+    tree, body, lattice, evidence, reach, contacts, touch, watched = felt
+    stance = cloud.stance
     if watched.any():  # effort goes where contact is
         # Voxels that a candidate may be away; a single one of a single particle is where the pose is.
         about = 1 + int(2.0 * reach.place.max() / lattice.resolution) if particles * candidates > 1 else 1
@@ -80,11 +79,11 @@ def match_mean(
             maps.solid,
             poses,
         )
-        poses += cloud.mean
+        poses += stance.pose
     else:
-        np.add(cloud.mean, cloud.centres, out=poses)
+        np.add(stance.pose, cloud.centres, out=poses)
         log_likelihood, moved = np.zeros(particles), np.zeros(particles, dtype=bool)
-    _sweep(felt, maps, carve=True)
+    _sweep(felt, stance, maps, carve=True)
     return log_likelihood, moved
 
 
@@ -94,30 +93,22 @@ def match_sample(
     """Every particle takes one of its candidates, drawn by likelihood from its proposal, and has the whole of its map
     at its own pose. Fills and returns the same as `match_mean`."""
     particles, joints = cloud.centres.shape
-    tree, body, lattice, evidence, reach, _, contacts, touch, watched = felt
     result = kernels.advance(
-        tree,
-        body,
-        lattice,
-        evidence,
-        reach,
-        contacts,
-        touch,
-        watched,
-        cloud.mean + cloud.centres,
+        *felt,
+        cloud.stance.pose + cloud.centres,
         lower_factor(cloud.rest),
-        rng.standard_normal((particles, candidates if watched.any() else 1, joints)),
+        rng.standard_normal((particles, candidates if felt.watched.any() else 1, joints)),
         rng.random(particles),
         maps.own,
         maps.stale,
         poses,
     )
     maps.seen |= maps.stale
-    _sweep(felt, maps, carve=False)
+    _sweep(felt, cloud.stance, maps, carve=False)
     return result
 
 
-def _sweep(felt: Felt, maps: Maps, carve: bool) -> None:
+def _sweep(felt: Felt, stance: Stance, maps: Maps, carve: bool) -> None:
     """Take note of what the hand came near, and `carve` the free space out of what all particles have in common."""
     where, loses = marginal_kernels.sweep_free(
         felt.tree,
@@ -125,7 +116,7 @@ def _sweep(felt: Felt, maps: Maps, carve: bool) -> None:
         felt.lattice,
         felt.evidence,
         felt.reach,
-        felt.stance,
+        stance,
         felt.contacts,
         carve,
         maps.common,

@@ -8,6 +8,12 @@ from numpy.typing import NDArray
 
 
 @numba.njit(cache=True)
+def effective_sample_size(weights):
+    """Neff = 1 / Σ w² of normalised `weights` (N,) (paper, section 3, step 6)."""
+    return 1.0 / np.square(weights).sum()
+
+
+@numba.njit(cache=True)
 def normalise(log_weights):
     """Take log Σw from `log_weights` (N,); returns it, the weights (N,), whose sum is 1, and Neff. It is not finite
     where a weight is not, or where all are 0."""
@@ -15,12 +21,7 @@ def normalise(log_weights):
     total = most + np.log(np.exp(log_weights - most).sum())
     log_weights -= total
     weights = np.exp(log_weights)
-    return total, weights, 1.0 / np.square(weights).sum()
-
-
-def effective_sample_size(weights: NDArray[np.float64]) -> float:
-    """Neff = 1 / Σ w² of normalised `weights` (N,) (paper, section 3, step 6)."""
-    return float(1.0 / np.square(weights).sum())
+    return total, weights, effective_sample_size(weights)
 
 
 def systematic_counts(weights: NDArray[np.float64], uniform: float) -> NDArray[np.int64]:
