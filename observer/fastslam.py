@@ -107,6 +107,8 @@ class HapticSLAM:
             dynamics=ContactDynamics() if dynamics is None else dynamics,
         )
         self.in_hindsight = validate.boolean("in_hindsight", in_hindsight) and matching == "mean"
+        if solids is not None and not isinstance(solids, ShapePosterior):
+            raise ValueError(f"solids must be a ShapePosterior of what the object may be, got {solids!r}")
         if solids is not None and solids.hand.joint_names != hand.joint_names:
             raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {solids.hand.name!r}")
         self._known = None if solids is None else KnownSolids(solids, rate)

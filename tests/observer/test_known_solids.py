@@ -149,6 +149,11 @@ def test_without_a_lag_it_knows_nothing_of_later_contacts(explore) -> None:
     assert np.isfinite([belief.lagged_joint_std for belief in beliefs]).all()
 
 
+def test_what_is_no_posterior_is_refused(two_finger) -> None:
+    with pytest.raises(ValueError, match="solids must be a ShapePosterior of what the object may be, got 'cube'"):
+        HapticSLAM(two_finger, solids="cube")
+
+
 def test_solids_of_another_hand_are_refused(two_finger) -> None:
     with pytest.raises(ValueError, match="solids must be told of hand 'tree', got those of 'two_finger'"):
         HapticSLAM(random_tree(3), solids=ShapePosterior(two_finger))
