@@ -165,8 +165,7 @@ def explore(tasks: Sequence[Task], naming: bool) -> tuple[Exploration, dict[Task
     """Run the exploration of `tasks`, which are a bundle; for each of them what every observer made of it."""
     first, *further = tasks
     trial = make_trial(first, naming, further)
-    for _ in trial:
-        pass
+    trial.run()
     trial.env.close()
     exploration, accounts = trial.finish()
     told = {first: {name: accounts[name] for name in first.settings.observers}}

@@ -32,8 +32,7 @@ def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, parti
     observers = make_observers(("haptic_slam",), hand, sigma_deg, particles)
     trial = Trial(env, "random_torque", observers, ShapePosterior(hand), seed)
     start = clock()
-    for _ in trial:
-        pass
+    trial.run()
     trial.finish()
     took = clock() - start
     env.close()
