@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import binary_dilation, generate_binary_structure
@@ -152,9 +153,13 @@ def surface_score(occupancy: Array, grid: Grid, solid: Solid, touched: Array, vo
 
 def surface_coverage(occupancy: Array, grid: Grid, solid: Solid, voxels: float = 1.0) -> float:
     """Share of the whole true surface (voxels that it passes through) with an occupied voxel within `voxels`."""
+    return surface_recall(occupancy, grid, surface_places(solid, grid), voxels)
+
+
+def surface_places(solid: Solid, grid: Grid) -> Array:
+    """(M, 3) m: the centres of the voxels that the surface of `solid` passes through."""
     centres = grid.centres()
-    surface = centres[np.abs(solid.signed_distance(centres)) <= _length(0.5, grid)]
-    return surface_recall(occupancy, grid, surface, voxels)
+    return centres[np.abs(solid.signed_distance(centres)) <= _length(0.5, grid)]
 
 
 def reachable(
@@ -171,9 +176,19 @@ def swept(hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose]
     inside = hand.patches.volume(0.75 * grid.resolution)
     found = np.zeros(grid.shape, dtype=bool)
     for tree, angles in _posed(hand, joint_angles, roots):
-        cells, within = grid.index(placed_points(tree, angles, inside.points, inside.link))
-        found[tuple(cells[within].T)] = True
+        _mark(placed_points(tree, angles, inside.points, inside.link), np.array(grid.origin), grid.resolution, found)
     return found
+
+
+@numba.njit(cache=True)
+def _mark(points: Array, origin: Array, resolution: float, found: NDArray[np.bool_]) -> None:
+    """Set `found` (X, Y, Z) where any of `points` (M, 3) m falls."""
+    for m in range(len(points)):
+        x = int(np.floor((points[m, 0] - origin[0]) / resolution))
+        y = int(np.floor((points[m, 1] - origin[1]) / resolution))
+        z = int(np.floor((points[m, 2] - origin[2]) / resolution))
+        if 0 <= x < found.shape[0] and 0 <= y < found.shape[1] and 0 <= z < found.shape[2]:
+            found[x, y, z] = True
 
 
 def neighbourhood(cells: NDArray[np.bool_], faces: bool = False) -> NDArray[np.bool_]:

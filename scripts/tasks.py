@@ -240,15 +240,20 @@ def run_trials(bundle: Sequence[Task], *exemplars: Exemplars) -> list[list[dict[
     `exemplars`, a tuple for each draw."""
     exploration, accounts = explore(bundle, naming=True)
     places = Places.of(exploration, next(iter(accounts[bundle[0]].values())).belief.grid)
+    # An observer that does not feel the noise has one account for the whole bundle.
+    distinct = {id(account): account for each in accounts.values() for account in each.values()}
+    measured = {key: _measured(exploration, places, account) for key, account in distinct.items()}
     return [
-        _rows(task, exploration, places, accounts[task], learnt) for task, learnt in zip(bundle, exemplars, strict=True)
+        [_row(task, name, account, measured[id(account)], learnt) for name, account in accounts[task].items()]
+        for task, learnt in zip(bundle, exemplars, strict=True)
     ]
 
 
 class Places(NamedTuple):
     """What is true of the world of an exploration: the steps (T,) at which the hand was `touching`, the places (M, 3) m
     that it `touched`, which voxels (X, Y, Z) it could reach, `cells`, and in which the object had the centre
-    `occupied`; `beside` the skin: those that it swept or that share a face with one, and which the object `reached`."""
+    `occupied`; `beside` the skin: those that it swept or that share a face with one, and which the object `reached`;
+    the places (S, 3) m of the whole `surface`."""
 
     touching: NDArray[np.bool_]
     touched: NDArray[np.float64]
@@ -256,6 +261,7 @@ class Places(NamedTuple):
     occupied: NDArray[np.bool_]
     beside: NDArray[np.bool_]
     reached: NDArray[np.bool_]
+    surface: NDArray[np.float64]
 
     @classmethod
     def of(cls, exploration: Exploration, grid: Grid) -> Places:
@@ -274,68 +280,69 @@ class Places(NamedTuple):
             solid.occupancy(grid),
             metrics.neighbourhood(swept, faces=True),
             metrics.reached_into(solid, grid),
+            metrics.surface_places(solid, grid),
         )
 
 
-def _rows(
-    task: Task, exploration: Exploration, places: Places, accounts: Mapping[str, Account], exemplars: Exemplars
-) -> list[dict[str, Any]]:
-    """The rows of one trial."""
-    truth, (touching, touched, cells, occupied, beside, reached) = exploration.true_angles, places
-    rows = []
-    for name, account in accounts.items():
-        grid = account.belief.grid
-        occupancy = account.belief.occupancy
-        calibration = metrics.reliability(occupancy, occupied, cells)
-        beside_skin = metrics.reliability(occupancy, reached, beside)
-        right = account.posterior.argmax(axis=1) == account.labels.index(task.shape)
-        row: dict[str, Any] = {
-            **dict(zip(KEY, (*task.key, name), strict=True)),
-            "pose_error_online_deg": metrics.pose_rmse_deg(account.joint_angles, truth),
-            "pose_error_lagged_deg": metrics.pose_rmse_deg(account.lagged_joint_angles, truth),
-            "pose_error_touching_deg": metrics.pose_rmse_deg(account.lagged_joint_angles[touching], truth[touching]),
-            "coverage_90": metrics.credible_coverage(account.joint_angles, account.joint_std, truth),
-            "coverage_90_lagged": metrics.credible_coverage(
-                account.lagged_joint_angles, account.lagged_joint_std, truth
-            ),
-            "surface_coverage": metrics.surface_coverage(occupancy, grid, exploration.solid),
-            "occupancy_ece": calibration.ece,
-            "occupancy_brier": calibration.brier,
-            **{f"skin_{what}": getattr(beside_skin, what) for what in ("ece", "brier", "log_loss")},
-            "growing_f_score_1": metrics.surface_score(account.growing, grid, exploration.solid, touched).f_score,
-            "growing_brier": metrics.reliability(account.growing, reached, beside).brier,
-            "touching_share": float(touching.mean()),
-            "n_eff": float(account.n_eff.mean()),
-            "time_to_decision": metrics.time_to_decision(exploration.seconds, account.posterior),
-            "step_accuracy": float(right.mean()),
-            f"step_accuracy_{FIRST_SECONDS}s": float(right[exploration.seconds <= FIRST_SECONDS + 1e-9].mean()),
-        }
-        histograms = (
-            metrics.rank_counts(account.joint_angles, account.joint_std, truth),
-            metrics.rank_counts(account.lagged_joint_angles, account.lagged_joint_std, truth),
-            calibration.cells,
-            calibration.predicted,
-            calibration.observed,
-        )
-        row |= {what: _spaced(numbers) for what, numbers in zip(HISTOGRAMS, histograms, strict=True)}
-        row |= {what: _spaced(numbers) for what, numbers in zip(COURSES, course(exploration, account), strict=True)}
-        for n in (1, 2):
-            score = metrics.surface_score(occupancy, grid, exploration.solid, touched, n)
-            row |= {f"surface_{what}_{n}": value for what, value in score._asdict().items()}
-        row |= {f"correct_{after}s": correct_after(exploration, account, after) for after in AFTER_SECONDS}
-        row |= {f"p_{label}": float(p) for label, p in zip(account.labels, account.posterior[-1], strict=True)}
-        named = {STREAM: [account.name]}
+def _measured(exploration: Exploration, places: Places, account: Account) -> dict[str, Any]:
+    """What `account` is worth: the columns of a row that have nothing to do with how it was asked for."""
+    truth, (touching, touched, cells, occupied, beside, reached, surface) = exploration.true_angles, places
+    grid, solid = account.belief.grid, exploration.solid
+    occupancy = account.belief.occupancy
+    calibration = metrics.reliability(occupancy, occupied, cells)
+    beside_skin = metrics.reliability(occupancy, reached, beside)
+    right = account.posterior.argmax(axis=1) == account.labels.index(solid.name)
+    row: dict[str, Any] = {
+        "pose_error_online_deg": metrics.pose_rmse_deg(account.joint_angles, truth),
+        "pose_error_lagged_deg": metrics.pose_rmse_deg(account.lagged_joint_angles, truth),
+        "pose_error_touching_deg": metrics.pose_rmse_deg(account.lagged_joint_angles[touching], truth[touching]),
+        "coverage_90": metrics.credible_coverage(account.joint_angles, account.joint_std, truth),
+        "coverage_90_lagged": metrics.credible_coverage(account.lagged_joint_angles, account.lagged_joint_std, truth),
+        "surface_coverage": metrics.surface_recall(occupancy, grid, surface),
+        "occupancy_ece": calibration.ece,
+        "occupancy_brier": calibration.brier,
+        **{f"skin_{what}": getattr(beside_skin, what) for what in ("ece", "brier", "log_loss")},
+        "growing_f_score_1": metrics.surface_score(account.growing, grid, solid, touched).f_score,
+        "growing_brier": metrics.reliability(account.growing, reached, beside).brier,
+        "touching_share": float(touching.mean()),
+        "n_eff": float(account.n_eff.mean()),
+        "time_to_decision": metrics.time_to_decision(exploration.seconds, account.posterior),
+        "step_accuracy": float(right.mean()),
+        f"step_accuracy_{FIRST_SECONDS}s": float(right[exploration.seconds <= FIRST_SECONDS + 1e-9].mean()),
+    }
+    histograms = (
+        metrics.rank_counts(account.joint_angles, account.joint_std, truth),
+        metrics.rank_counts(account.lagged_joint_angles, account.lagged_joint_std, truth),
+        calibration.cells,
+        calibration.predicted,
+        calibration.observed,
+    )
+    row |= {what: _spaced(numbers) for what, numbers in zip(HISTOGRAMS, histograms, strict=True)}
+    row |= {what: _spaced(numbers) for what, numbers in zip(COURSES, course(exploration, account), strict=True)}
+    for n in (1, 2):
+        score = metrics.surface_score(occupancy, grid, solid, touched, n)
+        row |= {f"surface_{what}_{n}": value for what, value in score._asdict().items()}
+    row |= {f"correct_{after}s": correct_after(exploration, account, after) for after in AFTER_SECONDS}
+    return row | {f"p_{label}": float(p) for label, p in zip(account.labels, account.posterior[-1], strict=True)}
+
+
+def _row(
+    task: Task, observer: str, account: Account, measured: Mapping[str, Any], exemplars: Exemplars
+) -> dict[str, Any]:
+    """The row of one `observer` in one trial."""
+    row = {**dict(zip(KEY, (*task.key, observer), strict=True)), **measured}
+    named = {STREAM: [account.name]}
+    if observer in variants.WITHOUT_MAP:
+        row |= dict.fromkeys(OF_MAPS, float("nan"))
+        named |= {namer: [] for namer in task.settings.classifiers}
+    else:
         for namer in task.settings.classifiers:
-            fitted = classifiers(namer, name, task.settings.shapes, exemplars)
-            named[namer] = [each.predict(occupancy) for each in fitted]
-        if name in variants.WITHOUT_MAP:
-            row |= dict.fromkeys(OF_MAPS, float("nan"))
-            named |= {namer: [] for namer in task.settings.classifiers}
-        for namer, names in named.items():
-            row[namer] = " ".join(names)
-            row[f"{namer}_correct"] = float(np.mean([each == task.shape for each in names])) if names else float("nan")
-        rows.append(row | constants(task.settings))
-    return rows
+            fitted = classifiers(namer, observer, task.settings.shapes, exemplars)
+            named[namer] = [each.predict(account.belief.occupancy) for each in fitted]
+    for namer, names in named.items():
+        row[namer] = " ".join(names)
+        row[f"{namer}_correct"] = float(np.mean([each == task.shape for each in names])) if names else float("nan")
+    return row | constants(task.settings)
 
 
 def _spaced(numbers: np.ndarray) -> str:

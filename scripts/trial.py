@@ -41,7 +41,7 @@ class Turn(NamedTuple):
     """One step as it is told: `torque` (J,) fractions, `contacts` (P,), where the hand as a whole was, and the angles
     (J,) rad that each observer feels, by its name."""
 
-    torque: Array
+    torque: NDArray[np.floating[Any]]
     contacts: NDArray[np.int8]
     root: Pose | None
     told: Mapping[str, Array]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.neighbors import KNeighborsClassifier
+from scipy.spatial.distance import cdist
+from scipy.special import expit, logit
 
 from haptic_env import validate
-from observer.classifiers.base import Array, MapClassifier, touch_evidence
+from observer.classifiers.base import UNKNOWN, Array, MapClassifier
 from observer.contact_model import ContactModel
 
 METRICS = {"hamming": "hamming", "squared": "sqeuclidean", "touched": "hamming", "overlap": "jaccard"}
@@ -21,7 +22,8 @@ class NearestNeighbour(MapClassifier):
     has made at least twice as likely as their `prior` (in odds), which the paper's are where the prior is 0.5;
     "overlap" looks at the same voxels, but at the share that two maps have in common of all that either has (Jaccard
     1912, New Phytologist 11(2), 37-50), so that a map of few touches is not near to every other such map; "squared"
-    compares the probabilities. `prior`: of the maps, `ContactModel.prior`.
+    compares the probabilities. Of maps that are equally near the one that was learnt first counts. `prior`: of the
+    maps, `ContactModel.prior`.
     """
 
     def __init__(self, metric: str = "hamming", neighbours: int = 1, prior: float = ContactModel.prior) -> None:
@@ -30,15 +32,18 @@ class NearestNeighbour(MapClassifier):
         self.prior = validate.number("prior", prior, 0.0, 0.999, above=0.0)
 
     def _fit(self, maps: Array, index: NDArray[np.int64]) -> None:
-        self._model = KNeighborsClassifier(self.neighbours, metric=METRICS[self.metric], algorithm="brute")
-        self._model.fit(self._features(maps), index)
+        self._known, self._index = self._features(maps), index
 
     def _predict_proba(self, map: Array) -> Array:
-        return self._model.predict_proba(self._features(map[None]))[0]
+        distance = cdist(self._features(map[None]), self._known, METRICS[self.metric])[0]
+        nearest = np.argsort(distance, kind="stable")[: self.neighbours]
+        return np.bincount(self._index[nearest], minlength=len(self.classes_)) / len(nearest)
 
     def _features(self, maps: Array) -> Array | NDArray[np.bool_]:
         flat = maps.reshape(len(maps), -1)
-        if self.metric in ("touched", "overlap"):
-            doubled = touch_evidence(flat, self.prior) >= DOUBLED
-            return doubled if self.metric == "overlap" else doubled.astype(np.float64)
-        return (flat > 0.5).astype(np.float64) if self.metric == "hamming" else flat
+        if self.metric == "squared":
+            return flat
+        if self.metric == "hamming":
+            return (flat > 0.5).astype(np.float64)
+        doubled = (flat >= expit(logit(self.prior) + DOUBLED)) & (flat != UNKNOWN)
+        return doubled if self.metric == "overlap" else doubled.astype(np.float64)
