@@ -15,8 +15,8 @@ from observer.capsules import LOG_ODDS, Evidence
 class ContactModel:
     """Sensor model of the patches against an occupancy grid: a noisy-OR over the cells at a patch (Pearl 1988).
 
-    `prior`: probability that a cell is occupied, of those that the hand came within `near` voxels of; of the others
-    nothing is said.
+    `prior`: probability that a cell is occupied, of those whose centre the skin came within `near` voxels of and of
+    their 26 neighbours; of the others nothing is said.
 
     Touch. `hit`: probability that an occupied cell at the patch makes it ring; `false_alarm`: that it rings for none.
     `touch` and `sustained`: weights of a touch when it begins and at every step that it lasts, as multiples of its log
@@ -35,7 +35,7 @@ class ContactModel:
     """
 
     prior: float = 0.03
-    near: float = 1.75
+    near: float = 0.87
     hit: float = 0.12
     false_alarm: float = 0.03
     touch: float = 1.6

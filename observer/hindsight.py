@@ -21,7 +21,7 @@ from haptic_env.grid import Grid
 from observer import capsules
 from observer.capsules import Body, reach_of, ringing, room
 from observer.contact_model import ContactModel
-from observer.marginal_kernels import gather, sweep, touched_links
+from observer.marginal_kernels import gather, spread, sweep, touched_links
 
 Array = NDArray[np.float64]
 WEIGHT = 3.0  # of a touch, times its own: shared out with all that is known it leaves fewer cells in doubt
@@ -58,7 +58,9 @@ def occupancy(
     )
     log_odds = logit(model.prior) + capsules.QUANTUM * swept
     share(suspects, weight, cell, hits, 1.0 - evidence.false_alarm, ROUNDS, log_odds)
-    return np.where(seen, expit(log_odds), 0.5).reshape(grid.shape)
+    told = np.zeros(cells, dtype=bool)
+    spread(np.flatnonzero(seen), grid.shape, told, told)
+    return np.where(told, expit(log_odds), 0.5).reshape(grid.shape)
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -558,6 +558,21 @@ def mark(cells, touched, seen, stale):
         stale[cell] |= touched[cell] & seen[cell]
 
 
+@numba.njit(cache=True)
+def spread(cells, shape, told, stale):
+    """Set `told` (V,) for `cells` (C,) and the 26 neighbours of each, and `stale` (V,) for those that it was not set
+    for; `shape` (3,) of the grid."""
+    nx, ny, nz = shape
+    for cell in cells:
+        x, y, z = cell // (ny * nz), cell // nz % ny, cell % nz
+        for i in range(max(x - 1, 0), min(x + 2, nx)):
+            for j in range(max(y - 1, 0), min(y + 2, ny)):
+                for k in range(max(z - 1, 0), min(z + 2, nz)):
+                    other = (i * ny + j) * nz + k
+                    if not told[other]:
+                        told[other] = stale[other] = True
+
+
 @parallel(cache=True)
 def mean_probability(where, own, weights, probability):
     """Posterior probability (C,) of the voxels at the slots `where` (C,): the particles' own, averaged by `weights`

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
-from observer.marginal_kernels import mark, mean_probability, settle
+from observer.marginal_kernels import mark, mean_probability, settle, spread
 
 Array = NDArray[np.float64]
 FIRST_SLOTS = 256
@@ -87,8 +87,9 @@ class Maps:
     `common` (V,) int8, 0 for the cells that have a slot; of those `own` (N, > T) int8 has the log-odds, `slot` (V,)
     int32 says where, and -1 for the others: nothing is ever kept in the last one. With `dense` every cell has a slot,
     in order. `touched` (V,): the cells of which particles may believe different things; `solid` (V,): those that any
-    particle holds for occupied rather than free; `seen` (V,): those that the hand came near, of the others nothing is
-    said, which is told as 0.5; `stale` (V,): those whose mean has changed since it was last asked for.
+    particle holds for occupied rather than free; `seen` (V,): those that the hand came near, of which and of whose
+    neighbours something is told, and of the others 0.5; `stale` (V,): those whose mean has changed since it was last
+    asked for.
     """
 
     def __init__(self, particles: int, grid: Grid, probability: Array, dense: bool = False) -> None:
@@ -101,6 +102,7 @@ class Maps:
         self.own = np.zeros((particles, count if dense else FIRST_SLOTS), dtype=np.int8)
         self.touched = np.full(count, dense)
         self.solid, self.seen, self.stale = np.zeros((3, count), dtype=bool)
+        self._told = np.zeros(count, dtype=bool)
         self._probability = probability
         self._mean = np.full(grid.shape, 0.5)
         self._next = Change()
@@ -145,6 +147,7 @@ class Maps:
 
     def refresh(self, weights: Array) -> tuple[Array, Change]:
         """The mean (X, Y, Z) by `weights` (N,), which changes with the maps, and its next change."""
+        spread(np.flatnonzero(self.stale), self._mean.shape, self._told, self.stale)  # all that is stale is seen
         cells = np.flatnonzero(self.stale)
         where, differs = self.slot[cells], self.touched[cells]
         entry = self.common[cells].astype(np.int64) + self.own[0, where]  # any particle's, where they do not differ

@@ -14,7 +14,7 @@ import pytest
 
 import agents
 import observer
-from observer import OBSERVERS, ContactModel, DeadReckoning, HapticSLAM
+from observer import OBSERVERS, ContactModel, DeadReckoning, HapticSLAM, metrics
 from observer.variants import make_observer
 from tests.observer import reference
 from tests.observer.hands import many_patches, pointer, random_tree
@@ -388,9 +388,9 @@ def test_free_space_is_where_the_finger_was_at_a_known_pose(two_finger):
     height = reference.height(two_finger, slam.grid, two_finger.rest_pose) / slam.grid.resolution
     assert belief.occupancy[height < -0.5].max() < 0.5 * model.prior
     assert (height < -0.5).sum() > 100
-    about = (height > 2 * model.edge) & (height < model.near)
-    np.testing.assert_allclose(belief.occupancy[about], model.prior)
-    np.testing.assert_array_equal(belief.occupancy[height >= model.near], 0.5)
+    told = metrics.neighbourhood(height < model.near)
+    np.testing.assert_allclose(belief.occupancy[told & (height > 2 * model.edge)], model.prior)
+    np.testing.assert_array_equal(belief.occupancy[~told], 0.5)
 
 
 @pytest.mark.parametrize("lag", [0, 3])
