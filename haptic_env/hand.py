@@ -48,7 +48,7 @@ class Hand:
         """The compiled hand alone: shared and never to be changed; take `copy.copy` to set options."""
         return mujoco.MjModel.from_xml_string(self.xml)
 
-    @property
+    @cached_property
     def joints(self) -> int:
         """J."""
         return int(self.model.njnt)

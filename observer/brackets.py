@@ -40,7 +40,7 @@ class RawAngles:
         """Take over the felt `joint_angles` (J,) rad."""
         joints = self.hand.joints
         self.mean = np.concatenate([joint_angles, self.mean[:joints]])
-        self.covariance = np.diag(np.full(self.mean.size, self.sigma**2))
+        np.fill_diagonal(self.covariance, self.sigma**2)
 
     def lagged(self, steps: int) -> slice:
         """Where `mean` keeps the angles of `steps` (0 or 1) steps ago."""

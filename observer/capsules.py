@@ -171,6 +171,12 @@ def lattice_of(grid: Grid) -> Lattice:
 
 
 @numba.njit(cache=True, inline="always")
+def triple(vector):
+    """The numbers of `vector` (3,): they stay in registers, while those of an array are read anew after every write."""
+    return vector[0], vector[1], vector[2]
+
+
+@numba.njit(cache=True, inline="always")
 def from_bone(dx, dy, dz, axis, length):
     """Of a point, from the start of a bone of `length` m along `axis` (3,): its height along it, m, and the square of
     its distance from it, m²."""

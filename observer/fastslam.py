@@ -25,7 +25,7 @@ from observer import capsules, hindsight, resampling
 from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
-from observer.gaussian import carried, lower_factor, shifted
+from observer.gaussian import carried_on, shifted
 from observer.kinematic_pose import KinematicPose
 from observer.kinematics import placed, tree_of
 from observer.known_solids import KnownSolids
@@ -213,10 +213,9 @@ class HapticSLAM:
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + 1)
         mean, covariance = self.pose.mean, self.pose.covariance
         proposal = Transition.between(mean, covariance, before, now)
-        drawn_about, factor = self._drawn
-        along = proposal.follow @ carried(factor, lower_factor(covariance[before, before]))
-        self._drawn = proposal.mean, lower_factor(covariance[now, now])
-        return proposal, (self._poses - drawn_about) @ along.T
+        centres, factor = carried_on(covariance, before.start, now.start, proposal.follow, *self._drawn, self._poses)
+        self._drawn = proposal.mean, factor
+        return proposal, centres
 
     def _match_and_map(
         self, proposal: Transition, centres: Array, contacts: NDArray[np.bool_], ago: int

@@ -53,9 +53,26 @@ def carried(before, after):
 
 
 @numba.njit(cache=True)
-def regression(covariance, cross):
-    """B (M, J) of the best linear guess B·x of y, given the `covariance` (J, J) of x and `cross` (J, M) of x with y."""
-    return np.linalg.solve(covariance + JITTER * np.eye(len(covariance)), cross).T
+def solved(covariance, cross):
+    """The X (J, M) of C·X = `cross` (J, M), C being the `covariance` (J, J) and a hair more, by its Cholesky factor."""
+    size = len(covariance)
+    factor = lower_factor(covariance + JITTER * np.eye(size))
+    result = cross.copy()
+    for i in range(size):
+        for k in range(i):
+            _add(-factor[i, k], result[k], result[i])
+        result[i] /= factor[i, i]
+    for i in range(size - 1, -1, -1):
+        for k in range(i + 1, size):
+            _add(-factor[k, i], result[k], result[i])
+        result[i] /= factor[i, i]
+    return result
+
+
+@numba.njit(cache=True, inline="always")
+def _add(share, values, target):
+    for i in range(len(target)):
+        target[i] += share * values[i]
 
 
 @numba.njit(cache=True)
@@ -63,9 +80,20 @@ def conditional(mean, covariance, before, now, size):
     """Of a Gaussian of `mean` (S,) and `covariance` (S, S), how its `size` numbers from `now` on follow from those from
     `before` on: their mean, B, the mean of what is before, and the covariance of what is left."""
     cross = covariance[before : before + size, now : now + size].copy()
-    follow = regression(covariance[before : before + size, before : before + size].copy(), cross)
-    rest = covariance[now : now + size, now : now + size] - np.ascontiguousarray(follow) @ cross
+    follow = solved(covariance[before : before + size, before : before + size], cross).T.copy()
+    rest = covariance[now : now + size, now : now + size] - follow @ cross
     return mean[now : now + size].copy(), follow, mean[before : before + size].copy(), rest
+
+
+@numba.njit(cache=True)
+def carried_on(covariance, before, now, follow, about, factor, points):
+    """Where `points` (N, J) about `about` (J,), drawn with the `factor` (J, J), lie from their mean once what they are
+    points of, from `before` on in a Gaussian of `covariance` (S, S), has become what is from `now` on, by `follow`
+    (J, J); and the factor (J, J) of the latter."""
+    size = len(about)
+    narrowed = carried(factor, lower_factor(covariance[before : before + size, before : before + size]))
+    centres = (points - about) @ (follow @ narrowed).T
+    return centres, lower_factor(covariance[now : now + size, now : now + size])
 
 
 @numba.njit(cache=True)
@@ -75,7 +103,10 @@ def shifted(mean, covariance, lagged, shift):
     is that of before."""
     size = len(shift)
     block = covariance[lagged : lagged + size, lagged : lagged + size].copy()
-    moved = regression(block, covariance[lagged : lagged + size, :size].copy()) @ shift
+    share = solved(block, shift.reshape(-1, 1))
+    angles = mean[:size].copy()
+    for i in range(size):
+        _add(share[i, 0], covariance[lagged + i, :size], angles)
     variance = np.diag(covariance)
     now, then = np.sqrt(variance[:size]), np.sqrt(variance[lagged : lagged + size])
-    return mean[:size] + moved, now, mean[lagged : lagged + size] + shift, then, block
+    return angles, now, mean[lagged : lagged + size] + shift, then, block

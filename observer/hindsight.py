@@ -72,6 +72,7 @@ def look_back(link_body, body, lattice, evidence, position, rotation, place, con
     """
     slot, stale = np.full(len(swept), -1, dtype=np.int32), np.zeros(len(swept), dtype=np.bool_)
     nowhere = np.empty(0, dtype=np.int64)  # no cell has a slot
+    along, square = np.empty((2, lattice.shape[2]))
     felt = np.count_nonzero(contacts)
     number, weight = np.zeros(felt, dtype=np.int64), np.empty(felt)
     cell, hits = np.empty(64 * felt, dtype=np.int64), np.empty(64 * felt)
@@ -132,6 +133,8 @@ def look_back(link_body, body, lattice, evidence, position, rotation, place, con
             stale,
             nowhere,
             nowhere,
+            along,
+            square,
         )
     return number, weight, cell[:count], hits[:count]
 

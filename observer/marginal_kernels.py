@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.patches import patch_at, row_at
-from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_box, voxel_span
+from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, triple, voxel_box, voxel_span
 from observer.compiled import inner, parallel
 from observer.kinematics import twists
 
@@ -287,19 +287,21 @@ def sweep(
     stale,
     where,
     loses,
+    along,
+    square,
 ):
     """What `sweep_free` does, of a hand whose bodies are at `position` (B, 3) and `rotation` (B, 3, 3); returns how
-    many of `where` and `loses` are filled."""
+    many of `where` and `loses` are filled. `along` and `square` (Z,) are scratch."""
     kept = 0
-    res, origin = lattice.resolution, lattice.origin
+    res, origin = lattice.resolution, triple(lattice.origin)
     ny, nz = lattice.shape[1], lattice.shape[2]
     for link in range(len(body.radius)):
-        at, turn = position[link_body[link]], rotation[link_body[link]]
-        length, radius = body.length[link], body.radius[link]
+        at, turn = triple(position[link_body[link]]), rotation[link_body[link]]
+        axis, length, radius = triple(turn[:, 2]), body.length[link], body.radius[link]
         close = radius + evidence.near
         pad = max(close, reach.carved[link]) if carve else close
-        low0, high0, low1, high1, low2, high2 = voxel_box(at, turn[:, 2], length, pad, lattice)
-        outer, near, carved = pad * pad, close * close, reach.carved[link] ** 2
+        low0, high0, low1, high1, low2, high2 = voxel_box(at, axis, length, pad, lattice)
+        outer, near, carved = pad * pad, close * close, reach.carved[link] ** 2 if carve else 0.0
         core, felt = max(radius - evidence.deep, 0.0) ** 2, reach.felt[link] ** 2
         per_bin, first = 1.0 / reach.bin[link], (origin[2] - at[2]) / res + 0.5
         touched = rings[link].any()
@@ -308,30 +310,23 @@ def sweep(
             for j in range(low1, high1):
                 dy = origin[1] + (j + 0.5) * res - at[1]
                 row = (i * ny + j) * nz
-                begin, end = voxel_span(dx, dy, turn[:, 2], outer, first, res, low2, high2)
-                if begin == end:
-                    continue
-                for k in range(begin, end):
-                    if not seen[row + k]:
-                        z, square = from_bone(dx, dy, origin[2] + (k + 0.5) * res - at[2], turn[:, 2], length)
-                        if square < near:
-                            seen[row + k] = stale[row + k] = True
-                if not carve:
-                    continue
-                begin, end = voxel_span(dx, dy, turn[:, 2], carved, first, res, begin, end)
+                begin, end = voxel_span(dx, dy, axis, outer, first, res, low2, high2)
+                for k in range(begin, end):  # nothing but arithmetic, several voxels at a time
+                    along[k], square[k] = from_bone(dx, dy, origin[2] + (k + 0.5) * res - at[2], axis, length)
                 for k in range(begin, end):
                     cell = row + k
-                    z, square = from_bone(dx, dy, origin[2] + (k + 0.5) * res - at[2], turn[:, 2], length)
-                    if square >= carved or common[cell] == least:
+                    if square[k] < near and not seen[cell]:
+                        seen[cell] = stale[cell] = True
+                    if square[k] >= carved or common[cell] == least:
                         continue
                     if (
                         touched
-                        and core <= square < felt
-                        and rings[link, row_at(body.length, body.tip, body.along, link, z)]
+                        and core <= square[k] < felt
+                        and rings[link, row_at(body.length, body.tip, body.along, link, along[k])]
                         and contacts[_owner(body, turn, link, dx, dy, origin[2] + (k + 0.5) * res - at[2])]
                     ):
                         continue
-                    lost = reach.free[link, int(max(square, 0.0) * per_bin)]
+                    lost = reach.free[link, int(max(square[k], 0.0) * per_bin)]
                     seen[cell] = stale[cell] = True
                     if slot[cell] < 0:
                         common[cell] = max(common[cell] - lost, least)
@@ -370,6 +365,8 @@ def sweep_free(tree, body, lattice, evidence, reach, stance, contacts, carve, co
         stale,
         where,
         loses,
+        np.empty(lattice.shape[2]),
+        np.empty(lattice.shape[2]),
     )
     return where[:kept], loses[:kept]
 

@@ -71,7 +71,7 @@ def match_mean(
             candidates,
             cloud.centres,
             cloud.spread,
-            rng.standard_normal((particles, candidates // 2, joints)),
+            rng.standard_normal((particles, candidates // 2, joints), dtype=np.float32),  # twice as fast to draw
             maps.common,
             maps.slot,
             maps.own,

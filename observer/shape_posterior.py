@@ -138,6 +138,7 @@ class ShapePosterior:
         self._habit = Habit(len(self.hand.patches))
         self._moved: Transition | None = None  # how the pose moved since the samples did
         self._steps = 0
+        self._posterior = self._share()
         return self.posterior
 
     @property
@@ -149,17 +150,7 @@ class ShapePosterior:
     @property
     def posterior(self) -> Array:
         """(C,) probability of each of `labels`; before anything was felt that of a candidate is the same for all."""
-        log = self.log_likelihood
-        candidates = log[:-1] if self.none else log
-        odds = np.exp(candidates - candidates.max())
-        share = odds / odds.sum()
-        if not self.none:
-            return np.asarray(share)
-        # Per step felt, whatever part of its evidence `temper` and `stride` let count.
-        weight = DOUBT * self.stride / self.temper
-        against = log[-1] - candidates.max() - np.log(odds.mean())
-        none = expit(np.log(self.none / (1.0 - self.none)) + weight * against)
-        return np.append((1.0 - none) * share, none)
+        return self._posterior.copy()
 
     @property
     def hypotheses(self) -> Hypotheses:
@@ -202,7 +193,22 @@ class ShapePosterior:
         if source is not None:
             self._weights = np.ascontiguousarray(self._weights[:, source])
             self._solids = self.variants.place(self._units)
+        self._posterior = self._share()
         return self.posterior
+
+    def _share(self) -> Array:
+        """(C,) the posterior of what was taken in so far."""
+        log = self.log_likelihood
+        candidates = log[:-1] if self.none else log
+        odds = np.exp(candidates - candidates.max())
+        share = odds / odds.sum()
+        if not self.none:
+            return np.asarray(share)
+        # Per step felt, whatever part of its evidence `temper` and `stride` let count.
+        weight = DOUBT * self.stride / self.temper
+        against = log[-1] - candidates.max() - np.log(odds.mean())
+        none = expit(np.log(self.none / (1.0 - self.none)) + weight * against)
+        return np.append((1.0 - none) * share, none)
 
     def _tolerances(self, tree: Tree, mean: Array, covariance: Array) -> Array:
         """(L,) m SD of the gap of a link that touches; without samples of the pose, of `mean` (J,) and `covariance`

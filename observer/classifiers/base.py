@@ -60,8 +60,10 @@ def touch_evidence(map: Array, prior: float) -> Array:
     """What touch added to the log-odds of every voxel: those of `map` (...) above the `prior`'s, 0 where there is less
     than that or nothing is known. How far the free space around an object was swept says nothing of the object.
     """
-    felt = logit(np.clip(map, *CERTAIN)) - logit(prior)
-    return np.where(map == UNKNOWN, 0.0, np.maximum(felt, 0.0))
+    evidence = np.zeros(map.shape)
+    felt = (map > prior) & (map != UNKNOWN)
+    evidence[felt] = np.maximum(logit(np.clip(map[felt], *CERTAIN)) - logit(prior), 0.0)
+    return evidence
 
 
 def _checked(map: ArrayLike) -> Array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 from scipy.special import logsumexp, softmax
 
 from haptic_env import validate
@@ -33,7 +34,7 @@ class ShapeLikelihood(MapClassifier):
         self._index = index
 
     def _predict_proba(self, map: Array) -> Array:
-        square = np.square(self._exemplars - touch_evidence(map, self.prior).ravel()).sum(axis=1)
+        square = cdist(touch_evidence(map, self.prior).reshape(1, -1), self._exemplars, "sqeuclidean")[0]
         log_likelihood = -0.5 * square / self.bandwidth**2
         per_class = [
             logsumexp(log_likelihood[self._index == c]) - np.log((self._index == c).sum())
