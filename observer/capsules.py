@@ -5,7 +5,6 @@ L links, P patches, M points of the skin, (X, Y, Z) voxels, V = X·Y·Z.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numba
@@ -55,12 +54,12 @@ class Evidence(NamedTuple):
 
     Tables (256,) of a map entry v at [v + 128]: `probability` that the cell is occupied, `log_clear` log of the
     probability that it rings no patch, and `log_silent` the same where only what is known to be occupied counts.
+    `depth` (LIMIT,): how many SDs above the skin a cell lies at most that loses at least 1, 2, … quanta to a sweep.
     `log_no_alarm`: that there is no false alarm. `solid`: the least map entry that says occupied rather than free.
     """
 
     hit: float
     false_alarm: float
-    free: float
     give: float
     edge: float
     deep: float
@@ -74,6 +73,7 @@ class Evidence(NamedTuple):
     probability: NDArray[np.float64]
     log_clear: NDArray[np.float64]
     log_silent: NDArray[np.float64]
+    depth: NDArray[np.float64]
 
 
 class Reach(NamedTuple):
@@ -107,19 +107,22 @@ def reach_of(body, evidence, place):
     """The `Reach` of the links of `body`, the SD of their places being `place` (L,) m.
 
     If the cell at depth d beneath the skin were occupied, the link could not be there: what speaks for it is only the
-    probability Φ(-d / SD) that it is elsewhere.
+    probability Φ(-d / SD) that it is elsewhere. The log of that, in quanta, is looked up from the other side: how deep a
+    cell must lie to lose so many (`Evidence.depth`).
     """
     links = len(place)
     free, bin = np.zeros((links, BINS), dtype=np.int64), (body.radius + 2.0 * evidence.edge) ** 2 / BINS
     carved = np.zeros(links)
     for link in range(links):
         unsure = np.hypot(place[link], evidence.edge)
+        lost = LIMIT
         for b in range(BINS):
             height = np.sqrt((b + 0.5) * bin[link]) - body.radius[link]
-            lost = -evidence.free * _log_normal_tail((height + evidence.give) / unsure)
-            free[link, b] = int(min(np.round(lost / QUANTUM), LIMIT))
-            if free[link, b] == 0:
+            while lost > 0 and height + evidence.give > evidence.depth[lost - 1] * unsure:
+                lost -= 1
+            if lost == 0:
                 break
+            free[link, b] = lost
             carved[link] = np.sqrt((b + 1) * bin[link])
     fall = np.hypot(evidence.fall, evidence.blur * place)
     return Reach(place, free, bin, carved, fall, body.radius + evidence.shell + 2.5 * fall)
@@ -134,14 +137,6 @@ def stand(tree, body, evidence, caution, pose, covariance):
     body_frames(tree, pose, position, rotation)
     place = caution * place_spread(tree, body.length, pose, covariance, position, rotation)
     return Stance(pose, position, rotation), reach_of(body, evidence, place)
-
-
-@numba.njit(cache=True)
-def _log_normal_tail(x):
-    """log Φ(x), where it is too small by its asymptote (Abramowitz & Stegun 1964, 26.2.12)."""
-    if x > -30.0:
-        return math.log(0.5 * math.erfc(-x / math.sqrt(2.0)))
-    return -0.5 * x * x - math.log(-x * math.sqrt(2.0 * math.pi))
 
 
 def body_of(hand: Hand, resolution: float) -> Body:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy.special import expit, logit
+from scipy.special import expit, logit, ndtri_exp
 
 from haptic_env import validate
-from observer.capsules import LOG_ODDS, Evidence
+from observer.capsules import LIMIT, LOG_ODDS, QUANTUM, Evidence
+
+SMALLEST = 1e-9  # weight of a sweep by which no cell loses anything
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,6 @@ class ContactModel:
         return Evidence(
             hit=self.hit,
             false_alarm=self.false_alarm,
-            free=self.free,
             give=self.give * resolution,
             edge=self.edge * resolution,
             deep=self.deep * resolution,
@@ -83,4 +84,5 @@ class ContactModel:
             probability=probability,
             log_clear=np.log1p(-self.hit * probability),
             log_silent=np.log1p(-self.hit * np.maximum(0.0, 2.0 * probability - 1.0)),
+            depth=ndtri_exp(-QUANTUM * (np.arange(1, LIMIT + 1) - 0.5) / max(self.free, SMALLEST)),
         )

@@ -231,8 +231,9 @@ def place_spread(tree, lengths, joint_angles, covariance, position, rotation):
             for a in range(joints):
                 if jacobian[i, a] == 0.0:
                     continue  # a joint that does not move it
-                for b in range(joints):
-                    total += jacobian[i, a] * covariance[a, b] * jacobian[i, b]
+                for b in range(a):
+                    total += 2.0 * jacobian[i, a] * covariance[a, b] * jacobian[i, b]
+                total += jacobian[i, a] * covariance[a, a] * jacobian[i, a]
         result[link] = np.sqrt(max(total, 0.0) / 3.0)
     return result
 
