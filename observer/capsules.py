@@ -5,6 +5,7 @@ L links, P patches, M points of the skin, (X, Y, Z) voxels, V = X·Y·Z.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numba
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
-from haptic_env.hand import Hand
+from haptic_env.patches import Patches
 from observer.kinematics import body_frames, place_spread
 
 QUANTUM = 0.05  # log-odds per unit of the int8 maps, which thus reach ±6.35
@@ -107,8 +108,8 @@ def reach_of(body, evidence, place):
     """The `Reach` of the links of `body`, the SD of their places being `place` (L,) m.
 
     If the cell at depth d beneath the skin were occupied, the link could not be there: what speaks for it is only the
-    probability Φ(-d / SD) that it is elsewhere. The log of that, in quanta, is looked up from the other side: how deep a
-    cell must lie to lose so many (`Evidence.depth`).
+    probability Φ(-d / SD) that it is elsewhere. The log of that, in quanta, is looked up from the other side: how deep
+    a cell must lie to lose so many (`Evidence.depth`).
     """
     links = len(place)
     free, bin = np.zeros((links, BINS), dtype=np.int64), (body.radius + 2.0 * evidence.edge) ** 2 / BINS
@@ -139,16 +140,16 @@ def stand(tree, body, evidence, caution, pose, covariance):
     return Stance(pose, position, rotation), reach_of(body, evidence, place)
 
 
-def body_of(hand: Hand, resolution: float) -> Body:
-    """The arrays of `hand`, with points of the skin about two voxels apart."""
-    patches = hand.patches
+@lru_cache(maxsize=8)
+def body_of(patches: Patches, resolution: float) -> Body:
+    """The arrays of a hand with these `patches`, with points of the skin about two voxels apart."""
     skin = patches.surface(2.0 * resolution)
     order = np.argsort(skin.patch, kind="stable")
     lift = 0.5 * resolution * skin.normals
     return Body(
-        radius=np.array([link.radius for link in hand.links]),
-        length=np.array([link.length for link in hand.links]),
-        tip=np.array([link.tip for link in hand.links]),
+        radius=np.array([link.radius for link in patches.links]),
+        length=np.array([link.length for link in patches.links]),
+        tip=np.array([link.tip for link in patches.links]),
         first=patches.first,
         along=patches.along,
         around=patches.around,

@@ -113,7 +113,7 @@ class HapticSLAM:
             raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {solids.hand.name!r}")
         self._known = None if solids is None else KnownSolids(solids, rate)
         self._fixed = tree_of(hand)
-        self._body = capsules.body_of(hand, self.grid.resolution)
+        self._body = capsules.body_of(hand.patches, self.grid.resolution)
         group = hand.link_group
         self._watches = group[hand.patches.link][:, None] == group  # (P, L): links whose patches a touch calls up
         self._lattice = capsules.lattice_of(self.grid)

@@ -419,18 +419,25 @@ def _score(scan, lattice, evidence, deviation, away, common, slot, own, n, place
             z = place[2, m] + sign * shift[2, m]
             inside = (x >= 0.0) & (y >= 0.0) & (z >= 0.0) & (x < nx) & (y < ny) & (z < nz)
             cell[m] = (int(x) * ny + int(y)) * nz + int(z) if inside else -1
-        total = 0.0
+        total, rung = 0.0, 1.0  # log probability of what is silent, probability of what is felt
         for patch in range(len(scan.felt)):
-            felt = scan.felt[patch]
-            log_clear = evidence.log_clear if felt else evidence.log_silent
-            clear = evidence.log_no_alarm if felt else 0.0
-            for m in range(scan.begin[patch], scan.begin[patch + 1]):
-                if cell[m] < 0:
-                    clear += log_clear[128]  # beyond the grid nothing is known
-                else:
-                    # A branch for cells without a slot would take three times as long.
-                    clear += log_clear[common[cell[m]] + own[n, slot[cell[m]]] + 128]
-            total += np.log(max(1.0 - np.exp(clear), 1e-6)) if felt else max(clear, LEAST)
+            begin, end = scan.begin[patch], scan.begin[patch + 1]
+            # A branch for cells without a slot would take three times as long.
+            if scan.felt[patch]:
+                clear = 1.0 - evidence.false_alarm
+                for m in range(begin, end):
+                    entry = common[cell[m]] + own[n, slot[cell[m]]] if cell[m] >= 0 else 0  # beyond, nothing is known
+                    clear *= 1.0 - evidence.hit * evidence.probability[entry + 128]
+                rung *= max(1.0 - clear, 1e-6)
+                if rung < 1e-200:  # before it is too small for a number
+                    total, rung = total + np.log(rung), 1.0
+            else:
+                quiet = 0.0
+                for m in range(begin, end):
+                    entry = common[cell[m]] + own[n, slot[cell[m]]] if cell[m] >= 0 else 0
+                    quiet += evidence.log_silent[entry + 128]
+                total += max(quiet, LEAST)
+        total += np.log(rung)
         score[c] = evidence.temper * total
 
 

@@ -197,8 +197,9 @@ def make_trial(task: Task, naming: bool, further: Sequence[Task] = ()) -> Trial:
     observers = make_observers(settings.observers, hand, task.told_sigma, settings.particles)
     felt_at: dict[str, float] = {}
     for other in further:
-        mine = make_observers(settings.observers, hand, other.told_sigma, settings.particles)
-        renamed = {_felt_by(other, name): each for name, each in mine.items() if name != TRUE_POSE}
+        mine = [name for name in settings.observers if name != TRUE_POSE]
+        made = make_observers(mine, hand, other.told_sigma, settings.particles)
+        renamed = {_felt_by(other, name): each for name, each in made.items()}
         observers |= renamed
         felt_at |= dict.fromkeys(renamed, other.condition.sigma_deg)
     posterior = shape_posterior(settings)

@@ -98,7 +98,7 @@ def test_looking_back_finds_what_each_step_found(trial):
     """The suspects and the sweeps of all steps, in one kernel: those of the kernels that follow the trial."""
     model = ContactModel()
     grid, tree = HapticSLAM(trial.hand).grid, tree_of(trial.hand)
-    body, lattice = capsules.body_of(trial.hand, grid.resolution), capsules.lattice_of(grid)
+    body, lattice = capsules.body_of(trial.hand.patches, grid.resolution), capsules.lattice_of(grid)
     evidence, cells = model.evidence(grid.resolution), int(np.prod(grid.shape))
     known = 1e-4 * np.eye(trial.hand.joints)
     steps, suspected, rings, touch = [], [], [], np.full(len(trial.hand.patches), 0.5)

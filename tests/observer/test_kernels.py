@@ -56,11 +56,11 @@ class Inputs:
         poses = np.full(self.centres.shape, np.nan)
         log_mean, moved = kernels.advance(
             tree_of(self.hand),
-            capsules.body_of(self.hand, self.grid.resolution),
+            capsules.body_of(self.hand.patches, self.grid.resolution),
             capsules.lattice_of(self.grid),
             model.evidence(self.grid.resolution),
             capsules.reach_of(
-                capsules.body_of(self.hand, self.grid.resolution), model.evidence(self.grid.resolution), self.place
+                capsules.body_of(self.hand.patches, self.grid.resolution), model.evidence(self.grid.resolution), self.place
             ),
             self.contacts,
             self.touch,
@@ -154,7 +154,7 @@ def test_a_thousand_patches_are_a_thousand():
 
 def test_the_likelihood_agrees(hand):
     grid = _grid(hand)
-    tree, body = tree_of(hand), capsules.body_of(hand, grid.resolution)
+    tree, body = tree_of(hand), capsules.body_of(hand.patches, grid.resolution)
     lattice, evidence = capsules.lattice_of(grid), MODEL.evidence(grid.resolution)
     position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
     for seed in range(10):
@@ -192,7 +192,7 @@ def test_one_touch_is_bayes_rule(two_finger):
 
 
 def test_points_of_the_skin_are_sorted_by_patch(hand):
-    body = capsules.body_of(hand, 0.004)
+    body = capsules.body_of(hand.patches, 0.004)
     skin = hand.patches.surface(0.008)
     assert body.begin[0] == 0
     assert body.begin[-1] == len(body.points) == len(skin.points)

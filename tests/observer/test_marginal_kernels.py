@@ -41,7 +41,7 @@ class Step:
         rng = np.random.default_rng(seed)
         joints, patches, cells = hand.joints, len(hand.patches), int(np.prod(grid.shape))
         self.hand, self.grid, self.model, self.rng = hand, grid, model, rng
-        self.tree, self.body = tree_of(hand), capsules.body_of(hand, grid.resolution)
+        self.tree, self.body = tree_of(hand), capsules.body_of(hand.patches, grid.resolution)
         self.lattice, self.evidence = capsules.lattice_of(grid), model.evidence(grid.resolution)
         self.contacts, self.touch = rng.random(patches) < touches, rng.uniform(0, 1, patches)
         self.watched = rng.random(len(hand.links)) < 0.7
