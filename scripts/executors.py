@@ -6,6 +6,7 @@ Both have `share`, for what many calls need, and `run`. A worker is one core's w
 from __future__ import annotations
 
 import asyncio
+import gc
 import hashlib
 import logging
 import multiprocessing
@@ -233,6 +234,7 @@ def stamped(place: str, work: Callable[..., Any], *call: Any) -> Any:
 def _prepare() -> None:
     """Ctrl-C is the business of whoever started the process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.freeze()  # what was imported stays: to look through it for garbage took 1.5 % of the time
     _limit_threads()
 
 
