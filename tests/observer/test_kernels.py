@@ -60,7 +60,9 @@ class Inputs:
             capsules.lattice_of(self.grid),
             model.evidence(self.grid.resolution),
             capsules.reach_of(
-                capsules.body_of(self.hand.patches, self.grid.resolution), model.evidence(self.grid.resolution), self.place
+                capsules.body_of(self.hand.patches, self.grid.resolution),
+                model.evidence(self.grid.resolution),
+                self.place,
             ),
             self.contacts,
             self.touch,
