@@ -5,7 +5,9 @@ Where a trial ends undecided its time to decision is only known to be longer, so
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -30,6 +32,9 @@ COLUMNS = {
     NAMED: "right after 10 s",
 }
 
+WORLD = ["shape", "seed"]
+ESTIMATES = ["value", "low", "high", "trials", "decided"]
+
 
 def compare(rows: pd.DataFrame) -> pd.DataFrame:
     """One line for each of `FACTORS`, observer and measure of `COLUMNS`: estimate (`value`), 95 % interval (`low`,
@@ -50,7 +55,44 @@ def compare(rows: pd.DataFrame) -> pd.DataFrame:
             (NAMED, metrics.accuracy(group[NAMED].dropna().to_numpy())),
         ):
             lines.append((*names, measure, *found, decided))
-    return pd.DataFrame(lines, columns=[*groups, "measure", "value", "low", "high", "trials", "decided"])
+    return pd.DataFrame(lines, columns=[*groups, "measure", *ESTIMATES])
+
+
+def together(rows: pd.DataFrame) -> pd.DataFrame:
+    """The same over all noises at once, at which the worlds (shape and seed) are the same: those that were explored at
+    each noise, `sigma_deg` being NaN; nothing where there is one noise. Intervals: percentiles of 2000 bootstraps of
+    the worlds (Efron & Tibshirani 1993, An Introduction to the Bootstrap, section 13.3)."""
+    groups = [name for name in (*FACTORS, "observer") if name != "sigma_deg"]
+    noises, lines = rows["sigma_deg"].nunique(), []
+    for names, group in rows.groupby(groups, sort=False) if noises > 1 else ():
+        whole = group.groupby(WORLD).filter(lambda world: len(world) == noises).sort_values(WORLD)
+        if whole.empty:
+            continue
+        shape = -1, noises
+        times = whole[DECISION].fillna(np.inf).to_numpy().reshape(shape)
+        for measure, table, estimate in (
+            (DECISION, times, np.median),
+            (ACCURACY, whole[ACCURACY].to_numpy().reshape(shape), np.mean),
+            (NAMED, whole[NAMED].to_numpy().reshape(shape), np.mean),
+        ):
+            found = _bootstrapped(table, estimate)
+            lines.append((*names, np.nan, measure, *found, table.size, float(np.isfinite(times).mean())))
+    return pd.DataFrame(lines, columns=[*groups, "sigma_deg", "measure", *ESTIMATES])
+
+
+def _bootstrapped(table: np.ndarray, estimate: Callable[[np.ndarray], Any]) -> tuple[float, float, float]:
+    """The `estimate` of all numbers of `table` (W, S) and its 95 % interval, what is uncertain being the W worlds."""
+    worlds = np.arange(len(table))
+    drawn = stats.bootstrap(
+        (worlds,),
+        lambda chosen: estimate(table[chosen]),
+        n_resamples=2000,
+        vectorized=False,
+        method="percentile",
+        rng=np.random.default_rng(0),
+    ).bootstrap_distribution
+    low, high = np.quantile(drawn, (0.025, 0.975), method="inverted_cdf")  # some may be infinite
+    return float(estimate(table)), float(low), float(high)
 
 
 def median(times: np.ndarray) -> tuple[float, float, float, int]:
@@ -65,11 +107,11 @@ def median(times: np.ndarray) -> tuple[float, float, float, int]:
 def save(rows: pd.DataFrame, folder: Path) -> list[str]:
     """Write policies.csv and policies.png of a table's `rows` to `folder`; returns their names."""
     lines = compare(rows)
-    return write_table(folder, "policies", lines, draw(lines))
+    return write_table(folder, "policies", pd.concat([lines, together(rows)]), draw(lines))
 
 
 def print_table(path: Path, console: Console) -> None:
-    """Print the table at `path`: a row for each policy and noise."""
+    """Print the table at `path`: a row for each policy and noise, and for all noises together."""
     lines = pd.read_csv(path)
     for observer, mine in lines.groupby("observer", sort=False):
         result = Table(
@@ -80,12 +122,12 @@ def print_table(path: Path, console: Console) -> None:
         )
         for name in ("σ", "policy", "trials", *COLUMNS.values(), "decided"):
             result.add_column(name, justify="left" if name == "policy" else "right")
-        for sigma, of_sigma in mine.groupby("sigma_deg"):
+        for sigma, of_sigma in mine.groupby("sigma_deg", dropna=False):
             for policy, cells in of_sigma.groupby("policy", sort=False):
                 by = cells.set_index("measure")
                 trials, decided = str(int(by["trials"].max())), f"{by['decided'].iloc[0]:.0%}"
                 told = [_cell(by.loc[measure], measure) for measure in COLUMNS]
-                result.add_row(f"{sigma:g}°", str(policy), trials, *told, decided)
+                result.add_row("all" if np.isnan(sigma) else f"{sigma:g}°", str(policy), trials, *told, decided)
             result.add_section()
         console.print(result)
 

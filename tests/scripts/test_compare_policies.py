@@ -27,6 +27,8 @@ def rows() -> pd.DataFrame:
         {
             **condition,
             "policy": policy,
+            "shape": "cube",
+            "seed": trial,
             "observer": "haptic_slam",
             "time_to_decision": np.nan if policy == "slow" and trial % 2 else 1.0 + 0.1 * trial,
             "step_accuracy_5s": 0.9 if policy == "quick" else 0.3,
@@ -65,6 +67,26 @@ def test_the_quick_one_is_known_to_be_quick(rows: pd.DataFrame, tmp_path: Path) 
     assert lines.loc[("slow", "time_to_decision"), "decided"] == 0.5
     assert lines.loc[("quick", "step_accuracy_5s"), "value"] == pytest.approx(0.9)
     assert set(lines["trials"]) == {40}
+
+
+def test_over_several_noises_the_worlds_are_what_is_uncertain(rows: pd.DataFrame) -> None:
+    """Explored again at another noise with the same outcome they tell nothing new; one noise alone needs no summary."""
+    assert policies.together(rows).empty
+    again = rows.assign(sigma_deg=5.0)
+    for measure, column in (
+        ("step_accuracy_5s", np.linspace(0, 1, 80)),
+        ("time_to_decision", np.arange(80) % 40 + 1.0),
+    ):
+        rows, again = rows.assign(**{measure: column}), again.assign(**{measure: column})
+    lines = policies.together(pd.concat([rows, again])).set_index(["policy", "measure"])
+    slow = np.linspace(0, 1, 80)[:40]
+    cell = lines.loc[("slow", "step_accuracy_5s")]
+    assert cell["value"] == pytest.approx(slow.mean())
+    assert cell["high"] - cell["low"] == pytest.approx(2 * 1.96 * slow.std() / np.sqrt(40), rel=0.1)
+    assert cell["trials"] == 80
+    assert lines.loc[("quick", "time_to_decision"), "value"] == 20.5
+    missing = policies.together(pd.concat([rows, again[again["seed"] < 30]])).set_index(["policy", "measure"])
+    assert set(missing["trials"]) == {60}, "only worlds that were explored at each noise"
 
 
 def test_a_policy_without_a_trial_at_one_noise_is_left_out_there(rows: pd.DataFrame, tmp_path: Path) -> None:
