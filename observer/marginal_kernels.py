@@ -392,6 +392,33 @@ def _shift(gain, active, delta, out):
                 out[i, m] += gain[a, i, m] * turned
 
 
+@inner(error_model="numpy")
+def _heard(scan, evidence, cell, common, slot, own, n):
+    """log p(z | q, m) up to a constant to particle n, the points of `scan` being in `cell` (S,), -1 outside the grid.
+
+    Without `fastmath`, which would take the factors in another order with threads than without.
+    """
+    total, rung = 0.0, 1.0  # log probability of what is silent, probability of what is felt
+    for patch in range(len(scan.felt)):
+        begin, end = scan.begin[patch], scan.begin[patch + 1]
+        # A branch for cells without a slot would take three times as long.
+        if scan.felt[patch]:
+            clear = 1.0 - evidence.false_alarm
+            for m in range(begin, end):
+                entry = common[cell[m]] + own[n, slot[cell[m]]] if cell[m] >= 0 else 0  # outside, nothing is known
+                clear *= 1.0 - evidence.hit * evidence.probability[entry + 128]
+            rung *= max(1.0 - clear, 1e-6)
+            if rung < 1e-200:  # before it is too small for a number
+                total, rung = total + np.log(rung), 1.0
+        else:
+            quiet = 0.0
+            for m in range(begin, end):
+                entry = common[cell[m]] + own[n, slot[cell[m]]] if cell[m] >= 0 else 0
+                quiet += evidence.log_silent[entry + 128]
+            total += max(quiet, LEAST)
+    return total + np.log(rung)
+
+
 @inner(error_model="numpy", fastmath=True)
 def _score(scan, lattice, evidence, deviation, away, common, slot, own, n, place, shift, cell, score):
     """Fill `score` (K,) with log p(z | q, m) of the candidates up to a constant, to particle n: they lie `deviation`
@@ -419,26 +446,7 @@ def _score(scan, lattice, evidence, deviation, away, common, slot, own, n, place
             z = place[2, m] + sign * shift[2, m]
             inside = (x >= 0.0) & (y >= 0.0) & (z >= 0.0) & (x < nx) & (y < ny) & (z < nz)
             cell[m] = (int(x) * ny + int(y)) * nz + int(z) if inside else -1
-        total, rung = 0.0, 1.0  # log probability of what is silent, probability of what is felt
-        for patch in range(len(scan.felt)):
-            begin, end = scan.begin[patch], scan.begin[patch + 1]
-            # A branch for cells without a slot would take three times as long.
-            if scan.felt[patch]:
-                clear = 1.0 - evidence.false_alarm
-                for m in range(begin, end):
-                    entry = common[cell[m]] + own[n, slot[cell[m]]] if cell[m] >= 0 else 0  # beyond, nothing is known
-                    clear *= 1.0 - evidence.hit * evidence.probability[entry + 128]
-                rung *= max(1.0 - clear, 1e-6)
-                if rung < 1e-200:  # before it is too small for a number
-                    total, rung = total + np.log(rung), 1.0
-            else:
-                quiet = 0.0
-                for m in range(begin, end):
-                    entry = common[cell[m]] + own[n, slot[cell[m]]] if cell[m] >= 0 else 0
-                    quiet += evidence.log_silent[entry + 128]
-                total += max(quiet, LEAST)
-        total += np.log(rung)
-        score[c] = evidence.temper * total
+        score[c] = evidence.temper * _heard(scan, evidence, cell, common, slot, own, n)
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=True)

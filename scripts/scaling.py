@@ -97,7 +97,7 @@ def draw(rows: pd.DataFrame) -> Figure:
         ends = np.array([0, mine["value"].max()])
         panel.plot(ends, start + slope * ends, color="#999999", linewidth=1)
         panel.plot(mine["value"], mine["ms"], "o", color="#0072B2", markersize=5)
-        panel.set(xlabel=label, ylim=(0, None), xlim=(0, None))
+        panel.set(xlabel=label, ylim=(0, 1.1 * mine["ms"].max()), xlim=(0, 1.08 * mine["value"].max()))
     panels[0].set_ylabel("a step with contact (ms)")
     return figure
 

@@ -37,9 +37,6 @@ def draw(rows: pd.DataFrame) -> Plate:
     panels[1, 0].set_ylabel("voxels")
     panels[0, 0].text(98, 12, "less often than said", ha="right", color="#777777", style="italic")
     panels[0, 0].text(2, 92, "more often than said", color="#777777", style="italic")
-    unknown = mine[(mine["said"] - 0.5).abs() < 0.05]["voxels"]
-    if len(unknown):  # it begins there, and is there yet where the hand believes that it never came near
-        panels[1, 0].text(52, unknown.max(), "nothing known", va="bottom", color="#777777", fontsize=7)
     return Plate(figure, data)
 
 
