@@ -572,17 +572,20 @@ def mark(cells, touched, seen, stale):
 
 @numba.njit(cache=True)
 def spread(cells, shape, told, stale):
-    """Set `told` (V,) for `cells` (C,) and the 26 neighbours of each, and `stale` (V,) for those that it was not set
-    for; `shape` (3,) of the grid."""
+    """Let something be told of `cells` (C,) and of the 26 neighbours of each: `told` (V,) int8 is 1 there, 2 for the
+    former. `stale` (V,) is set for what is told for the first time; `shape` (3,) of the grid."""
     nx, ny, nz = shape
     for cell in cells:
+        if told[cell] == 2:
+            continue
         x, y, z = cell // (ny * nz), cell // nz % ny, cell % nz
         for i in range(max(x - 1, 0), min(x + 2, nx)):
             for j in range(max(y - 1, 0), min(y + 2, ny)):
                 for k in range(max(z - 1, 0), min(z + 2, nz)):
                     other = (i * ny + j) * nz + k
-                    if not told[other]:
-                        told[other] = stale[other] = True
+                    if told[other] == 0:
+                        told[other], stale[other] = 1, True
+        told[cell] = 2
 
 
 @parallel(cache=True)

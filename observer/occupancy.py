@@ -102,7 +102,7 @@ class Maps:
         self.own = np.zeros((particles, count if dense else FIRST_SLOTS), dtype=np.int8)
         self.touched = np.full(count, dense)
         self.solid, self.seen, self.stale = np.zeros((3, count), dtype=bool)
-        self._told = np.zeros(count, dtype=bool)
+        self._told = np.zeros(count, dtype=np.int8)
         self._probability = probability
         self._mean = np.full(grid.shape, 0.5)
         self._next = Change()
