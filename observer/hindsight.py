@@ -59,7 +59,7 @@ def occupancy(
     log_odds = logit(model.prior) + capsules.QUANTUM * swept
     share(suspects, weight, cell, hits, 1.0 - evidence.false_alarm, ROUNDS, log_odds)
     told = np.zeros(cells, dtype=np.int8)
-    spread(np.flatnonzero(seen), grid.shape, told, np.zeros(cells, dtype=bool))
+    spread(np.flatnonzero(seen), grid.shape, told)
     return np.where(told, expit(log_odds), 0.5).reshape(grid.shape)
 
 

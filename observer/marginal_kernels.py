@@ -571,21 +571,27 @@ def mark(cells, touched, seen, stale):
 
 
 @numba.njit(cache=True)
-def spread(cells, shape, told, stale):
+def spread(cells, shape, told):
     """Let something be told of `cells` (C,) and of the 26 neighbours of each: `told` (V,) int8 is 1 there, 2 for the
-    former. `stale` (V,) is set for what is told for the first time; `shape` (3,) of the grid."""
+    former; `shape` (3,) of the grid. Returns the neighbours (F,) of which nothing was told before."""
     nx, ny, nz = shape
+    fresh, count = np.empty(26 * len(cells), dtype=np.int64), 0
+    for cell in cells:
+        told[cell] = max(told[cell], 1)
     for cell in cells:
         if told[cell] == 2:
             continue
+        told[cell] = 2
         x, y, z = cell // (ny * nz), cell // nz % ny, cell % nz
         for i in range(max(x - 1, 0), min(x + 2, nx)):
             for j in range(max(y - 1, 0), min(y + 2, ny)):
                 for k in range(max(z - 1, 0), min(z + 2, nz)):
                     other = (i * ny + j) * nz + k
                     if told[other] == 0:
-                        told[other], stale[other] = 1, True
-        told[cell] = 2
+                        told[other] = 1
+                        fresh[count] = other
+                        count += 1
+    return fresh[:count]
 
 
 @parallel(cache=True)

@@ -147,8 +147,8 @@ class Maps:
 
     def refresh(self, weights: Array) -> tuple[Array, Change]:
         """The mean (X, Y, Z) by `weights` (N,), which changes with the maps, and its next change."""
-        spread(np.flatnonzero(self.stale), self._mean.shape, self._told, self.stale)  # all that is stale is seen
-        cells = np.flatnonzero(self.stale)
+        cells = np.flatnonzero(self.stale)  # all of which the hand came near
+        cells = np.concatenate([cells, spread(cells, self._mean.shape, self._told)])
         where, differs = self.slot[cells], self.touched[cells]
         entry = self.common[cells].astype(np.int64) + self.own[0, where]  # any particle's, where they do not differ
         mean = self._probability[entry + 128]
@@ -156,7 +156,7 @@ class Maps:
         change, self._next = self._next, Change()
         change.cells, change.before, change.after = cells, self._mean.flat[cells], self._next
         self._mean.flat[cells] = mean
-        self.stale[:] = False
+        self.stale[cells] = False
         return self._mean, self._next
 
     def _held(self) -> Then | None:

@@ -80,7 +80,7 @@ def draw(lines: pd.DataFrame, rows: pd.DataFrame) -> Figure:
         if what != LAGGED:
             _draw_counts(bottom, lines[lines["what"] == what], colours, axis)
     for panel, below, above in zip(panels[0], BELOW, ABOVE, strict=True):
-        panel.text(0.98, 0.2, below, ha="right", color="#777777", style="italic")
+        panel.text(0.98, 0.07, below, ha="right", color="#777777", style="italic")
         panel.text(0.03, 0.9, above, color="#777777", style="italic")
     panels[0, 0].legend(loc="center left", bbox_to_anchor=(0.0, 0.68))
     _draw_ranks(panels[1, 0], rows, colours)
