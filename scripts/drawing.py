@@ -21,6 +21,7 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.shapes import Solid
+from observer.contact_model import ContactModel
 from observer.kinematics import link_frames, placed, tree_of
 
 Array = NDArray[np.float64]
@@ -28,6 +29,7 @@ SIDES = {"from the front": (0, 2), "from the side": (1, 2), "from above": (0, 1)
 AXES = "xyz"
 MM = 1000.0
 TICKS = (-40, 0, 40)
+EMPTY = 0.5 * ContactModel.prior  # half of what a voxel near the hand begins with: fingers have been inside
 
 
 def draw_map(
@@ -40,8 +42,8 @@ def draw_map(
     angles: Any = None,
     root: Pose | None = None,
 ) -> Any:
-    """The map seen from `side`, one of `SIDES`: the most probable voxel along each line of sight, space that is
-    probably free, the outline of the true `solid`, and `hand` at `angles` (J,) rad and `root`. Returns the image
+    """The map seen from `side`, one of `SIDES`: the most probable voxel along each line of sight, space that fingers
+    have been in, the outline of the true `solid`, and `hand` at `angles` (J,) rad and `root`. Returns the image
     that a colour bar needs.
     """
     across, up = SIDES[side]
@@ -50,7 +52,7 @@ def draw_map(
     half = 0.5 * grid.extent * MM
     extent = (-half[across], half[across], -half[up], half[up])
 
-    free = (occupancy < 0.5).any(axis=depth)
+    free = (occupancy < EMPTY).any(axis=depth)
     highest = occupancy.max(axis=depth)
     shown: dict[str, Any] = {"origin": "lower", "extent": extent, "interpolation": "nearest"}
     axes.imshow(np.ma.masked_equal(free.T, False), cmap=ListedColormap([FREE]), zorder=0, **shown)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from drawing import AXES, MM, TICKS
+from drawing import AXES, EMPTY, MM, TICKS
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
@@ -17,14 +17,12 @@ from showing import Showing
 from style import FREE, HAND, OCCUPANCY, OUTLINE, TRUTH
 
 from haptic_env.hand import Hand
-from observer.contact_model import ContactModel
 from plates import isometric
 from plates.isometric import View
 from plates.plate import WIDTH, Find, Plate, Wanted
 
 SHAPE, SIGMA = "sphere", 5.0
 POSES = 150
-EMPTY = 0.5 * ContactModel.prior  # half of what a voxel near the hand begins with: fingers have been inside
 
 
 def wanted(shapes: Sequence[str]) -> Wanted:
