@@ -168,7 +168,7 @@ def lattice_of(grid: Grid) -> Lattice:
 
 @numba.njit(cache=True, inline="always")
 def triple(vector):
-    """The numbers of `vector` (3,): they stay in registers, while those of an array are read anew after every write."""
+    """The numbers of `vector` (3,) by themselves, so that loops over voxels need not read them anew."""
     return vector[0], vector[1], vector[2]
 
 

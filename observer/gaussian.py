@@ -54,18 +54,19 @@ def carried(before, after):
 
 @numba.njit(cache=True)
 def solved(covariance, cross):
-    """The X (J, M) of C·X = `cross` (J, M), C being the `covariance` (J, J) and a hair more, by its Cholesky factor."""
+    """The X (J, M) of C·X = `cross` (J, M), C being the `covariance` (J, J) and a hair more, by its Cholesky factor; 0
+    for what has no variance of its own."""
     size = len(covariance)
     factor = lower_factor(covariance + JITTER * np.eye(size))
     result = cross.copy()
     for i in range(size):
         for k in range(i):
             _add(-factor[i, k], result[k], result[i])
-        result[i] /= factor[i, i]
+        result[i] *= 1.0 / factor[i, i] if factor[i, i] > 0.0 else 0.0
     for i in range(size - 1, -1, -1):
         for k in range(i + 1, size):
             _add(-factor[k, i], result[k], result[i])
-        result[i] /= factor[i, i]
+        result[i] *= 1.0 / factor[i, i] if factor[i, i] > 0.0 else 0.0
     return result
 
 
