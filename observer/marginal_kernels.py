@@ -571,6 +571,25 @@ def mark(cells, touched, seen, stale):
 
 
 @numba.njit(cache=True)
+def flagged(flags):
+    """Where (C,) `flags` (V,) are set; few are, so that eight are looked at at a time."""
+    words = flags[: len(flags) // 8 * 8].view(np.uint64)
+    found, count = np.empty(len(flags), dtype=np.int64), 0
+    for w in range(len(words)):
+        if words[w] == 0:
+            continue
+        for cell in range(8 * w, 8 * w + 8):
+            if flags[cell]:
+                found[count] = cell
+                count += 1
+    for cell in range(8 * len(words), len(flags)):
+        if flags[cell]:
+            found[count] = cell
+            count += 1
+    return found[:count].copy()
+
+
+@numba.njit(cache=True)
 def spread(cells, shape, told):
     """Let something be told of `cells` (C,) and of the 26 neighbours of each: `told` (V,) int8 is 1 there, 2 for the
     former; `shape` (3,) of the grid. Returns the neighbours (F,) of which nothing was told before."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
-from observer.marginal_kernels import mark, mean_probability, settle, spread
+from observer.marginal_kernels import flagged, mark, mean_probability, settle, spread
 
 Array = NDArray[np.float64]
 FIRST_SLOTS = 256
@@ -147,7 +147,7 @@ class Maps:
 
     def refresh(self, weights: Array) -> tuple[Array, Change]:
         """The mean (X, Y, Z) by `weights` (N,), which changes with the maps, and its next change."""
-        cells = np.flatnonzero(self.stale)  # all of which the hand came near
+        cells = flagged(self.stale)  # all of which the hand came near
         cells = np.concatenate([cells, spread(cells, self._mean.shape, self._told)])
         where, differs = self.slot[cells], self.touched[cells]
         entry = self.common[cells].astype(np.int64) + self.own[0, where]  # any particle's, where they do not differ

@@ -266,6 +266,15 @@ def test_mean_probability_is_the_weighted_mean(two_finger):
     assert marginal.mean_probability(where[:0], step.maps.own, weights, step.evidence.probability).shape == (0,)
 
 
+@pytest.mark.parametrize("size", [1, 7, 8, 125, 1000])
+def test_all_flags_that_are_set_are_found(size):
+    rng = np.random.default_rng(size)
+    for share in (0.0, 0.02, 1.0):
+        flags = rng.random(size) < share
+        flags[-1] = True
+        np.testing.assert_array_equal(marginal.flagged(flags), np.flatnonzero(flags))
+
+
 def test_any_number_of_threads_gives_the_same_bits(two_finger, both_numbers_of_threads):
     results = []
     for number in both_numbers_of_threads:
