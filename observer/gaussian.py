@@ -12,6 +12,13 @@ SMALLEST = 1e-12  # share of a variance below which what is left of it is roundi
 JITTER = 1e-12  # rad²
 
 
+@numba.njit(cache=True, inline="always")
+def add(factor, values, target):
+    """target += `factor` · `values`, in place and without an array between: a plain loop, which vectorises."""
+    for i in range(len(target)):
+        target[i] += factor * values[i]
+
+
 @numba.njit(cache=True)
 def lower_factor(covariance):
     """The Cholesky factor (J, J) of a positive semi-definite `covariance` (J, J): where nothing is left of a variance
@@ -61,19 +68,13 @@ def solved(covariance, cross):
     result = cross.copy()
     for i in range(size):
         for k in range(i):
-            _add(-factor[i, k], result[k], result[i])
+            add(-factor[i, k], result[k], result[i])
         result[i] *= 1.0 / factor[i, i] if factor[i, i] > 0.0 else 0.0
     for i in range(size - 1, -1, -1):
         for k in range(i + 1, size):
-            _add(-factor[k, i], result[k], result[i])
+            add(-factor[k, i], result[k], result[i])
         result[i] *= 1.0 / factor[i, i] if factor[i, i] > 0.0 else 0.0
     return result
-
-
-@numba.njit(cache=True, inline="always")
-def _add(share, values, target):
-    for i in range(len(target)):
-        target[i] += share * values[i]
 
 
 @numba.njit(cache=True)
@@ -107,7 +108,7 @@ def shifted(mean, covariance, lagged, shift):
     share = solved(block, shift.reshape(-1, 1))
     angles = mean[:size].copy()
     for i in range(size):
-        _add(share[i, 0], covariance[lagged + i, :size], angles)
+        add(share[i, 0], covariance[lagged + i, :size], angles)
     variance = np.diag(covariance)
     now, then = np.sqrt(variance[:size]), np.sqrt(variance[lagged : lagged + size])
     return angles, now, mean[lagged : lagged + size] + shift, then, block

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from observer.gaussian import add
 from observer.kinematics import body_frames, point_jacobian
 
 
@@ -23,7 +24,7 @@ def process_noise(gain, torque, limits, motor_noise, velocity_noise):
         for i in range(present):
             effort[i] = gain[i, j] * (motor_noise * abs(torque[j]) * limits[j])
         for i in range(present):
-            _add(effort[i], effort, noise[i])
+            add(effort[i], effort, noise[i])
     for i in range(joints, present):
         noise[i, i] += velocity_noise**2
     return noise
@@ -80,7 +81,7 @@ def condition(mean, covariance, rows, value, variance, felt, felt_variance):
         for d in range(rows.shape[1]):
             if rows[m, d] != 0.0:
                 residual[m] -= rows[m, d] * mean[d]
-                _add(rows[m, d], covariance[d], w[m])
+                add(rows[m, d], covariance[d], w[m])
     for j in range(joints):
         residual[first + j] = felt[j] - mean[j]
         w[first + j] = covariance[j]
@@ -101,14 +102,14 @@ def condition(mean, covariance, rows, value, variance, felt, felt_variance):
             total[m, n] /= total[n, n]
             total[m, m] -= total[m, n] * total[m, n]
             residual[m] -= total[m, n] * residual[n]
-            _add(-total[m, n], w[n], w[m])
+            add(-total[m, n], w[n], w[m])
         if m >= first:
             log_density -= 0.5 * (residual[m] ** 2 / total[m, m] + np.log(2.0 * np.pi * total[m, m]))
         total[m, m] = np.sqrt(total[m, m])
         residual[m] /= total[m, m]
         for i in range(size):
             w[m, i] /= total[m, m]
-        _add(residual[m], w[m], mean)
+        add(residual[m], w[m], mean)
     _downdate(covariance, w)
     return log_density
 
@@ -173,10 +174,4 @@ def contact_effects(tree, q, gain, body, point, axes, force, felt, noise, along)
                     pushed[i] += gain[i, j] * along[f, a, j]
                 pushed[i] *= force[patch, a]
             for i in range(2 * joints):
-                _add(pushed[i], pushed, noise[i])
-
-
-@numba.njit(cache=True, inline="always")
-def _add(factor, values, target):
-    for i in range(len(target)):
-        target[i] += factor * values[i]
+                add(pushed[i], pushed, noise[i])

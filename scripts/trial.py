@@ -111,12 +111,10 @@ class Watcher:
         if self.shape is not None:
             self.shape.reset(seed)
 
-    def step(
-        self, step: int, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None
-    ) -> None:
-        """One turn, step number `step`."""
+    def step(self, step: int, name: str, turn: Turn) -> None:
+        """One turn, step number `step`, with what is told to it by its `name`."""
         del self.belief  # its map would be computed just before it changes, though nobody asked for it
-        self.belief = self.observer.step(torque, joint_angles, contacts, root)
+        self.belief = self.observer.step(turn.torque, turn.told[name], turn.contacts, turn.root)
         posterior = self._take_in(step, self.belief)
         self.beliefs.append((self.belief.joint_angles, self.belief.joint_std, self.belief.n_eff, posterior))
 
@@ -179,7 +177,7 @@ class Trial:
         """Explore; yields the number of the step just taken, from 1."""
         for step, turn in enumerate(self._explore(), 1):
             for name, watcher in self.watchers.items():
-                watcher.step(step, turn.torque, turn.told[name], turn.contacts, turn.root)
+                watcher.step(step, name, turn)
             yield step
 
     def run(self) -> None:
@@ -188,7 +186,7 @@ class Trial:
         turns = list(self._explore())
         for name, watcher in self.watchers.items():
             for step, turn in enumerate(turns, 1):
-                watcher.step(step, turn.torque, turn.told[name], turn.contacts, turn.root)
+                watcher.step(step, name, turn)
 
     def _explore(self) -> Iterator[Turn]:
         """What the hand does and feels, and the record of it."""

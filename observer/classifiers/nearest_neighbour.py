@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
-from scipy.special import expit, logit
 
 from haptic_env import validate
-from observer.classifiers.base import UNKNOWN, Array, MapClassifier
+from observer.classifiers.base import Array, MapClassifier, touch_evidence
 from observer.contact_model import ContactModel
 
 METRICS = {"hamming": "hamming", "squared": "sqeuclidean", "touched": "hamming", "overlap": "jaccard"}
@@ -45,5 +44,5 @@ class NearestNeighbour(MapClassifier):
             return flat
         if self.metric == "hamming":
             return (flat > 0.5).astype(np.float64)
-        doubled = (flat >= expit(logit(self.prior) + DOUBLED)) & (flat != UNKNOWN)
+        doubled = touch_evidence(flat, self.prior) >= DOUBLED
         return doubled if self.metric == "overlap" else doubled.astype(np.float64)
