@@ -111,6 +111,22 @@ def test_reachable_voxels_are_those_of_the_fingers_and_their_neighbours() -> Non
     assert not cells[distance > 2 * np.sqrt(3) * grid.resolution].any()
 
 
+def test_swept_voxels_are_those_that_points_inside_fall_into() -> None:
+    """At any of several poses, where they are in the grid, which some are not."""
+    hand = hands.make("two_finger")
+    grid = Grid.around(hand.grasp_centre, 0.7 * hand.workspace, 0.004)
+    path = hand.rest_pose + np.linspace(0.0, 0.6, 3)[:, None]
+    inside, expected = hand.patches.volume(0.75 * grid.resolution), np.zeros(grid.shape, dtype=bool)
+    for pose in path:
+        position, rotation = link_frames(tree_of(hand), pose)
+        points = position[inside.link] + np.einsum("mik,mk->mi", rotation[inside.link], inside.points)
+        cells, within = grid.index(points)
+        expected[tuple(cells[within].T)] = True
+    assert expected.any()
+    assert not within.all()
+    np.testing.assert_array_equal(metrics.swept(hand, path, grid), expected)
+
+
 def test_reliability_by_hand() -> None:
     occupancy = np.array([0.05, 0.05, 0.95, 0.95, 0.5]).reshape(5, 1, 1)
     truth = np.array([False, True, True, True, True]).reshape(5, 1, 1)
