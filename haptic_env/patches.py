@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env import validate
+from haptic_env.compiled import kernel, part
 
 SIDES = ("palmar", "left", "dorsal", "right")
 
@@ -155,7 +155,7 @@ class Patches:
         return share
 
 
-@numba.njit(cache=True, error_model="numpy", inline="always")
+@part()
 def row_at(length, tip, along, link, z):
     """The row of patches of `link` at height `z` m along its bone; `along` for those of its tip."""
     if tip[link] and z > length[link]:
@@ -163,7 +163,7 @@ def row_at(length, tip, along, link, z):
     return min(max(int(z * (along / length[link])), 0), along - 1)
 
 
-@numba.njit(cache=True, error_model="numpy", inline="always")
+@part()
 def patch_at(first, length, tip, along, around, rings, link, x, y, z):
     """The patch of `link` that holds a skin point (m, in its frame), by the `Patches.layout` of the hand."""
     # Sector 0 is centred on the palmar side (-x).
@@ -178,7 +178,7 @@ def patch_at(first, length, tip, along, around, rings, link, x, y, z):
     return first[link] + row * around + sector
 
 
-@numba.njit(cache=True)
+@kernel()
 def _locate(link, points, first, length, tip, along, around, rings, patch):
     for m in range(len(points)):
         x, y, z = points[m]

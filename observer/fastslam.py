@@ -21,7 +21,8 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from observer import capsules, hindsight, resampling
+from observer import capsules, compiling, hindsight, resampling
+from observer import threads as side_by_side
 from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
@@ -38,6 +39,7 @@ from observer.shape_posterior import ShapePosterior
 Array = NDArray[np.float64]
 RESOLUTION = 0.004  # metres
 LAG_SECONDS = 0.2
+ENOUGH = 16_000  # particles times candidates, from which on two threads are faster than one
 MOTIONS: dict[str, Callable[..., PoseSource]] = {
     "forward_model": PoseFilter,
     "delta_pose": DeltaPose,
@@ -71,6 +73,7 @@ class HapticSLAM:
         in_hindsight: bool = True,
         dynamics: ContactDynamics | None = None,
         solids: ShapePosterior | None = None,
+        threads: int | None = None,
     ) -> None:
         """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
         the hand, its physics ("forward_model"), a line ("delta_pose") or nothing but that it moves smoothly
@@ -86,6 +89,9 @@ class HapticSLAM:
         `solids`: what the object may be, where that is known; the lagged angles of a belief are then also what contacts
         with those solids make of them (`observer.known_solids`). Maps are the same with and without.
 
+        `threads`: how many match particles to their maps side by side; None: what is fastest for their number, one
+        where they are few. The bits are the same.
+
         Raises `ValueError` for a value out of range.
         """
         sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
@@ -95,6 +101,7 @@ class HapticSLAM:
         self.n_particles = validate.integer("particles", particles, 1)
         self.n_candidates = validate.integer("candidates", candidates, 1)
         self.matching = validate.choice("matching", matching, MATCHING)
+        self.threads = side_by_side.check(threads)
         self.lag = round(LAG_SECONDS * rate) if lag is None else validate.integer("lag", lag, 0)
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION) if grid is None else grid
         self.contact_model = ContactModel() if contact_model is None else contact_model
@@ -119,6 +126,12 @@ class HapticSLAM:
         self._lattice = capsules.lattice_of(self.grid)
         self._evidence = self.contact_model.evidence(self.grid.resolution)
         self._pending: deque[tuple[NDArray[np.bool_], Pose | None]] | None = None
+        also = {
+            "sampled_matching": matching == "sample",
+            "smooth_motion": motion == "kinematic",
+            "known_solids": solids is not None,
+        }
+        self._needs = (*compiling.USUAL, *(f"observer.warming:{name}" for name, needed in also.items() if needed))
 
     @classmethod
     def paper(cls, hand: Hand, sigma_deg: float = 3.0, particles: int = 200, **keywords: Any) -> Self:
@@ -139,6 +152,7 @@ class HapticSLAM:
         `joint_angles` (J,) rad: those felt at the reset, for a `motion` that does not know where the hand begins
         ("kinematic"); it need not be told. Raises `ValueError` where they are not finite.
         """
+        compiling.ensure(self._needs)
         count, joints = self.n_particles, self.hand.joints
         self._rng = np.random.default_rng(seed)
         felt = None if joint_angles is None else validate.array("joint_angles", joint_angles, (joints,), "radians")
@@ -247,7 +261,8 @@ class HapticSLAM:
         self._felt = contacts
         cloud = Cloud(stance, centres, proposal.rest, self._drawn[1])
         match = MATCHING[self.matching]
-        return match(felt, cloud, self.n_candidates, self._maps, self._rng, self._poses)
+        number = side_by_side.chosen(self.threads, self.n_particles * self.n_candidates, ENOUGH)
+        return match(felt, cloud, self.n_candidates, self._maps, self._rng, self._poses, number)
 
     def _weigh(self, log_likelihood: Array) -> None:
         """w ∝ w · p(z | q, m) (step 5); raises `FloatingPointError` for what is not finite."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import binary_dilation, generate_binary_structure
@@ -17,6 +16,7 @@ from scipy.spatial import cKDTree
 from scipy.stats import binomtest, norm
 
 from haptic_env import validate
+from haptic_env.compiled import kernel
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
@@ -180,7 +180,7 @@ def swept(hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose]
     return found
 
 
-@numba.njit(cache=True)
+@kernel()
 def _mark(points: Array, origin: Array, resolution: float, found: NDArray[np.bool_]) -> None:
     """Set `found` (X, Y, Z) where any of `points` (M, 3) m falls."""
     for m in range(len(points)):

@@ -14,6 +14,7 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
+from observer import compiling
 from observer.belief import Belief, Transition
 from observer.fastslam import LAG_SECONDS, RESOLUTION
 from observer.occupancy import OccupancySnapshot
@@ -60,6 +61,7 @@ class PoseOnly:
 
     def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
         """Start at the rest pose, as `HapticSLAM.reset`; nothing here is left to chance, nor to what is felt first."""
+        compiling.ensure(compiling.USUAL)
         self.pose.reset()
         self._contacts = []  # of every step so far
         self._told = 0  # steps that were told of

@@ -207,9 +207,9 @@ def test_what_tells_candidates_apart_leaves_less_entropy():
     push = np.array([-close, close]) * hand.torque_limits
     tree, spheres, skin = tree_of(hand), lookahead.spheres_of(hand), skin_of(hand)
     line = _line(hand, np.zeros(hand.joints))
-    left = lookahead.class_entropies(
-        *(tree, spheres, skin, solids, line, push, 5, 5, np.array([0, 1]), log_weights, label, 2, 0.002, 0.001, 0.2)
-    )
+    left = np.empty((2, 2))
+    given = (tree, spheres, skin, solids, line, push, 5, 5, np.array([0, 1]), log_weights, label, 2, 0.002, 0.001, 0.2)
+    lookahead.class_entropies(0, 2, *given, left)
     assert left[0] == pytest.approx([1.0, 1.0], abs=1e-6)
     assert left[1].max() < 0.7
 
