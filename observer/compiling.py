@@ -83,20 +83,20 @@ def _compile(parts: list[str]) -> Iterator[str]:
 
     def listen(part: str) -> None:
         try:
-            child = subprocess.Popen(
+            with subprocess.Popen(
                 [sys.executable, "-P", "-c", CHILD, part],
                 stdin=subprocess.PIPE,  # by which it knows that this process lives
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,  # what goes wrong there goes wrong here too, when the function is called
                 text=True,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-            )
-            running.append(child)
-            assert child.stdout is not None
-            for line in child.stdout:
-                heard.put(line.strip())
-            if child.wait() == 0:
-                heard.put(part)
+            ) as child:
+                running.append(child)
+                assert child.stdout is not None
+                for line in child.stdout:
+                    heard.put(line.strip())
+                if child.wait() == 0:
+                    heard.put(part)
         finally:
             heard.put("")
 
