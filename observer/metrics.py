@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import binary_dilation, generate_binary_structure
 from scipy.spatial import cKDTree
-from scipy.stats import binomtest, norm
+from scipy.special import ndtr, ndtri
 
 from haptic_env import validate
 from haptic_env.compiled import kernel
@@ -75,7 +75,7 @@ def pose_rmse_deg(estimate: ArrayLike, truth: ArrayLike) -> float:
 
 def credible_coverage(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, level: float = 0.9) -> float:
     """How often the central interval of probability `level` of a Gaussian of `mean` and `std` holds `truth`."""
-    reach = norm.ppf(0.5 + 0.5 * validate.number("level", level, 0.0, 1.0)) * np.asarray(std)
+    reach = ndtri(0.5 + 0.5 * validate.number("level", level, 0.0, 1.0)) * np.asarray(std)
     inside = np.abs(np.asarray(truth) - np.asarray(mean)) <= reach
     return float(inside.mean()) if inside.size else float("nan")
 
@@ -88,7 +88,7 @@ def rank_counts(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, bins: int = 4
     """
     error = np.asarray(truth, dtype=np.float64) - np.asarray(mean)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ranks = norm.cdf(np.where(error == 0, 0.0, error / np.asarray(std)))
+        ranks = ndtr(np.where(error == 0, 0.0, error / np.asarray(std)))
     return np.histogram(ranks, bins, (0.0, 1.0))[0]
 
 
@@ -229,6 +229,8 @@ def accuracy(correct: ArrayLike, level: float = 0.95) -> Share:
     values = np.asarray(correct, dtype=np.float64)
     if values.size == 0:
         return Share(float("nan"), 0.0, 1.0, 0)
+    from scipy.stats import binomtest  # which takes a second to import, and is not asked for in a trial
+
     test = binomtest(round(values.sum()), values.size)
     interval = test.proportion_ci(level, method="wilson")
     return Share(float(values.mean()), float(interval.low), float(interval.high), values.size)

@@ -22,9 +22,10 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol
 
-import numba
 from tasks import versions
 from threadpoolctl import threadpool_limits
+
+from observer import threads
 
 SECONDS_TO_CONNECT = 5
 AHEAD = 2000  # calls that wait at a scheduler: enough for many workers, and little to keep
@@ -239,5 +240,5 @@ def _prepare() -> None:
 
 
 def _limit_threads() -> None:
-    numba.set_num_threads(1)
+    threads.limit(1)
     threadpool_limits(1)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import signal
 import sys
 import time
@@ -16,10 +15,6 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NoReturn
-
-# Before numba starts its threads: else they spin while they wait, and where another program wants the same cores,
-# that makes ten seconds of exploration take forty.
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 import gymnasium as gym
 import numpy as np

@@ -9,15 +9,11 @@ single explorations, kept in --out/explorations. The same command goes on where 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-
-# Before numba starts its threads (see explore.py).
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 import command_line
 import gymnasium as gym
