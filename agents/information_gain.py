@@ -63,7 +63,7 @@ class InformationGain(Guided):
         threads: int | None = None,
     ) -> None:
         super().__init__(env, seed)
-        compiling.ensure(("agents.warming:looking_ahead",))
+        compiling.ensure(("agents.warming:looking_ahead",), self.hand)
         self.threads = side_by_side.check(threads)
         self.objective = validate.choice("objective", objective, OBJECTIVES)
         self.candidates = validate.integer("candidates", candidates, 1)

@@ -48,7 +48,7 @@ class MapLookahead:
         poses = np.concatenate([now, _swing(line, push, looks, every)], axis=1)
         grid = belief.grid
         return np.asarray(
-            _expected(
+            expected(
                 self._tree,
                 self._points,
                 self._body,
@@ -78,7 +78,7 @@ def _swing(line: Line, push: Array, looks: int, every: int) -> Array:
 
 
 @kernel()
-def _expected(tree, points, body, finger, poses, origin, resolution, entropy, log_empty):
+def expected(tree, points, body, finger, poses, origin, resolution, entropy, log_empty):
     """(M,) bits: of each path `poses` (M, 1 + T, J), from where the hand is now, the entropy of the cells that it
     sweeps, each once, by the probability that its finger gets there."""
     out = np.zeros(len(poses))

@@ -11,6 +11,7 @@ import hashlib
 import importlib
 import logging
 import os
+import pickle
 import subprocess
 import sys
 import threading
@@ -25,6 +26,7 @@ from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
 from haptic_env import compiled, kernel_cache
+from haptic_env.hand import Hand
 
 Progress = Callable[[int, int], object]
 LOG = logging.getLogger("haptic_slam")
@@ -35,8 +37,8 @@ _ready: set[str] = set()  # parts that this process need not ask for
 _compiles = False  # this process is one of those that compile
 
 
-def ensure(parts: Collection[str], progress: Progress | None = None) -> None:
-    """See to it that `parts` are compiled, each a function "module:name" that calls all that it needs.
+def ensure(parts: Collection[str], hand: Hand, progress: Progress | None = None) -> None:
+    """See to it that `parts` are compiled, each a function "module:name" that calls all that it needs for a `hand`.
 
     `progress` is called with how many functions are done and how many there are; None: a line is logged where anything
     has to be compiled. Where no process can be started, functions are compiled when they are called.
@@ -52,7 +54,7 @@ def ensure(parts: Collection[str], progress: Progress | None = None) -> None:
                 if progress is None:
                     LOG.warning(TOLD)
                 total, done = len(compiled.KERNELS), set[str]()
-                for name in _compile(missing):
+                for name in _compile(missing, hand):
                     if name in marks:
                         marks[name].touch()
                     elif progress is not None:
@@ -76,25 +78,27 @@ def _kernels(*packages: str) -> list[Dispatcher]:
     return [each for each in compiled.KERNELS if each.py_func.__module__.partition(".")[0] in packages]
 
 
-def _compile(parts: list[str]) -> Iterator[str]:
+def _compile(parts: list[str], hand: Hand) -> Iterator[str]:
     """Compile `parts`, each in a process; the names of functions as they are done, and of a part when all of it is."""
     heard: SimpleQueue[str] = SimpleQueue()
-    running: list[subprocess.Popen[str]] = []
+    running: list[subprocess.Popen[bytes]] = []
 
     def listen(part: str) -> None:
         try:
             with subprocess.Popen(
                 [sys.executable, "-P", "-c", CHILD, part],
-                stdin=subprocess.PIPE,  # by which it knows that this process lives
+                stdin=subprocess.PIPE,  # open as long as this process lives
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,  # what goes wrong there goes wrong here too, when the function is called
-                text=True,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             ) as child:
                 running.append(child)
+                assert child.stdin is not None
                 assert child.stdout is not None
+                pickle.dump(hand, child.stdin)
+                child.stdin.flush()
                 for line in child.stdout:
-                    heard.put(line.strip())
+                    heard.put(line.decode().strip())
                 if child.wait() == 0:
                     heard.put(part)
         finally:
@@ -131,7 +135,9 @@ def compile_part(part: str) -> None:
     """Compile `part`, in a process of its own, which ends with the one that asked for it."""
     global _compiles
     _compiles = True
-    threading.Thread(target=lambda: (sys.stdin.read(), os._exit(1)), daemon=True).start()
+    hand = pickle.load(sys.stdin.buffer)  # of the process that started this one
+    # Not by `sys.stdin`, whose lock would be held when this process ends.
+    threading.Thread(target=lambda: (os.read(sys.stdin.fileno(), 1), os._exit(1)), daemon=True).start()
     event.register("numba:compile", _Reporter())
     module, _, function = part.partition(":")
-    getattr(importlib.import_module(module), function)()
+    getattr(importlib.import_module(module), function)(hand)

@@ -152,7 +152,7 @@ class HapticSLAM:
         `joint_angles` (J,) rad: those felt at the reset, for a `motion` that does not know where the hand begins
         ("kinematic"); it need not be told. Raises `ValueError` where they are not finite.
         """
-        compiling.ensure(self._needs)
+        compiling.ensure(self._needs, self.hand)
         count, joints = self.n_particles, self.hand.joints
         self._rng = np.random.default_rng(seed)
         felt = None if joint_angles is None else validate.array("joint_angles", joint_angles, (joints,), "radians")

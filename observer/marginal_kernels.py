@@ -491,7 +491,7 @@ def _share(suspects, where, evidence, delta, own, n, touched, solid, hits, ring)
         for c in range(begin, end):
             beyond = max(hits[c] - evidence.shell, 0.0) * per_fall
             if hits[c] < -evidence.deep or beyond >= FARTHEST:
-                hits[c] = 0.0
+                hits[c], ring[c] = 0.0, 1.0
                 continue
             hits[c] = evidence.hit * FADE[int(beyond * (len(FADE) / FARTHEST))]
             ring[c] = 1.0 - hits[c] * evidence.probability[own[n, where[c]] + 128]

@@ -61,7 +61,7 @@ class PoseOnly:
 
     def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
         """Start at the rest pose, as `HapticSLAM.reset`; nothing here is left to chance, nor to what is felt first."""
-        compiling.ensure(compiling.USUAL)
+        compiling.ensure(compiling.USUAL, self.hand)
         self.pose.reset()
         self._contacts = []  # of every step so far
         self._told = 0  # steps that were told of

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import hands
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from observer import capsules, compiling, hindsight, metrics
@@ -23,7 +22,6 @@ from observer.occupancy import Maps
 from observer.pose_only import PoseOnly
 from observer.shape_posterior import ShapePosterior
 
-PLAIN = "two_finger"  # what is compiled does not depend on the hand
 UNKNOWN: dict[str, Any] = {"size_jitter": 0.1, "yaw_jitter": 10.0, "variants": 8}
 
 
@@ -33,21 +31,20 @@ def warm_up(hand: Hand, progress: Progress | None = None) -> None:
     Compiling takes its time once for each version of the code on each kind of processor. `progress` is called with how
     many functions are done and how many there are; None: a line is logged where anything has to be compiled.
     """
-    compiling.ensure(compiling.USUAL, progress)
+    compiling.ensure(compiling.USUAL, hand, progress)
     maps(hand)
     pose_and_hindsight(hand)
 
 
-def maps(hand: Hand | None = None) -> None:
+def maps(hand: Hand) -> None:
     """Steps of an observer with a map."""
-    observer = DeadReckoning(hands.make(PLAIN) if hand is None else hand, in_hindsight=False)
+    observer = DeadReckoning(hand, in_hindsight=False)
     _explore(observer)
     Maps(2, observer.grid, ContactModel().evidence(RESOLUTION).probability).weights_changed()
 
 
-def pose_and_hindsight(hand: Hand | None = None) -> None:
+def pose_and_hindsight(hand: Hand) -> None:
     """The pose filter, the posterior over names, and the map in hindsight."""
-    hand = hands.make(PLAIN) if hand is None else hand
     posteriors = ShapePosterior(hand), ShapePosterior(hand, **UNKNOWN)
     observer = PoseOnly(hand, control_hz=10.0)
     observer.reset()
@@ -63,19 +60,18 @@ def pose_and_hindsight(hand: Hand | None = None) -> None:
     hindsight.occupancy(moments, tree.link_body, grid, body, ContactModel())
 
 
-def sampled_matching() -> None:
+def sampled_matching(hand: Hand) -> None:
     """`HapticSLAM(matching="sample")`."""
-    _explore(HapticSLAM(hands.make(PLAIN), particles=2, matching="sample", lag=1))
+    _explore(HapticSLAM(hand, particles=2, matching="sample", lag=1))
 
 
-def smooth_motion() -> None:
+def smooth_motion(hand: Hand) -> None:
     """`HapticSLAM(motion="kinematic")`."""
-    _explore(HapticSLAM(hands.make(PLAIN), particles=2, motion="kinematic", lag=1))
+    _explore(HapticSLAM(hand, particles=2, motion="kinematic", lag=1))
 
 
-def known_solids() -> None:
+def known_solids(hand: Hand) -> None:
     """`HapticSLAM(solids=…)`."""
-    hand = hands.make(PLAIN)
     _explore(HapticSLAM(hand, particles=2, solids=ShapePosterior(hand), lag=1))
 
 

@@ -6,13 +6,11 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import observer
-from haptic_env import hands
-
-HAND = "two_finger"  # what is compiled is the same for all
+from haptic_env.hand import Hand
 
 
-def get_ready(console: Console) -> None:
-    """Compile what an exploration needs, with a bar, where that has not been done yet (`observer.warm_up`)."""
+def get_ready(console: Console, hand: Hand) -> None:
+    """Compile what an exploration with `hand` needs (`observer.warm_up`); with a bar, where that is yet to be done."""
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} of {task.total}")
     with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:
         task = bar.add_task("Compiling, once for this version on this machine", total=None, visible=False)
@@ -22,4 +20,4 @@ def get_ready(console: Console) -> None:
                 console.print("Compiling, once for this version on this machine (some 20 s on two idle cores) …")
             bar.update(task, completed=done, total=total, visible=True)
 
-        observer.warm_up(hands.make(HAND), tell)
+        observer.warm_up(hand, tell)

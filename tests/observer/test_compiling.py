@@ -21,12 +21,12 @@ from haptic_env.compiled import kernel
 @kernel()
 def twice(x):
     return 2.0 * x
-def go():
+def go(hand):
     twice(1.0)
-def fail():
+def fail(hand):
     twice(1.0)
     raise RuntimeError
-def hang():
+def hang(hand):
     import time
     print("hangs", flush=True)
     time.sleep(600)
@@ -43,29 +43,32 @@ def part(tmp_path, monkeypatch):
     return "parts_of_a_test"
 
 
-def test_a_part_is_compiled_once(part, monkeypatch, caplog):
+def test_a_part_is_compiled_once(part, two_finger, monkeypatch, caplog):
     told = []
-    compiling.ensure([f"{part}:go"], lambda done, total: told.append((done, total)))
+    compiling.ensure([f"{part}:go"], two_finger, lambda done, total: told.append((done, total)))
     assert told[-1][0] == told[-1][1] > 0
     assert len(list(kernel_cache.folder().glob("parts_of_a_test.twice-*.kernel"))) == 1
     monkeypatch.setattr(compiling, "_ready", set())  # as in a new process
-    monkeypatch.setattr(compiling, "_compile", lambda parts: pytest.fail("compiled again"))
-    compiling.ensure([f"{part}:go"])
+    monkeypatch.setattr(compiling, "_compile", lambda *_: pytest.fail("compiled again"))
+    compiling.ensure([f"{part}:go"], two_finger)
     assert not caplog.records, "nothing is said where there is nothing to do"
 
 
-def test_it_is_told_where_nobody_shows_progress(part, caplog):
-    compiling.ensure([f"{part}:go"])
+def test_it_is_told_where_nobody_shows_progress(part, two_finger, caplog):
+    compiling.ensure([f"{part}:go"], two_finger)
     assert [record.getMessage() for record in caplog.records] == [compiling.TOLD]
 
 
-def test_a_part_that_fails_is_not_done(part):
-    compiling.ensure([f"{part}:fail"])
+def test_a_part_that_fails_is_not_done(part, two_finger):
+    compiling.ensure([f"{part}:fail"], two_finger)
     assert not list(kernel_cache.folder().glob("*.compiled"))
 
 
 def test_who_compiles_ends_with_who_asked(part, tmp_path):
-    code = f"from observer import compiling; compiling.ensure(['{part}:hang'], print)"
+    code = (
+        "from haptic_env import hands; from observer import compiling; "
+        f"compiling.ensure(['{part}:hang'], hands.make('two_finger'), print)"
+    )
     path = os.pathsep.join(filter(None, sys.path))
     parent = subprocess.Popen(
         [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.PIPE
@@ -84,7 +87,7 @@ def test_who_compiles_ends_with_who_asked(part, tmp_path):
 
 def test_observers_ask_at_their_reset(monkeypatch, two_finger):
     asked = []
-    monkeypatch.setattr(compiling, "ensure", lambda parts, progress=None: asked.append(tuple(parts)))
+    monkeypatch.setattr(compiling, "ensure", lambda parts, hand, progress=None: asked.append(tuple(parts)))
     for name in NAMES:
         make_observer(name, two_finger, 3.0, 2).reset(seed=0)
         assert set(compiling.USUAL) <= set(asked.pop()), name
