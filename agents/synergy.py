@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import os
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ class Synergy(Policy):
     principal components, as many as hold nine tenths of the variance (or `synergies`), and the first is turned so that
     it closes the hand. None: `opposition_basis`, from the hand's kinematics.
 
-    Raises `ValueError` for a value out of range, recordings of other joints, or angles that the hand cannot have.
+    Raises `ValueError` for a value out of range, or recordings of other joints or of no angles.
     """
 
     blind = True
@@ -92,7 +93,6 @@ def posture_basis(hand: Hand, path: Path) -> Array:
         )
     angles = checks.numbers(str(path), "joint_angles", told, told.shape, hand.joint_names)
     checks.angles(str(path), "joint_angles", angles, hand.joint_names)
-    checks.reach(str(path), angles, hand)
     _, spread, components = np.linalg.svd(angles - angles.mean(axis=0), full_matrices=False)
     held = np.cumsum(spread**2) / max(float((spread**2).sum()), 1e-300)
     basis = components[: int(np.searchsorted(held, EXPLAINED)) + 1]
@@ -105,7 +105,9 @@ def _read(path: Path) -> NDArray[Any]:
     try:
         if path.suffix == ".npy":
             return np.atleast_2d(reading.array(path))
-        return np.loadtxt(io.StringIO(reading.text(path)), delimiter=",", ndmin=2)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that there is nothing in it, which its shape will tell
+            return np.loadtxt(io.StringIO(reading.text(path)), delimiter=",", ndmin=2)
     except (OSError, ValueError) as error:
         raise ValueError(
             f"recordings must be a .npy or .csv file of joint angles, got {str(path)!r}: {error}"

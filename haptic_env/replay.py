@@ -147,12 +147,14 @@ def _steady_rate(recording: Recording) -> float:
     """Frames a second; raises `ValueError` where they do not come at a steady rate, or one of no exploration."""
     rate = round((len(recording) - 1) / recording.seconds, 6)  # stamps are rounded
     validate.number(f"{recording.source}: frames a second", rate, 1.0, 1.0 / scene.PHYSICS_SECONDS, unit="Hz")
-    uneven = np.abs(np.diff(recording.time) * rate - 1.0) > UNEVEN
+    steps = np.diff(recording.time)
+    usual = np.median(steps)
+    uneven = np.abs(steps / usual - 1.0) > UNEVEN
     if uneven.any():
         frame = int(np.argmax(uneven))
         raise ValueError(
             f"{recording.source}: what was felt must be told at a steady rate, but frame {frame + 1} comes "
-            f"{recording.time[frame + 1] - recording.time[frame]:g} s after frame {frame}, not {1 / rate:g} s"
+            f"{steps[frame]:g} s after frame {frame}, not {usual:g} s"
         )
     return rate
 
