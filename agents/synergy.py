@@ -104,7 +104,7 @@ def posture_basis(hand: Hand, path: Path) -> Array:
 def _read(path: Path) -> NDArray[Any]:
     try:
         if path.suffix == ".npy":
-            return np.atleast_2d(reading.array(path))
+            return np.atleast_2d(reading.npy(path))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that there is nothing in it, which its shape will tell
             return np.loadtxt(io.StringIO(reading.text(path)), delimiter=",", ndmin=2)

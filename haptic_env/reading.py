@@ -1,6 +1,6 @@
 """Files that somebody hands over: nothing in them is run, and none is unpacked that says it is larger than may be.
 
-Errors do not name the file, but for those of `Arrays`: whoever reads a text says which one it was.
+Errors name the file where it holds arrays; whoever reads a text says which one it was.
 """
 
 from __future__ import annotations
@@ -58,7 +58,17 @@ def toml(path: Path | str) -> dict[str, Any]:
         raise ValueError("its tables and lists are nested too deeply") from error
 
 
-def array(path: Path | str) -> NDArray[Any]:
+def npz(path: Path | str, largest: int = LARGEST_ARRAYS) -> Arrays:
+    """The arrays in the `.npz` file at `path`; raises `ValueError` where it is none, or would take more than `largest`
+    bytes."""
+    try:
+        whole = content(path, largest)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return Arrays(whole, path, largest)
+
+
+def npy(path: Path | str) -> NDArray[Any]:
     """The array in the `.npy` file at `path`; raises `ValueError` where it is none, or too large."""
     whole = content(path)
     try:

@@ -47,10 +47,7 @@ def number(
     valid = f"a finite number in {bounds}" + (f" {unit}" if unit else "")
     if isinstance(value, bool) or not isinstance(value, Real):
         raise ValueError(f"{what} must be {valid}, got {value!r}")
-    try:
-        result = float(value)
-    except OverflowError:  # of an integer that no float holds
-        result = math.inf
+    result = float(value)
     if not math.isfinite(result) or not low <= result <= high or (above is not None and result <= above):
         raise ValueError(f"{what} must be {valid}, got {value!r}")
     return result

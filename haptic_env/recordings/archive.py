@@ -47,11 +47,7 @@ Content = Mapping[str, NDArray[Any]]
 
 def read(path: Path, *, part: str | None, largest_gap: float, **_: Any) -> Recording:
     """The recording in `path`, or the `part` of a file of demonstrations; raises `ValueError` for what is wrong."""
-    try:
-        whole = reading.content(path)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
-    content = reading.Arrays(whole, path)
+    content = reading.npz(path)
     if adroit_demonstrations.recognise(content):
         return adroit_demonstrations.pick(path, content, part)
     if part is not None:
