@@ -132,8 +132,9 @@ def places(source: str, what: str, value: Array) -> None:
 
 def turns(source: str, what: str, value: Array) -> None:
     """Raise `ValueError` for a quaternion in `value` (T, 4) wxyz that is no rotation."""
-    # Squares of numbers that large would be infinite, and their lengths are wrong anyway.
-    length = np.linalg.norm(np.clip(value, -1e100, 1e100), axis=1)
+    largest = np.maximum(np.abs(value).max(axis=1), 1.0)  # whose square may be infinite
+    with np.errstate(over="ignore"):
+        length = largest * np.linalg.norm(value / largest[:, None], axis=1)
     wrong = np.abs(length - 1.0) > ROUNDED
     if wrong.any():
         frame = int(np.argmax(wrong))

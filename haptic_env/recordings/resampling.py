@@ -49,10 +49,16 @@ def resample(recording: Recording, control_hz: float) -> Recording:
     return replace(
         recording,
         time=recording.time[0] + time,
-        joint_angles=PchipInterpolator(passed, recording.joint_angles)(time),
+        joint_angles=_between(recording.joint_angles, passed, time),
         root=_moved(recording.root, passed, time),
         object=_moved(recording.object, passed, time),
     )
+
+
+def _between(values: Array, passed: Array, time: Array) -> Array:
+    """`values` (T, …), known at the times `passed` (T,), at `time` (K,)."""
+    with np.errstate(over="ignore"):  # where next to nothing changes, the reciprocal of the slope may be infinite
+        return PchipInterpolator(passed, values)(time)
 
 
 def _moved(track: Track | None, passed: Array, time: Array) -> Track | None:
@@ -60,4 +66,4 @@ def _moved(track: Track | None, passed: Array, time: Array) -> Track | None:
     if track is None:
         return None
     turns = Slerp(passed, Rotation.from_quat(track.quaternion, scalar_first=True))(time)
-    return Track(PchipInterpolator(passed, track.position)(time), turns.as_quat(scalar_first=True))
+    return Track(_between(track.position, passed, time), turns.as_quat(scalar_first=True))

@@ -289,6 +289,13 @@ def test_resampling_goes_through_the_frames_and_does_not_overshoot() -> None:
     np.testing.assert_allclose(np.abs(finer.root.quaternion[4]), [0, 0, 0, 1], atol=1e-9)  # q and -q are one turn
 
 
+@pytest.mark.parametrize("least", [5e-324, 1e-300])
+def test_what_hardly_changes_is_resampled(least: float) -> None:
+    angles = least * np.arange(12.0).reshape(6, 2)
+    finer = recordings.resample(made(joint_angles=angles, felt=None), 100.0)
+    assert (np.abs(finer.joint_angles) <= angles.max()).all()
+
+
 def test_what_was_felt_is_not_resampled() -> None:
     with pytest.raises(ValueError, match="cannot be told at another; its own is 50 Hz"):
         recordings.resample(made(), 100.0)
