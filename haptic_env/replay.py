@@ -18,7 +18,7 @@ from haptic_env import scene, validate
 from haptic_env.explore import ExploreEnv, Observation
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from haptic_env.recordings import Recording, resample
+from haptic_env.recordings import Recording, checks, resample
 from haptic_env.shapes.base import Solid
 
 UNEVEN = 0.01  # of a step: stamps are rounded
@@ -39,6 +39,7 @@ class KinematicReplay(ExploreEnv):
         """
         super().__init__(hand, reveal_truth=True, **{"episode_seconds": recording.seconds, **keywords})
         solid.shape.check_size(solid.size)
+        validate.array("place of the object in the frame of its path", solid.position, (3,), "m", bound=checks.APART)
         recording.angles_of(self.hand)  # before it has other frames, which no error should tell of
         self.recording = resample(recording, self.control_hz)
         self._angles = self.recording.angles_of(self.hand)

@@ -210,3 +210,5 @@ def test_a_resampling_has_a_limit(seconds: float, rate: float, told: str) -> Non
 def test_a_replay_is_of_an_object_for_a_hand() -> None:
     with pytest.raises(ValueError, match=r"object size must lie in \[0.005, 0.3\] m"):
         KinematicReplay("two_finger", WHOLE, replace(CUBE, size=(40.0,) * 3))
+    with pytest.raises(ValueError, match=r"place of the object in the frame of its path must lie in \[-5, 5\]"):
+        KinematicReplay("two_finger", WHOLE, replace(CUBE, position=(0.0, 40.0, 0.0)))
