@@ -6,7 +6,6 @@ import argparse
 import importlib.util
 import itertools
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -19,7 +18,7 @@ from results import Results
 from tasks import Settings, columns, versions
 
 import agents
-from haptic_env import shapes, validate
+from haptic_env import reading, shapes, validate
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
 from observer.variants import ABLATION, FULL, VARIANTS, WITHOUT_MAP
@@ -158,8 +157,7 @@ def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: M
 
 def read(path: Path, options: Options) -> dict[str, Any]:
     """What the TOML file at `path` sets, each of the right type; else raises `ValueError`, or `OSError`."""
-    content = tomllib.loads(path.read_bytes().decode())
-    return {name: _typed(name, value, options) for name, value in content.items()}
+    return {name: _typed(name, value, options) for name, value in reading.toml(path).items()}
 
 
 def _typed(name: str, value: Any, options: Options) -> Any:

@@ -256,9 +256,15 @@ def explore(
 
 
 def summarise(
-    settings: Settings, exploration: Exploration, accounts: dict[str, Account], truth: str, took: float
+    settings: Settings,
+    exploration: Exploration,
+    accounts: dict[str, Account],
+    truth: str,
+    took: float,
+    simulated: bool = False,
 ) -> dict[str, Any]:
-    """The figures of one exploration, for people (`table`) and machines (explore.json) alike."""
+    """The figures of one exploration, for people (`table`) and machines (explore.json) alike; `simulated` on an object
+    that is not the recording's own, so that its name is nobody's truth."""
     slam, solid, roots = accounts[OBSERVER], exploration.solid, exploration.roots
     belief = slam.belief
     touched = metrics.touched_places(
@@ -281,8 +287,9 @@ def summarise(
         "explored_seconds": float(exploration.seconds[-1]),
         "computing_seconds": took,
         "named": slam.name,
-        "truth": truth,
-        "correct": slam.name == truth,
+        "truth": None if simulated else truth,
+        "correct": None if simulated else slam.name == truth,
+        **({**recorded.SIMULATED, "simulated_object": truth} if simulated else {}),
         "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
         "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
         "touching_share": float(touching.mean()),
@@ -301,16 +308,18 @@ def summarise(
 
 def table(summary: dict[str, Any]) -> Table:
     """The figures as a person reads them."""
-    named, truth, sure = summary["named"], summary["truth"], summary["posterior"][summary["named"]]
+    named, sure = summary["named"], summary["posterior"][summary["named"]]
     result = Table(
         show_header=False, title=f"After {summary['explored_seconds']:g} s of blind touch", title_justify="left"
     )
     result.add_column(style="dim")
     result.add_column()
-    mark = "[green]right[/]" if summary["correct"] else "[red]wrong[/]"
+    truth, simulated = _object(summary)
+    mark = "[green]right[/]" if named == truth else "[red]wrong[/]"
     result.add_row("the object is a", Text(title_of(named), style=f"bold {colours_of(summary['posterior'])[named]}"))
     result.add_row("how sure", f"{sure:.1%}")
-    result.add_row("in truth it is a", f"{title_of(truth)} ({mark})")
+    there = "contacts are simulated with a" if simulated else "in truth it is a"
+    result.add_row(there, f"{title_of(truth)} ({mark})")
     when = summary["time_to_decision"]
     result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
     result.add_section()
@@ -327,6 +336,12 @@ def table(summary: dict[str, Any]) -> Table:
     result.add_row("fingers touched it", f"{summary['touching_share']:.0%} of the time")
     result.add_row("computing took", f"{summary['computing_seconds']:.1f} s")
     return result
+
+
+def _object(summary: dict[str, Any]) -> tuple[str, bool]:
+    """The object of an exploration, and whether it is there in the simulation alone."""
+    simulated = summary["truth"] is None
+    return summary["simulated_object" if simulated else "truth"], simulated
 
 
 def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], summary: dict[str, Any]) -> None:
@@ -353,9 +368,12 @@ def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], 
         ),
     }
     draw_pose_error(left, exploration.seconds, errors, exploration.contacts.any(axis=1), settings["sigma"])
-    draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, summary["truth"])
+    truth, simulated = _object(summary)
+    draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, truth)
     sure = summary["posterior"][slam.name]
-    verdict = "right" if summary["correct"] else f"wrong: a {title_of(summary['truth'])}"
+    verdict = "right" if slam.name == truth else f"wrong: a {title_of(truth)}"
+    if simulated:
+        verdict = f"contacts simulated with a {title_of(truth)}"
     figure.suptitle(
         f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°: "
         f"“a {title_of(slam.name)}”, {sure:.0%} sure ({verdict})",
@@ -406,19 +424,21 @@ def main(arguments: list[str] | None = None) -> int:
     seconds = session.env.unwrapped.episode_steps / session.env.unwrapped.control_hz  # type: ignore[attr-defined]
     how = f", as in {recording.source}" if recording else ""
     console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
+    if session.simulated:
+        console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
     try:
         exploration, accounts, took, stopped = explore(settings, session, console)
     except ValueError as error:  # an object that this hand cannot hold
         sys.stderr.write(f"explore.py: error: {error}\n")
         return 2
     truth = recorded.truth_among(exploration.solid, session.candidates)
-    summary = summarise(settings, exploration, accounts, truth, took)
+    summary = summarise(settings, exploration, accounts, truth, took, session.simulated)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, accounts, summary)
     save_trace(out / "explore.npz", exploration, accounts)
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
-        kept = {name: getattr(settings, name) for name in DEFAULTS}
+        kept = {name: getattr(settings, name) for name in DEFAULTS} | (recorded.SIMULATED if session.simulated else {})
         recordings.write(place, recorded.as_recording(exploration, kept, session.followed))
     console.print(table(summary))
     files = "explore.json, explore.npz, recording.npz"

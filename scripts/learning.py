@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 import time
 import warnings
 from dataclasses import asdict
@@ -17,7 +18,7 @@ import torch
 from files import write_json
 from imitation import imitate
 from learning_curve import draw
-from presets import RAW, Preset
+from presets import RAW, Preset, configuration
 from rich.console import Console
 from sb3_contrib import RecurrentPPO
 from stable_baselines3.common.base_class import BaseAlgorithm
@@ -25,6 +26,8 @@ from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
 from stable_baselines3.common.vec_env import VecEnv
 from tasks import versions
 from training_env import make_vector
+
+from haptic_env import reading
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
     "PPO": stable_baselines3.PPO,
@@ -63,12 +66,12 @@ class HeldOutEvaluation(EvalCallback):
         self.best_mean_reward = best
         if not path.exists():
             return
-        with np.load(path) as kept:
-            upto = kept["timesteps"] <= decisions
-            self.evaluations_timesteps = list(kept["timesteps"][upto])
-            self.evaluations_results = list(kept["results"][upto])
-            self.evaluations_length = list(kept["ep_lengths"][upto])
-            self.evaluations_successes = list(kept["successes"][upto])
+        kept = reading.npz(path)
+        upto = kept["timesteps"] <= decisions
+        self.evaluations_timesteps = list(kept["timesteps"][upto])
+        self.evaluations_results = list(kept["results"][upto])
+        self.evaluations_length = list(kept["ep_lengths"][upto])
+        self.evaluations_successes = list(kept["successes"][upto])
 
 
 class Save(BaseCallback):
@@ -115,7 +118,10 @@ def prepare(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, l
         model.set_random_seed(preset.seed + model.num_timesteps)  # not the episodes that it began with
         return model
     keywords = {**preset.learner, "policy_kwargs": dict(preset.learner.get("policy_kwargs", {}))}
-    model = algorithm(env=env, seed=preset.seed, device="cpu", tensorboard_log=log, **keywords)
+    try:
+        model = algorithm(env=env, seed=preset.seed, device="cpu", tensorboard_log=log, **keywords)
+    except (AssertionError, TypeError, ValueError) as error:  # of values that do not go together
+        raise ValueError(f"[learner] makes no {preset.algorithm}: {error}") from error
     # Saved with the model: what the policy "sb3" must know to show it the same again.
     model.exploration = {  # type: ignore[attr-defined]
         "env": preset.world.env,
@@ -145,7 +151,14 @@ def train(preset: Preset, jobs: int, out: Path, console: Console) -> int:
     env = make_vector(preset.world, preset.envs, jobs)
     held_out = make_vector(preset.world, min(4, preset.envs), jobs, held_out=True)
     began = time.monotonic()
-    model = prepare(preset, env, found, str(out / "tensorboard"))
+    try:
+        model = prepare(preset, env, found, str(out / "tensorboard"))
+    except ValueError as error:
+        env.close()
+        held_out.close()
+        sys.stderr.write(f"train.py: error: {error}\n")
+        return 2
+    write_json(out / "config.json", configuration(preset))
     evaluation = HeldOutEvaluation(held_out, preset, out)
     seconds = time.monotonic() - began
     if found is not None:
@@ -184,9 +197,9 @@ def _report(preset: Preset, model: BaseAlgorithm, seconds: float, out: Path, con
     }
     console.print(f"{told['environment_steps']} steps in {seconds / 60:.1f} min")
     if (out / EVALUATIONS).exists():
-        with np.load(out / EVALUATIONS) as kept:
-            rewards, right, lengths = kept["results"], kept["successes"], kept["ep_lengths"]
-            decisions = kept["timesteps"]
+        kept = reading.npz(out / EVALUATIONS)
+        rewards, right, lengths = kept["results"], kept["successes"], kept["ep_lengths"]
+        decisions = kept["timesteps"]
         steps, seconds_of = preset.world.hold * decisions, _decision_seconds(preset) * lengths
         draw(out / "learning_curve.png", steps, rewards, seconds_of, right, preset.world.seconds)
         best = int(rewards.mean(axis=1).argmax())

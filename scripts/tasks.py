@@ -11,7 +11,6 @@ from dataclasses import asdict, astuple, dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import BadZipFile
 
 import gymnasium as gym
 import numpy as np
@@ -23,7 +22,7 @@ from trial import TRUE_POSE, Account, Exploration, Trial, candidates_of, guided,
 import agents
 import haptic_env
 import observer as observer_package
-from haptic_env import shapes, validate
+from haptic_env import reading, shapes, validate
 from haptic_env.grid import Grid
 from observer import ShapePosterior, metrics, variants
 from observer.classifiers import CLASSIFIERS, MapClassifier
@@ -375,9 +374,8 @@ def classifiers(namer: str, observer: str, labels: Sequence[str], exemplars: Exe
         maps = []
         for name, content in draw:
             try:
-                with np.load(io.BytesIO(content)) as kept:
-                    maps.append(kept[observer])
-            except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+                maps.append(reading.Arrays(content, name)[observer])
+            except (ValueError, KeyError) as error:
                 raise ValueError(f"the exemplar {name} is corrupt ({error}); delete it and run again") from error
         fitted.append(CLASSIFIERS[namer]().fit(maps, list(labels)))
     return fitted

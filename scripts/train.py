@@ -12,7 +12,7 @@ import importlib.util
 import json
 import os
 import sys
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 if __name__ == "__main__":  # each process computes on one core: environments run side by side
@@ -23,7 +23,6 @@ if __name__ == "__main__":  # each process computes on one core: environments ru
 
 import presets
 from explore import Parser
-from files import write_json
 from joblib import cpu_count
 from presets import Preset
 from rich.console import Console
@@ -65,18 +64,15 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
 
 
 def _same_configuration(path: Path, preset: Preset) -> None:
-    """A folder holds one run; only how long it is may change."""
-    config = json.loads(json.dumps({**asdict(preset), "steps": None}))
-    if path.exists():
-        kept = json.loads(path.read_text())
-        for key in config:
-            if kept.get(key) != config[key]:
-                raise ValueError(
-                    f"{path.parent} holds a run with {key} = {kept.get(key)!r}, not {config[key]!r}; "
-                    "choose another --out"
-                )
-    else:
-        write_json(path, config)
+    """A folder holds one run."""
+    if not path.exists():
+        return
+    kept = json.loads(path.read_text())
+    for key, value in presets.configuration(preset).items():
+        if kept.get(key) != value:
+            raise ValueError(
+                f"{path.parent} holds a run with {key} = {kept.get(key)!r}, not {value!r}; choose another --out"
+            )
 
 
 def main(arguments: list[str] | None = None) -> int:
