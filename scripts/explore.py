@@ -9,16 +9,15 @@ from __future__ import annotations
 import argparse
 import math
 import signal
-import sys
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 import recorded
+from claim import claimed
 from drawing import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
 from files import atomic, write_json
 from matplotlib.figure import Figure
@@ -28,7 +27,10 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
-from style import OBSERVER_COLOURS, colours_of, title_of
+from style import OBSERVER_COLOURS, as_drawn, colours_of, titles_of
+from terminal import Parser as Parser  # other commands take these two from here
+from terminal import as_path, make_console, tell_error
+from terminal import program as program
 from trial import Account, Exploration, Trial, candidates_of, guided, make_observers
 
 import agents
@@ -90,22 +92,6 @@ def environment(name: str) -> str:
     return of_hand.get(validate.choice("--hand or --env", name, (*of_hand, *haptic_env.ENVIRONMENTS)), name)
 
 
-class Parser(argparse.ArgumentParser):
-    """Tells what is wrong in one line."""
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: error: {message}\n")
-
-
-def program(main: Callable[[], int]) -> NoReturn:
-    """Run `main`, and end the program with its exit code; with 130 where Ctrl-C came before it wrote anything."""
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.stderr.write(f"{Path(sys.argv[0]).name}: stopped; nothing was written\n")
-        sys.exit(130)
-
-
 def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
     """Read and check the command line, and the recording that it names; ends the program with code 2 where either
     makes no sense."""
@@ -115,6 +101,7 @@ def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
     add(
         "--shape",
         "--mesh",
+        type=as_path,
         help=f"{', '.join(shapes.SHAPES)}, or a mesh file (default: drawn at random, hidden until the end)",
     )
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
@@ -123,14 +110,25 @@ def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
     add("--particles", type=int, help="hypotheses of the observer (default 200)")
     add(
         "--policy",
+        type=as_path,
         default="random_torque",
         help=f"{', '.join(agents.POLICIES)}, or a saved model.zip (default random_torque)",
     )
     add("--seed", type=int, help="the same seed is the same exploration (default 0)")
-    add("--recording", metavar="FILE", help="let the hand repeat this recording: .npz, or the .txt of a CyberGlove")
+    add(
+        "--recording",
+        type=as_path,
+        metavar="FILE",
+        help="let the hand repeat this recording: .npz, or the .txt of a CyberGlove",
+    )
     add("--part", metavar="NAME", help="which recording, of a file that holds several")
-    add("--calibration", metavar="FILE", help="TOML: what the sensors of a glove mean (default: as for GraspDB14)")
-    add("--out", default="out/explore", help="folder for the results (default out/explore)")
+    add(
+        "--calibration",
+        type=as_path,
+        metavar="FILE",
+        help="TOML: what the sensors of a glove mean (default: as for GraspDB14)",
+    )
+    add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("calibration")
     recording: Recording | None = None
@@ -151,10 +149,6 @@ def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
         parser.error(str(error))
     except OSError as error:
         parser.error(f"--recording cannot be read: {error}")
-    try:
-        Path(settings.out).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        parser.error(f"--out must be a folder that can be written to: {error}")
     return settings, recording
 
 
@@ -164,6 +158,7 @@ class Screen:
     def __init__(self, console: Console, trial: Trial) -> None:
         self.console, self.trial = console, trial
         self.watcher = trial.watchers[OBSERVER]
+        self.titles = titles_of(self.watcher.posterior)
         self.live = Live(console=console, refresh_per_second=8, transient=True) if console.is_terminal else None
         self._shown = time.monotonic()
 
@@ -186,7 +181,7 @@ class Screen:
             self._shown = time.monotonic()
             self.live.update(self._panel(seconds, step))
         elif self.live is None and step % each == 0:
-            names = "  ".join(f"{title_of(name)} {p:4.0%}" for name, p in self.watcher.posterior.items())
+            names = "  ".join(f"{self.titles[name]} {p:4.0%}" for name, p in self.watcher.posterior.items())
             self.console.print(f"{seconds:5.1f} s  Neff {self.watcher.belief.n_eff:6.1f}  {names}", highlight=False)
 
     def _panel(self, seconds: float, step: int) -> Group:
@@ -200,7 +195,7 @@ class Screen:
         bars = Table.grid(padding=(0, 2))
         colours = colours_of(self.watcher.posterior)
         for name, p in self.watcher.posterior.items():
-            bars.add_row(title_of(name), Bar(1.0, 0.0, p, width=30, color=colours[name]), f"{p:4.0%}")
+            bars.add_row(self.titles[name], Bar(1.0, 0.0, p, width=30, color=colours[name]), f"{p:4.0%}")
         return Group(head, bars)
 
 
@@ -315,11 +310,12 @@ def table(summary: dict[str, Any]) -> Table:
     result.add_column(style="dim")
     result.add_column()
     truth, simulated = _object(summary)
-    mark = "[green]right[/]" if named == truth else "[red]wrong[/]"
-    result.add_row("the object is a", Text(title_of(named), style=f"bold {colours_of(summary['posterior'])[named]}"))
+    titles = titles_of(summary["posterior"])
+    mark = ("right", "green") if named == truth else ("wrong", "red")
+    result.add_row("the object is a", Text(titles[named], style=f"bold {colours_of(summary['posterior'])[named]}"))
     result.add_row("how sure", f"{sure:.1%}")
     there = "contacts are simulated with a" if simulated else "in truth it is a"
-    result.add_row(there, f"{title_of(truth)} ({mark})")
+    result.add_row(there, Text.assemble(titles[truth], " (", mark, ")"))
     when = summary["time_to_decision"]
     result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
     result.add_section()
@@ -371,12 +367,13 @@ def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], 
     truth, simulated = _object(summary)
     draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, truth)
     sure = summary["posterior"][slam.name]
-    verdict = "right" if slam.name == truth else f"wrong: a {title_of(truth)}"
+    titles = titles_of(slam.labels)
+    verdict = "right" if slam.name == truth else f"wrong: a {as_drawn(titles[truth])}"
     if simulated:
-        verdict = f"contacts simulated with a {title_of(truth)}"
+        verdict = f"contacts simulated with a {as_drawn(titles[truth])}"
     figure.suptitle(
         f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°: "
-        f"“a {title_of(slam.name)}”, {sure:.0%} sure ({verdict})",
+        f"“a {as_drawn(titles[slam.name])}”, {sure:.0%} sure ({verdict})",
         fontsize=13,
         fontweight="bold",
     )
@@ -414,13 +411,21 @@ def save_trace(path: Path, exploration: Exploration, accounts: dict[str, Account
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     settings, recording = parse(arguments)
-    console = Console()
+    with claimed(Path(settings.out)):
+        return run(settings, recording)
+
+
+def run(settings: Settings, recording: Recording | None) -> int:
+    """Explore, and write what came of it to the folder that is claimed; returns the exit code."""
+    console = make_console()
     try:
         session = begin(settings, recording)
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
-        sys.stderr.write(f"explore.py: error: {error}\n")
+        tell_error(str(error))
         return 2
-    what = f"a {title_of(settings.shape)}" if settings.shape else "a hidden object"
+    what = "a hidden object"
+    if settings.shape:
+        what = f"a {titles_of((*session.candidates, settings.shape))[settings.shape]}"
     seconds = session.env.unwrapped.episode_steps / session.env.unwrapped.control_hz  # type: ignore[attr-defined]
     how = f", as in {recording.source}" if recording else ""
     console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
@@ -429,7 +434,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         exploration, accounts, took, stopped = explore(settings, session, console)
     except ValueError as error:  # an object that this hand cannot hold
-        sys.stderr.write(f"explore.py: error: {error}\n")
+        tell_error(str(error))
         return 2
     truth = recorded.truth_among(exploration.solid, session.candidates)
     summary = summarise(settings, exploration, accounts, truth, took, session.simulated)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from conditions import FACTORS
-from files import atomic
+from files import atomic, part_of_name
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich import box
@@ -64,7 +64,7 @@ def parts(rows: pd.DataFrame, together: Sequence[str] = ("sigma_deg",)) -> Itera
         yield "", rows
         return
     for values, part in rows.groupby(varying, sort=False):
-        yield ",".join(f"{name}={value}" for name, value in zip(varying, values, strict=True)), part
+        yield ",".join(f"{name}={part_of_name(value)}" for name, value in zip(varying, values, strict=True)), part
 
 
 def save_picture(summary: pd.DataFrame, namers: Sequence[str], chance: float, folder: Path) -> None:

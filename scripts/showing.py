@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from files import part_of_name
 from numpy.typing import NDArray
 from report import SLAM
-from tasks import Task, make_trial, versions
+from tasks import Task, files_of, make_trial, versions
 
 from haptic_env import reading, shapes
 from haptic_env.grid import Grid
@@ -129,8 +130,9 @@ def _show(task: Task) -> bytes:
 
 def file_of(folder: Path, task: Task) -> Path:
     """Where the showing of `task` is kept: a name that no other task, and no other version of the code, has."""
-    told = json.dumps([asdict(task), versions()], sort_keys=True)
-    return folder / f"{task.shape}_{task.condition.sigma_deg:g}_{hashlib.sha256(told.encode()).hexdigest()[:12]}.npz"
+    told = json.dumps([asdict(task), versions() | files_of(task.settings)], sort_keys=True)
+    digest = hashlib.sha256(told.encode()).hexdigest()[:12]
+    return folder / f"{part_of_name(task.shape)}_{task.condition.sigma_deg:g}_{digest}.npz"
 
 
 def read(path: Path) -> Showing:
