@@ -136,7 +136,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         """
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before step()")
-        command = validate.array("action", action, self._joints, bound=1.0)
+        command = validate.array("action", action, self._joints, bound=1.0, names=self.hand.joint_names)
         self._data.ctrl[:] = self.motor_noise.sample(self._motor_rng, command)
         # `substeps` of mj_step, cut where the torques enter: what comes before them was computed at the end of the
         # last step, so that contacts and frames are those of the state that is observed.

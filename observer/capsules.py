@@ -124,7 +124,7 @@ def reach_of(body, evidence, place):
             if lost == 0:
                 break
             free[link, b] = lost
-            carved[link] = np.sqrt((b + 1) * bin[link])
+            carved[link] = np.sqrt((b + 1) * bin[link]) * (1.0 - 1e-12)  # rounding leads to no bin beyond the last
     fall = np.hypot(evidence.fall, evidence.blur * place)
     return Reach(place, free, bin, carved, fall, body.radius + evidence.shell + 2.5 * fall)
 
@@ -231,9 +231,11 @@ def ringing(body, contacts):
 @numba.njit(cache=True)
 def room(body, lattice, reach, touched):
     """More than the number of cells at most `reach` (L,) m from the bones of the `touched` (L,) links."""
+    voxels = float(lattice.shape[0] * lattice.shape[1] * lattice.shape[2])
     most = 0.0
     for link in range(len(body.radius)):
         if touched[link]:
             radius = reach[link] + lattice.resolution
-            most += np.pi * radius**2 * (body.length[link] + 4.0 / 3.0 * radius)
-    return int(most / lattice.resolution**3) + 1
+            volume = np.pi * radius**2 * (body.length[link] + 4.0 / 3.0 * radius)
+            most += min(volume / lattice.resolution**3, voxels)
+    return int(most) + 1
