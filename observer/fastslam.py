@@ -91,7 +91,7 @@ class HapticSLAM:
         sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
-        self.hand = hand
+        self.hand, self.control_hz = hand, rate
         self.n_particles = validate.integer("particles", particles, 1)
         self.n_candidates = validate.integer("candidates", candidates, 1)
         self.matching = validate.choice("matching", matching, MATCHING)

@@ -147,7 +147,7 @@ class PoseFilter:
         speeds, sd = along[still].reshape(-1, joints), self._speeds[felt[still]].ravel()
         if np.count_nonzero(still) > MANY:
             # As many as there are joints say the same: rows of unit variance with the same sum of squares.
-            speeds = np.linalg.qr(speeds / sd[:, None], mode="r")
+            speeds = np.asarray(np.linalg.qr(speeds / sd[:, None], mode="r"))
             sd = np.ones(len(speeds))
         rows = np.zeros((len(speeds), 2 * joints))
         rows[:, joints:] = speeds

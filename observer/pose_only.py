@@ -46,7 +46,7 @@ class PoseOnly:
         """
         self.hand = hand
         self.stride = validate.integer("stride", stride, 1)
-        rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
+        self.control_hz = rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.lag = self.stride * max(1, round(LAG_SECONDS * rate / self.stride))
         edge.memory(f"stride={stride}", edge.of_poses(hand.joints, self.lag + self.stride))
         if dynamics is not None:
