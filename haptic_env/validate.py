@@ -23,9 +23,9 @@ QUOTED = 300  # characters of a value that an error quotes
 
 
 def shown(value: object) -> str:
-    """`value` as an error quotes it, no more than its beginning."""
+    """`value` as an error quotes it: in one line, and no more than its beginning."""
     try:
-        text = repr(value)
+        text = " ".join(line.strip() for line in repr(value).splitlines())
     except Exception:  # of an int of thousands of digits, say, or whatever a stranger's class does
         text = f"a value of type {type(value).__name__}"
     return text if len(text) <= QUOTED else f"{text[:QUOTED]}…"
@@ -154,6 +154,16 @@ def numbers(what: str, value: ArrayLike, dimensions: int | None = None) -> NDArr
     if wrong.any():
         raise ValueError(f"{what} must be an array of finite numbers{many}, got {_first(given, wrong)}")
     return result
+
+
+def together(**arrays: ArrayLike) -> list[NDArray[np.float64]]:
+    """Return `arrays` of finite numbers, all of the one shape that they can be broadcast to; else `ValueError`."""
+    checked = {what: numbers(what, value) for what, value in arrays.items()}
+    try:
+        return list(np.broadcast_arrays(*checked.values()))
+    except ValueError:
+        shapes = ", ".join(f"{what} of {value.shape}" for what, value in checked.items())
+        raise ValueError(f"{' and '.join(checked)} must be of one shape, got {shapes}") from None
 
 
 def probabilities(what: str, value: ArrayLike, dimensions: int | None = None) -> NDArray[np.float64]:
