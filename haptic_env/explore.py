@@ -100,9 +100,20 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         )
         self._model: mujoco.MjModel | None = None
         self._data: Any = None
+        self._touch: Touch | None = None
         self._renderer: Any = None
         self._steps = 0
         self._command = np.zeros(joints)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy, here or in another process, goes on as this one would; its window is another."""
+        return {**vars(self), "_renderer": None, "_touch": None}  # the latter sees the memory of this one
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        if self._data is not None:
+            self._model = None if self._model is None else self._data.model
+            self._touch = Touch(self.hand, self._data.model, self._data)
 
     @property
     def steps(self) -> int:
@@ -260,6 +271,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def _feel(self) -> NDArray[np.bool_]:
         """(P,): the patches that really touch the object."""
+        assert self._touch is not None
         return self._touch.feel()
 
     def _observe(self) -> Observation:
