@@ -229,7 +229,9 @@ def explore(
 
     names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
     observers: dict[str, Observer] = {}
+    rate: float = session.env.unwrapped.control_hz  # type: ignore[attr-defined]
     for name, told in names.items():
+        told = {"control_hz": rate, **told}
         observers |= make_observers((name,), session.hand, settings.sigma, settings.particles, **told)
     env = session.env
     if isinstance(session.policy, str):
