@@ -18,6 +18,8 @@ from typing import Any
 # Before numba starts its threads: else they spin while they wait, and where another program wants the same cores,
 # that makes ten seconds of exploration take forty.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules are loaded Ctrl-C ends it without a word
 
 import gymnasium as gym
 import numpy as np
