@@ -9,6 +9,7 @@ single explorations, kept in --out/explorations. The same command goes on where 
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
