@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
 from haptic_env.shapes import mesh
-from haptic_env.shapes.base import FAR, Shape, Solid
+from haptic_env.shapes.base import Shape, Solid
 from haptic_env.shapes.cube import Cube
 from haptic_env.shapes.cylinder import Cylinder
 from haptic_env.shapes.pyramid import Pyramid
