@@ -15,7 +15,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import EpisodeStart, Policy, State
+from agents.policy import Policy, State
 from agents.reach import Reach
 from agents.smooth_chance import SmoothChance
 from haptic_env import validate
@@ -60,11 +60,9 @@ class Synergy(Policy):
         self.mean[0] = validate.number("flexion", flexion, -1.0, 1.0)
         self.drive = SmoothChance(env, len(self.basis), sd=sd, seconds=seconds)
 
-    def predict(
-        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
-    ) -> tuple[NDArray[np.float32], State]:
+    def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state` holds the process (S,). `deterministic` takes its mean step."""
-        drive = self.drive.next(self.rng, state, episode_start, deterministic)
+        drive = self.drive.next(self.rng, state, deterministic)
         torque = np.clip((self.mean + drive) @ self.basis, -1.0, 1.0)
         return torque.astype(np.float32), (drive,)
 

@@ -4,32 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from haptic_env.files import atomic as atomic
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-
-
-@contextmanager
-def atomic(path: Path) -> Iterator[Path]:
-    """A place beside `path` to write to; what was written there becomes `path` when all went well."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}-", suffix=path.suffix)
-    os.close(handle)
-    place = Path(name)
-    try:
-        yield place
-        with place.open("rb") as written:
-            os.fsync(written.fileno())
-        place.chmod(0o644)
-        place.replace(path)
-    finally:
-        place.unlink(missing_ok=True)
 
 
 def write_table(folder: Path, name: str, table: pd.DataFrame, picture: Figure) -> list[str]:
