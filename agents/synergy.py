@@ -19,6 +19,7 @@ from agents.policy import Policy, State
 from agents.reach import Reach
 from agents.smooth_chance import SmoothChance
 from haptic_env import validate
+from haptic_env.arrays import read_npy
 from haptic_env.hand import Hand
 
 Array = NDArray[np.float64]
@@ -51,7 +52,7 @@ class Synergy(Policy):
     ) -> None:
         super().__init__(env, seed)
         hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
-        basis = opposition_basis(hand) if recordings is None else posture_basis(hand, Path(recordings))
+        basis = opposition_basis(hand) if recordings is None else posture_basis(hand, recordings)
         count = validate.integer("synergies", len(basis) if synergies is None else synergies, 1, self.joints)
         if recordings is None and count > len(basis):
             raise ValueError(f"the hand {hand.name!r} has {len(basis)} synergies without recordings, got {synergies!r}")
@@ -77,7 +78,7 @@ def opposition_basis(hand: Hand) -> Array:
     return _scaled(np.array([together, *against, *across, *curl]))
 
 
-def posture_basis(hand: Hand, path: Path) -> Array:
+def posture_basis(hand: Hand, path: str | os.PathLike[str]) -> Array:
     """(S, J), the largest entry of each 1: the principal components of the recorded angles in the file at `path`, all
     of those that are needed to hold `EXPLAINED` of the variance."""
     angles = _read(path)
@@ -94,10 +95,14 @@ def posture_basis(hand: Hand, path: Path) -> Array:
     return _scaled(basis)
 
 
-def _read(path: Path) -> Array:
+def _read(recordings: str | os.PathLike[str]) -> Array:
+    if not isinstance(recordings, str | os.PathLike):
+        raise ValueError(f"recordings must be a .npy or .csv file of joint angles, got {recordings!r}")
+    path = Path(recordings)
     try:
-        return np.atleast_2d(np.load(path) if path.suffix == ".npy" else np.loadtxt(path, delimiter=","))
-    except (OSError, ValueError) as error:
+        found = read_npy(path) if path.suffix == ".npy" else np.loadtxt(path, delimiter=",")
+        return np.atleast_2d(found.astype(np.float64, casting="same_kind"))
+    except (OSError, TypeError, ValueError) as error:
         raise ValueError(
             f"recordings must be a .npy or .csv file of joint angles, got {str(path)!r}: {error}"
         ) from error
