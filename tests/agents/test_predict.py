@@ -1,4 +1,4 @@
-"""What may be asked of any policy: one observation or several at once, and nothing that no environment can have given."""
+"""What may be asked of any policy: one observation or several at once, and nothing that no environment has given."""
 
 from __future__ import annotations
 
@@ -174,5 +174,5 @@ def test_acting_refuses_what_no_motor_can_do(action, said):
 
 @pytest.mark.parametrize("policy", [None, "random_torque", agents])
 def test_acting_refuses_what_is_no_policy(policy):
-    with pytest.raises(ValueError, match="policy must have `predict`, as those of agents.make have, got"):
+    with pytest.raises(ValueError, match="policy must have `predict`, as those of"):
         agents.act(policy, {})
