@@ -1,8 +1,9 @@
 """Train a policy to name what the hand touches, as soon as it can, with Stable-Baselines3.
 
 Objects and noise are drawn afresh for every episode; some sizes are kept for evaluation. Writes to --out:
-best_model.zip (best in evaluation), model.zip (the last), training.json, evaluations.npz, learning_curve.png,
-checkpoints, and what TensorBoard shows. Killed at any moment, the same command goes on from the last whole checkpoint.
+best_model.npz (best in evaluation) and model.npz (the last), which --policy of the other commands and agents.make take,
+the same as .zip for Stable-Baselines3, training.json, evaluations.npz, learning_curve.png, checkpoints, and what
+TensorBoard shows. Killed at any moment, the same command goes on from the last whole checkpoint.
 """
 
 from __future__ import annotations
@@ -12,8 +13,10 @@ import importlib.util
 import json
 import os
 import sys
+import tempfile
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 if __name__ == "__main__":  # each process computes on one core: environments run side by side
     os.environ.setdefault("NUMBA_NUM_THREADS", "1")
@@ -55,8 +58,11 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
         changes = {name: getattr(given, name) for name in ("steps", "seed", "envs")}
         preset = replace(presets.read(given.preset), **{k: v for k, v in changes.items() if v is not None})
         given.out = Path(given.out or Path("out") / Path(given.preset).stem)
+        given.made = not given.out.exists()
         given.out.mkdir(parents=True, exist_ok=True)
-        _same_configuration(given.out / "config.json", preset)
+        with tempfile.TemporaryFile(dir=given.out):  # else it is found out after minutes
+            pass
+        given.config = _same_configuration(given.out / "config.json", preset)
     except ValueError as error:
         parser.error(str(error))
     except OSError as error:
@@ -64,27 +70,39 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     return preset, given
 
 
-def _same_configuration(path: Path, preset: Preset) -> None:
-    """A folder holds one run; only how long it is may change."""
+def _same_configuration(path: Path, preset: Preset) -> dict[str, Any]:
+    """The configuration; a folder holds one run, of which only how long it is may change."""
     config = json.loads(json.dumps({**asdict(preset), "steps": None}))
     if path.exists():
-        kept = json.loads(path.read_text())
+        try:
+            kept = json.loads(path.read_text())
+        except ValueError as error:
+            raise ValueError(f"{path} is not whole: {error}; choose another --out") from error
         for key in config:
-            if kept.get(key) != config[key]:
+            held = kept.get(key) if isinstance(kept, dict) else None
+            if held != config[key]:
                 raise ValueError(
-                    f"{path.parent} holds a run with {key} = {kept.get(key)!r}, not {config[key]!r}; "
-                    "choose another --out"
+                    f"{path.parent} holds a run with {key} = {held!r}, not {config[key]!r}; choose another --out"
                 )
-    else:
-        write_json(path, config)
+    return config
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     preset, given = parse(arguments)
-    from learning import train  # takes seconds, and needs what `parse` has looked for
+    from learning import prepare, train  # takes seconds, and needs what `parse` has looked for
 
-    return train(preset, given.jobs, given.out, Console())
+    console = Console()
+    try:
+        ready = prepare(preset, given.jobs, given.out, console)
+        write_json(given.out / "config.json", given.config)
+    except (ValueError, ImportError, KeyboardInterrupt) as error:
+        if given.made:
+            given.out.rmdir()  # nothing was written yet
+        stopped = isinstance(error, KeyboardInterrupt)
+        sys.stderr.write("Stopped before it began.\n" if stopped else f"train.py: error: {error}\n")
+        return 130 if stopped else 2
+    return train(ready, console)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import multiprocessing
+import os
+import signal
+import threading
 from functools import partial
+from multiprocessing import forkserver
 from typing import Any
 
 import gymnasium as gym
@@ -88,5 +92,44 @@ def make_env(world: World, held_out: bool = False) -> gym.Env[Any, Any]:
 
 def make_vector(world: World, count: int, jobs: int, held_out: bool = False) -> VecEnv:
     """`count` environments, each in a process of its own where `jobs` is more than one."""
-    makers: list[Callable[[], gym.Env[Any, Any]]] = [partial(make_env, world, held_out) for _ in range(count)]
-    return SubprocVecEnv(makers) if jobs > 1 else DummyVecEnv(makers)
+    if jobs <= 1:
+        return DummyVecEnv([partial(make_env, world, held_out) for _ in range(count)])
+    _start_server()
+    return SubprocVecEnv([partial(_make_in_worker, world, held_out) for _ in range(count)])
+
+
+def close(env: VecEnv) -> None:
+    """End `env`, in the middle of a step too: a worker may wait for a command whose beginning alone was sent."""
+    if not isinstance(env, SubprocVecEnv):
+        env.close()
+        return
+    for process in env.processes:
+        process.terminate()
+    for process in env.processes:
+        process.join()
+
+
+def _start_server() -> None:
+    """Start what the workers are forked from, so that they ignore Ctrl-C from their first moment on: a terminal sends
+    it to all processes of a command, and the one that commands them must be the one to stop."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return
+    usual = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.signal(signal.SIGINT, usual)
+
+
+def _make_in_worker(world: World, held_out: bool) -> gym.Env[Any, Any]:
+    """`make_env` in a process that ends with the one that has started it, however that one ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    return make_env(world, held_out)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)  # in the middle of whatever it computes
