@@ -22,6 +22,7 @@ from rich.console import Console
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
 from stable_baselines3.common.vec_env import VecEnv
+from stopping import Stop
 from tasks import versions
 from training_env import close, make_env, make_vector
 
@@ -90,9 +91,9 @@ class _Keep(BaseCallback):
 class Save(BaseCallback):
     """Saves a checkpoint every so often, and says at which speed the environment runs."""
 
-    def __init__(self, evaluation: HeldOutEvaluation, preset: Preset, folder: Path, seconds: float) -> None:
+    def __init__(self, evaluation: HeldOutEvaluation, preset: Preset, folder: Path, seconds: float, stop: Stop) -> None:
         super().__init__()
-        self.evaluation, self.folder, self.before = evaluation, folder, seconds
+        self.evaluation, self.folder, self.before, self.stop = evaluation, folder, seconds, stop
         self.began = time.monotonic()
         self.hold = preset.world.hold
         self.every = max(1, preset.checkpoint_every // preset.world.hold)
@@ -102,6 +103,7 @@ class Save(BaseCallback):
         self.saved = self.model.num_timesteps
 
     def _on_step(self) -> bool:
+        self.stop.check()
         if self.model.num_timesteps - self.saved >= self.every:
             self.save()
         return True
@@ -139,7 +141,7 @@ class Ready(NamedTuple):
         close(self.held_out)
 
 
-def prepare(preset: Preset, jobs: int, out: Path, console: Console) -> Ready:
+def prepare(preset: Preset, jobs: int, out: Path, stop: Stop, console: Console) -> Ready:
     """Everything for a run from the last whole checkpoint in `out` on, in `jobs` processes; raises `ValueError` where
     the preset or what is in `out` makes no sense, and has written nothing then."""
     torch.set_num_threads(1)
@@ -160,6 +162,7 @@ def prepare(preset: Preset, jobs: int, out: Path, console: Console) -> Ready:
             best = found.state.get("best")
             evaluation.restore(out / EVALUATIONS, -np.inf if best is None else best, model.num_timesteps)
             console.print(f"Going on after {preset.world.hold * model.num_timesteps} steps")
+        stop.check()
     except BaseException:
         close(env)
         if held_out is not None:
@@ -171,10 +174,10 @@ def prepare(preset: Preset, jobs: int, out: Path, console: Console) -> Ready:
     return Ready(preset, out, env, held_out, model, evaluation, seconds)
 
 
-def train(ready: Ready, console: Console) -> int:
+def train(ready: Ready, stop: Stop, console: Console) -> int:
     """Train to the end; returns the exit code."""
     preset, model, out = ready.preset, ready.model, ready.out
-    save = Save(ready.evaluation, preset, out / CHECKPOINTS, ready.seconds)
+    save = Save(ready.evaluation, preset, out / CHECKPOINTS, ready.seconds, stop)
     left = preset.steps // preset.world.hold - model.num_timesteps
     code, seconds = 0, ready.seconds
     try:

@@ -14,6 +14,7 @@ import json
 import os
 import sys
 import tempfile
+from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ from files import write_json
 from joblib import cpu_count
 from presets import Preset
 from rich.console import Console
+from stopping import Stop
 
 from haptic_env import validate
 
@@ -90,19 +92,26 @@ def _same_configuration(path: Path, preset: Preset) -> dict[str, Any]:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     preset, given = parse(arguments)
-    from learning import prepare, train  # takes seconds, and needs what `parse` has looked for
-
     console = Console()
-    try:
-        ready = prepare(preset, given.jobs, given.out, console)
-        write_json(given.out / "config.json", given.config)
-    except (ValueError, ImportError, KeyboardInterrupt) as error:
-        if given.made:
-            given.out.rmdir()  # nothing was written yet
-        stopped = isinstance(error, KeyboardInterrupt)
-        sys.stderr.write("Stopped before it began.\n" if stopped else f"train.py: error: {error}\n")
-        return 130 if stopped else 2
-    return train(ready, console)
+    with Stop() as stop:
+        try:
+            from learning import prepare, train  # takes seconds, and needs what `parse` has looked for
+
+            stop.check()
+            ready = prepare(preset, given.jobs, given.out, stop, console)
+            write_json(given.out / "config.json", given.config)
+        except (ValueError, ImportError, KeyboardInterrupt) as error:
+            if given.made:
+                with suppress(OSError):
+                    given.out.rmdir()  # nothing was written yet
+            stopped = stop.asked or isinstance(error, KeyboardInterrupt)
+            sys.stderr.write("Stopped before it began.\n" if stopped else f"train.py: error: {error}\n")
+            return 130 if stopped else 2
+        try:
+            return train(ready, stop, console)
+        except ValueError as error:  # of torch, where the learner went astray and its weights are no longer finite
+            sys.stderr.write(f"train.py: error: {error}; the checkpoints before are kept\n")
+            return 1
 
 
 if __name__ == "__main__":
