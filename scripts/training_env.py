@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import signal
 import threading
+from collections.abc import Callable
 from functools import partial
 from multiprocessing import forkserver
 from typing import Any
@@ -33,6 +34,7 @@ from observer import (
 # Objects come in so many sizes, of which every third is kept for evaluation: a model is compiled for each, and kept.
 SIZES = 15
 HELD_OUT = slice(1, None, 3)
+Maker = Callable[[], gym.Env[Any, Any]]
 
 
 class Varied(gym.Wrapper):
@@ -92,10 +94,20 @@ def make_env(world: World, held_out: bool = False) -> gym.Env[Any, Any]:
 
 def make_vector(world: World, count: int, jobs: int, held_out: bool = False) -> VecEnv:
     """`count` environments, each in a process of its own where `jobs` is more than one."""
-    if jobs <= 1:
-        return DummyVecEnv([partial(make_env, world, held_out) for _ in range(count)])
-    _start_server()
-    return SubprocVecEnv([partial(_make_in_worker, world, held_out) for _ in range(count)])
+    makers: list[Maker] = [partial(make_env, world, held_out) for _ in range(count)]
+    return in_processes(makers) if jobs > 1 else DummyVecEnv(makers)
+
+
+def in_processes(makers: list[Maker]) -> SubprocVecEnv:
+    """What `makers` make, each in a process that ignores Ctrl-C, which a terminal sends to all processes of a command
+    and only this one is to heed, and ends with this one, however this one ends."""
+    if "forkserver" in multiprocessing.get_all_start_methods():
+        usual = signal.signal(signal.SIGINT, signal.SIG_IGN)  # what they are forked from, so that they are born so
+        try:
+            forkserver.ensure_running()
+        finally:
+            signal.signal(signal.SIGINT, usual)
+    return SubprocVecEnv([partial(_in_worker, make) for make in makers])
 
 
 def close(env: VecEnv) -> None:
@@ -109,23 +121,10 @@ def close(env: VecEnv) -> None:
         process.join()
 
 
-def _start_server() -> None:
-    """Start what the workers are forked from, so that they ignore Ctrl-C from their first moment on: a terminal sends
-    it to all processes of a command, and the one that commands them must be the one to stop."""
-    if "forkserver" not in multiprocessing.get_all_start_methods():
-        return
-    usual = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        forkserver.ensure_running()
-    finally:
-        signal.signal(signal.SIGINT, usual)
-
-
-def _make_in_worker(world: World, held_out: bool) -> gym.Env[Any, Any]:
-    """`make_env` in a process that ends with the one that has started it, however that one ends."""
+def _in_worker(make: Maker) -> gym.Env[Any, Any]:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    return make_env(world, held_out)
+    return make()
 
 
 def _end_with_parent() -> None:

@@ -350,11 +350,17 @@ def test_ctrl_c_stops_all_processes_of_a_run_and_keeps_what_was_learnt(tmp_path,
 KILLED = """
 import sys, time
 sys.path.insert(0, {scripts!r})
-from presets import World
-from training_env import make_vector
+import gymnasium as gym
+from training_env import in_processes
+
+class Busy(gym.Wrapper):
+    def reset(self, **keywords):
+        while True:
+            time.sleep(1)
+
 if __name__ == "__main__":
-    env = make_vector(World(seconds=0.4, observation=("time",), variants=2, samples=1), 1, jobs=2)
-    env.reset()
+    env = in_processes([lambda: Busy(gym.make("CartPole-v1"))])
+    env.remotes[0].send(("reset", (None, None)))
     print("ready", flush=True)
     time.sleep(1000)
 """
@@ -362,11 +368,12 @@ if __name__ == "__main__":
 
 @needs_proc
 def test_workers_end_with_what_started_them_however_it_ends(tmp_path, start):
+    """Also in the middle of something that takes long."""
     script = tmp_path / "killed.py"
     script.write_text(KILLED.format(scripts=str(SCRIPT.parent)))
     process = start(str(script))
     _until(lambda: "ready" in (tmp_path / "log").read_text(), process)
-    assert len(_members(process.pid)) > 2
+    assert len(_members(process.pid)) > 2, "it, what forks, and a worker"
     os.kill(process.pid, signal.SIGKILL)
     assert process.wait(100) == -signal.SIGKILL
     _until(lambda: not _members(process.pid))
