@@ -15,7 +15,7 @@ from agents.exporting import export
 from agents.information_gain import InformationGain
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
-from agents.sb3 import Sb3, Trained, is_model
+from agents.sb3 import Sb3, Trained, is_model, load_model
 from agents.synergy import Synergy
 from haptic_env import validate
 
@@ -29,7 +29,7 @@ POLICIES: dict[str, type[Policy]] = {
     "trained": Trained,
 }
 
-__all__ = ["POLICIES", "Guided", "Policy", "act", "export", "find", "make"]
+__all__ = ["POLICIES", "Guided", "Policy", "act", "export", "find", "is_model", "load_model", "make"]
 
 
 def find(name: str | os.PathLike[str], called: str = "policy") -> type[Policy]:

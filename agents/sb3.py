@@ -52,7 +52,7 @@ class Sb3(Guided):
         """Raises `ValueError` for a file that is no model, that is not to be trusted, or is one for other observations
         or actions than `env` has; `ImportError` for a .zip without Stable-Baselines3."""
         check_env(env)
-        model = load(SHIPPED if path is None else path, normalize, trust=trust)
+        model = load_model(SHIPPED if path is None else path, normalize, trust=trust)
         spaces = {"action": (model.action_space, env.action_space)}
         self._model, self._features = model, None
         if model.told.get("entries") and model.observation_space != env.observation_space:
@@ -108,20 +108,16 @@ def is_model(name: object) -> bool:
     return isinstance(name, str | os.PathLike) and Path(name).suffix in (WEIGHTS, SAVED)
 
 
-def check_trust(name: str | os.PathLike[str], trust: bool) -> None:
-    """Raise `ValueError` where `name` is a model that may run code, without `trust`."""
-    if Path(name).suffix == SAVED and not trust:
-        raise ValueError(f"{name} is not read: {WHY}")
-
-
-def load(path: str | os.PathLike[str], normalize: Any = None, *, trust: bool = False) -> Network | SavedModel:
+def load_model(path: str | os.PathLike[str], normalize: Any = None, *, trust: bool = False) -> Network | SavedModel:
     """The model at `path`; raises `ValueError` for a file that is none, or that is not to be trusted."""
     if not is_model(path):
         raise ValueError(f"the path of a model must end in {WEIGHTS} or {SAVED}, got {path!r}")
     if not Path(path).is_file():
         raise ValueError(f"the path of a model must be a file that exists, got {str(path)!r}")
-    check_trust(path, validate.boolean("trust", trust))
+    validate.boolean("trust", trust)
     if Path(path).suffix == SAVED:
+        if not trust:
+            raise ValueError(f"{path} is not read: {WHY}")
         return SavedModel(Path(path), normalize)
     if normalize is not None:
         raise ValueError(f"normalize is for a {SAVED} file; {str(path)!r} holds its own statistics if it has any")

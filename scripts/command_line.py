@@ -12,8 +12,8 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from conditions import DEFAULTS, FACTORS, Condition
-from explore import HANDS_OR_IDS, Parser, environment
+from conditions import DEFAULTS, FACTORS, Condition, check_policy
+from explore import HANDS_OR_IDS, TRUST, Parser, environment
 from joblib import cpu_count
 from results import Results
 from tasks import Settings, columns, versions
@@ -52,7 +52,7 @@ def check(description: str | None, arguments: list[str] | None) -> argparse.Name
     if given.config is not None:
         try:
             file = read(Path(given.config), options)
-            plan(settle(parser, [], file))
+            plan(settle(parser, ["--trust"] if given.trust else [], file))
         except (ValueError, OSError) as error:
             told = re.sub(r"--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), str(error))  # a flag's key
             parser.error(f"{given.config}: {told}")
@@ -82,6 +82,8 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     """The parser, and by its key each option that a file may set."""
     parser = Parser(description=description, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--config", metavar="FILE", help="TOML: any of these, first_seed = 20 for --first-seed 20")
+    # No key of a file, which may be a stranger's too.
+    parser.add_argument("--trust", action="store_true", help=TRUST)
     options: dict[str, argparse.Action] = {}
 
     def add(*flags: str, **keywords: Any) -> None:
@@ -104,7 +106,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         "--policy",
         nargs="+",
         default=["random_torque"],
-        help=f"{', '.join(agents.POLICIES)}, or a saved model.zip (default random_torque)",
+        help=f"{', '.join(agents.POLICIES)}, or a trained model.npz; a .zip needs --trust (default random_torque)",
     )
     add("--seconds", nargs="+", type=float, default=[10.0], help="of an exploration, one or more (default 10)")
     add(
@@ -186,6 +188,8 @@ def plan(given: argparse.Namespace) -> None:
             raise ValueError(f"--{flags[name].replace('_', '-')} must have a value, got []")
     product = itertools.product(*values.values())
     given.conditions = [Condition(**dict(zip(FACTORS, each, strict=True))) for each in product]
+    for policy in values["policy"]:
+        check_policy(policy, given.trust)
     most = values["sigma_deg"][-1] * given.settings.believed_sigma
     validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
     validate.integer("--trials", given.trials, 1, 100_000)

@@ -73,9 +73,7 @@ def test_each_of_several_has_its_own_state(env, name):
 @pytest.mark.parametrize("name", READING)
 def test_beliefs_are_those_about_one_environment(env, name):
     observation, _ = env.reset(seed=0)
-    with pytest.raises(
-        ValueError, match=f"policy '{name}' reads the beliefs about its own environment alone.* 2"
-    ):
+    with pytest.raises(ValueError, match=f"policy '{name}' reads the beliefs about its own environment alone.* 2"):
         agents.make(name, env).predict(_stacked(observation, observation))
 
 
