@@ -296,6 +296,26 @@ def test_not_a_number_stops_with_the_policys_name(env, tmp_path):
     assert not (tmp_path / "nan.npz").exists()
 
 
+def test_a_model_that_does_more_than_its_layers_say_is_not_exported(tmp_path):
+    from stable_baselines3.common.policies import ActorCriticPolicy
+
+    class Mirrored(ActorCriticPolicy):
+        def _predict(self, observation, deterministic=False):
+            return -super()._predict(observation, deterministic)
+
+    env = BeliefObservation(watched(), ENTRIES)
+    model = sb3.PPO(Mirrored, env, n_steps=8, batch_size=8, device="cpu", seed=0)
+    with pytest.raises(ValueError, match="Mirrored does not act as its layers say"):
+        agents.export(model, tmp_path / "model.npz")
+    for wrong in (None, env, "model.zip"):
+        with pytest.raises(ValueError, match="model must be one of Stable-Baselines3 whose actions are a Box, got"):
+            agents.export(wrong, tmp_path / "model.npz")
+    with pytest.raises(ValueError, match=r"path must end in \.npz, got"):
+        agents.export(model, tmp_path / "model.zip")
+    assert not list(tmp_path.iterdir())
+    env.close()
+
+
 def test_the_shipped_model_is_small_and_the_default(env):
     assert SHIPPED.stat().st_size < 10_000
     observation, _ = env.reset(seed=0)

@@ -227,6 +227,8 @@ def test_evaluations_that_are_none_are_told(runs, tmp_path, content, capsys):
         ("n_epochs = 'all'", "n_epochs of [learner] must be an integer of at least 1, got 'all'"),
         ("learning_rate = -1", "learning_rate of [learner] must be a finite number in (0, inf], got -1"),
         ("learning_rate = nan", "learning_rate of [learner] must be a finite number in (0, inf], got nan"),
+        ("train_freq = 0", "unknown [learner] keyword 'train_freq'"),
+        ("policy_kwargs = 3", "policy_kwargs of [learner] must be a table, got 3"),
         ("gamma = 2", "gamma of [learner] must be a finite number in [0, 1], got 2"),
         ("rollout_buffer_class = 'mine'", "[learner] makes no PPO"),
         ("[learner.policy_kwargs]\nunits = 3", "makes no PPO"),
@@ -241,6 +243,20 @@ def test_a_learner_that_makes_no_sense_is_told_and_leaves_nothing(tmp_path, caps
     assert said in error
     assert len(error.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("learner", "said"),
+    [
+        ("train_freq = 0", "train_freq of [learner] must be an integer of at least 1, got 0"),
+        ("gradient_steps = 0", "gradient_steps of [learner] must be a number of steps, or -1"),
+        ("tau = -0.1", "tau of [learner] must be a finite number in [0, 1], got -0.1"),
+        ("ent_coef = 'much'", "[learner] makes no SAC"),
+    ],
+)
+def test_a_learner_that_would_never_learn_is_told(tmp_path, capsys, learner, said):
+    assert run(preset(tmp_path, "SAC", learner=learner), tmp_path / "out") == 2
+    assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
