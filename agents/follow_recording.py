@@ -22,6 +22,7 @@ from haptic_env.recordings import Recording, resample
 Array = NDArray[np.float64]
 FASTEST = 6.0  # Hz: people move no faster (Winter 2009, Biomechanics and Motor Control of Human Movement, section 3.4)
 LEAD_SECONDS = 0.5  # from the rest pose to where the recording begins
+STIFFEST = 1e6
 SENSE_SECONDS = 0.06  # over which felt angles are averaged
 
 
@@ -37,14 +38,14 @@ class FollowRecording(Policy):
     ) -> None:
         """`stiffness`: part of the torque limit with which a joint answers an error of 1 rad.
 
-        Raises `ValueError` where the recording lacks joints of the hand, or has others.
+        Raises `ValueError` where the recording lacks joints of the hand, has others, or angles that no hand has.
         """
         super().__init__(env)
         base = env.unwrapped
         hand, rate = base.hand, float(base.control_hz)  # type: ignore[attr-defined]
-        self.stiffness = validate.number("stiffness", stiffness, 0.0)
-        at_rate = resample(recording, rate)
-        angles = _smooth(at_rate.joint_angles[:, at_rate.columns_of(hand)], rate)
+        self.stiffness = validate.number("stiffness", stiffness, 0.0, STIFFEST)
+        recording.angles_of(hand)  # before it has other frames, which no error should tell of
+        angles = _smooth(resample(recording, rate).angles_of(hand), rate)
         low, high = hand.joint_limits.T
         self.reference = _led_in(hand.rest_pose, np.clip(angles, low, high), rate)
         self.command = hand.torques_along(self.reference, rate) / hand.torque_limits

@@ -17,6 +17,8 @@ from agents.map_lookahead import MapLookahead
 from agents.policy import Guided, State
 from agents.reach import Reach
 from haptic_env import validate
+from observer import compiling
+from observer import threads as side_by_side
 from observer.forward_model import ForwardModel
 from observer.kinematics import tree_of
 from observer.resampling import systematic_counts
@@ -29,6 +31,7 @@ WORLDS = 2  # of each label: of these each is taken for the truth in turn
 LOOKS = 3  # within the horizon
 UNLIKELY = 0.003  # a label of less is left out
 TIE = 0.001  # bits
+ENOUGH = 256  # candidates times worlds times hypotheses, from which on two threads are faster than one
 SPREAD = 0.0015  # metres: how well the skin's place is known; adds to the gap that the observer tolerates
 
 
@@ -43,6 +46,7 @@ class InformationGain(Guided):
 
     A candidate is a random mixture of three strokes for each finger, about the grasp centre: closing, going across,
     curling (`Reach`); the one in force stays a candidate. `horizon` s: how far it looks ahead.
+    `threads`: how many weigh candidates side by side (None: as many as pay); the bits are the same.
     """
 
     asks_shape = True
@@ -56,8 +60,11 @@ class InformationGain(Guided):
         candidates: int = 12,
         seconds: float = 0.2,
         horizon: float = 0.5,
+        threads: int | None = None,
     ) -> None:
         super().__init__(env, seed)
+        compiling.ensure(("agents.warming:looking_ahead",), self.hand)
+        self.threads = side_by_side.check(threads)
         self.objective = validate.choice("objective", objective, OBJECTIVES)
         self.candidates = validate.integer("candidates", candidates, 1)
         self._rate = rate = float(env.unwrapped.control_hz)  # type: ignore[attr-defined]
@@ -136,7 +143,11 @@ class InformationGain(Guided):
             position=solids.position[pick],
         )
         shape = self.shape
-        left = lookahead.class_entropies(
+        left = np.empty((len(push), len(worlds)))
+        side_by_side.run(
+            lookahead.class_entropies,
+            len(push),
+            side_by_side.chosen(self.threads, left.size * len(pick), ENOUGH),
             self._tree,
             self._spheres,
             self._skin,
@@ -152,6 +163,7 @@ class InformationGain(Guided):
             float(np.hypot(shape.tolerance, SPREAD)),
             shape.surprise,
             shape.temper * self.every / shape.stride,
+            left,
         )
         weights = share[worlds] / np.bincount(label[worlds])[label[worlds]]
         return np.asarray(left @ weights / weights.sum())

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env.compiled import inner, kernel
 from haptic_env.hand import Hand
-from observer.compiled import inner, parallel
 from observer.kinematics import body_frames, point_jacobian
 from observer.shape_kernels import CLEAR, patch_gaps
 from observer.solid_fields import field_distance
@@ -55,7 +54,7 @@ def spheres_of(hand: Hand) -> Spheres:
     )
 
 
-@inner(error_model="numpy")
+@inner()
 def _distance(solids, h, x, y, z):
     """Signed distance (m) of a point of the world from hypothesis `h`."""
     turn, at, scale = solids.rotation[h], solids.position[h], solids.scale[h]
@@ -67,7 +66,7 @@ def _distance(solids, h, x, y, z):
     return scale * field_distance(field, solids.resolution, solids.half, solids.far, u, v, w)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def _hold_out(tree, spheres, solids, h, line, x, position, rotation, jacobian, moved):
     """Push the state `x` (D,) out of hypothesis `h`: for each link that is in it, by the force along its normal that
     takes it to the surface within a control step. The frames are left at where it was."""
@@ -119,7 +118,7 @@ def _hold_out(tree, spheres, solids, h, line, x, position, rotation, jacobian, m
                 x[i] -= deepest / give * moved[i]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def roll(tree, spheres, solids, h, line, torque, every, looks):
     """Fill `looks` (T, J) rad with the pose after each `every` steps under `torque` (J,) N·m, if `h` were there."""
     joints, size = len(line.low), len(line.state)
@@ -142,7 +141,7 @@ def roll(tree, spheres, solids, h, line, torque, every, looks):
             looks[step // every] = x[:joints]
 
 
-@inner(error_model="numpy")
+@inner()
 def _feel(skin, solids, world, tolerance, surprise, weight, log_likelihood, scratch):
     """Add to `log_likelihood` (H,) what the contacts of a hand whose frames are in `scratch` say of each hypothesis,
     were `world` the true one, as `observer.shape_kernels` has it; `weight`: exponent of that evidence."""
@@ -180,7 +179,7 @@ def _feel(skin, solids, world, tolerance, surprise, weight, log_likelihood, scra
                 log_likelihood[h] += weight * np.log(surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio)))
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def _class_entropy(log_weights, log_likelihood, label, labels):
     """Entropy (bits) of the posterior of the labels."""
     top = -np.inf
@@ -196,8 +195,10 @@ def _class_entropy(log_weights, log_likelihood, label, labels):
     return entropy
 
 
-@parallel(cache=True, error_model="numpy")
+@kernel()
 def class_entropies(
+    begin,
+    end,
     tree,
     spheres,
     skin,
@@ -213,14 +214,15 @@ def class_entropies(
     tolerance,
     surprise,
     weight,
+    out,
 ):
-    """(M, K) bits: the entropy of the labels that is left after each of `torques` (M, J) N·m (beyond those of now) was
-    held for T = `looks` times `every` steps, were each of `worlds` (K,) the true hypothesis.
+    """Fill `out` (M, K), from `begin` to `end`, with bits: the entropy of the labels that is left after each of the
+    `torques` (M, J) N·m (beyond those of now) was held for T = `looks` times `every` steps, were each of `worlds` (K,)
+    the true hypothesis.
 
     `log_weights` (H,) and `label` (H,) of the hypotheses, `weight`: exponent of the evidence of a look.
     """
-    out = np.empty((len(torques), len(worlds)))
-    for m in numba.prange(len(torques)):
+    for m in range(begin, end):
         poses = np.empty((looks, len(line.low)))
         log_likelihood = np.empty(len(label))
         patches = skin.first_patch[-1]
@@ -237,4 +239,3 @@ def class_entropies(
                 body_frames(tree, poses[t], scratch[0], scratch[1])
                 _feel(skin, solids, worlds[k], tolerance, surprise, weight, log_likelihood, scratch)
             out[m, k] = _class_entropy(log_weights, log_likelihood, label, labels)
-    return out

@@ -5,15 +5,14 @@ Shapes: M candidate torques, T looks, F fingers, J joints, D = 2J, S points of t
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from agents.lookahead import Line
 from agents.reach import Reach
+from haptic_env.compiled import kernel
 from haptic_env.hand import Hand
 from observer.belief import Belief
-from observer.compiled import parallel
 from observer.contact_model import ContactModel
 from observer.kinematics import body_frames, tree_of
 
@@ -49,7 +48,7 @@ class MapLookahead:
         poses = np.concatenate([now, _swing(line, push, looks, every)], axis=1)
         grid = belief.grid
         return np.asarray(
-            _expected(
+            expected(
                 self._tree,
                 self._points,
                 self._body,
@@ -78,12 +77,12 @@ def _swing(line: Line, push: Array, looks: int, every: int) -> Array:
     return poses
 
 
-@parallel(cache=True, error_model="numpy")
-def _expected(tree, points, body, finger, poses, origin, resolution, entropy, log_empty):
+@kernel()
+def expected(tree, points, body, finger, poses, origin, resolution, entropy, log_empty):
     """(M,) bits: of each path `poses` (M, 1 + T, J), from where the hand is now, the entropy of the cells that it
     sweeps, each once, by the probability that its finger gets there."""
     out = np.zeros(len(poses))
-    for m in numba.prange(len(poses)):
+    for m in range(len(poses)):
         position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
         swept = np.zeros(entropy.shape, dtype=np.bool_)
         passes = np.zeros(finger.max() + 1)  # log of the probability that nothing has stopped the finger

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from agents import spaces_json
 from agents.normalization import Normalization
-from haptic_env import validate
-from haptic_env.arrays import read_npz
+from haptic_env import reading, validate
 
 Array = NDArray[np.float32]
 Memory = tuple[NDArray[Any] | None, ...]
 KIND, VERSION = "haptic-slam policy", 1
 NOISES = ("none", "constant", "by state", "lasting")
+LARGEST = 256 * reading.MIB
 LEAST_LOG_STD, MOST_LOG_STD = -20.0, 2.0  # of the noise that the state decides (Haarnoja et al. 2018, SAC)
 
 
@@ -203,7 +203,10 @@ class _Arrays:
 
 def read(path: Path) -> Network:
     """The network in the file at `path`; raises `ValueError` for a file that is none, or not whole. Runs nothing."""
-    found = read_npz(path)
+    try:
+        found = dict(reading.npz(path, LARGEST))
+    except OSError as error:
+        raise ValueError(f"{path} cannot be read: {error}") from error
     try:
         if "description" not in found:
             raise ValueError(f"it has no description; it holds {', '.join(found) or 'nothing'}")

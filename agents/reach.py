@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from haptic_env.compiled import kernel
 from haptic_env.hand import Hand
 from observer.kinematics import body_frames, point_jacobian, tree_of
 
@@ -90,7 +90,7 @@ class Reach:
         return points, jacobian
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def _points_on_bones(tree, joint_angles, along, points, jacobian):
     """Fill `points` (L, 3) and `jacobian` (L, 3, J) for the place `along` (L,) m each link's bone."""
     position = np.empty((len(tree.parent), 3))

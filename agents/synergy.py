@@ -7,7 +7,9 @@ recordings.
 
 from __future__ import annotations
 
+import io
 import os
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +20,9 @@ from numpy.typing import NDArray
 from agents.policy import Policy, State
 from agents.reach import Reach
 from agents.smooth_chance import SmoothChance
-from haptic_env import validate
-from haptic_env.arrays import read_npy
+from haptic_env import reading, validate
 from haptic_env.hand import Hand
+from haptic_env.recordings import checks
 
 Array = NDArray[np.float64]
 EXPLAINED = 0.9  # share of the variance that the components of recordings must hold
@@ -34,7 +36,7 @@ class Synergy(Policy):
     principal components, as many as hold nine tenths of the variance (or `synergies`), and the first is turned so that
     it closes the hand. None: `opposition_basis`, from the hand's kinematics.
 
-    Raises `ValueError` for a value out of range or recordings of other joints.
+    Raises `ValueError` for a value out of range, or recordings of other joints or of no angles.
     """
 
     blind = True
@@ -81,12 +83,14 @@ def opposition_basis(hand: Hand) -> Array:
 def posture_basis(hand: Hand, path: str | os.PathLike[str]) -> Array:
     """(S, J), the largest entry of each 1: the principal components of the recorded angles in the file at `path`, all
     of those that are needed to hold `EXPLAINED` of the variance."""
-    angles = _read(path)
-    if angles.ndim != 2 or angles.shape[1] != hand.joints or len(angles) < 2 or not np.isfinite(angles).all():
+    told = _read(path)
+    if told.ndim != 2 or told.shape[1] != hand.joints or len(told) < 2:
         raise ValueError(
             f"recordings must be finite angles of shape (T, {hand.joints}), one column for each of "
-            f"{', '.join(hand.joint_names)}; {path} has shape {angles.shape}"
+            f"{', '.join(hand.joint_names)}; {path} has shape {told.shape}"
         )
+    angles = checks.numbers(str(path), "joint_angles", told, told.shape, hand.joint_names)
+    checks.angles(str(path), "joint_angles", angles, hand.joint_names)
     _, spread, components = np.linalg.svd(angles - angles.mean(axis=0), full_matrices=False)
     held = np.cumsum(spread**2) / max(float((spread**2).sum()), 1e-300)
     basis = components[: int(np.searchsorted(held, EXPLAINED)) + 1]
@@ -95,14 +99,17 @@ def posture_basis(hand: Hand, path: str | os.PathLike[str]) -> Array:
     return _scaled(basis)
 
 
-def _read(recordings: str | os.PathLike[str]) -> Array:
+def _read(recordings: str | os.PathLike[str]) -> NDArray[Any]:
     if not isinstance(recordings, str | os.PathLike):
         raise ValueError(f"recordings must be a .npy or .csv file of joint angles, got {recordings!r}")
     path = Path(recordings)
     try:
-        found = read_npy(path) if path.suffix == ".npy" else np.loadtxt(path, delimiter=",")
-        return np.atleast_2d(found.astype(np.float64, casting="same_kind"))
-    except (OSError, TypeError, ValueError) as error:
+        if path.suffix == ".npy":
+            return np.atleast_2d(reading.npy(path))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that there is nothing in it, which its shape will tell
+            return np.loadtxt(io.StringIO(reading.text(path)), delimiter=",", ndmin=2)
+    except (OSError, ValueError) as error:
         raise ValueError(
             f"recordings must be a .npy or .csv file of joint angles, got {str(path)!r}: {error}"
         ) from error

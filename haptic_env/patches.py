@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env import validate
+from haptic_env.compiled import kernel, part
 
 SIDES = ("palmar", "left", "dorsal", "right")
 
@@ -79,9 +79,17 @@ class Patches:
         return self.count
 
     def locate(self, link: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Patch indices (M,) of skin `points` (M, 3) m, each in the frame of its `link` (M,)."""
-        patch = np.empty(len(points), dtype=np.int64)
-        _locate(np.asarray(link, dtype=np.int64), np.asarray(points, dtype=np.float64), *self.layout, patch)
+        """Patch indices (M,) of skin `points` (M, 3) m, each in the frame of its `link` (M,).
+
+        Raises `ValueError` for points that are not finite, and links that there are not."""
+        places = validate.numbers("points", points, 2)
+        owner = np.asarray(link, dtype=np.int64)
+        if places.shape != (owner.size, 3):
+            raise ValueError(f"points must be of shape ({owner.size}, 3), as many as links, got shape {places.shape}")
+        if owner.size and not 0 <= owner.min() <= owner.max() < len(self.links):
+            raise ValueError(f"link must hold indices in [0, {len(self.links) - 1}], got {validate.shown(link)}")
+        patch = np.empty(len(places), dtype=np.int64)
+        _locate(owner, places, *self.layout, patch)
         return patch
 
     def surface(self, spacing: float) -> Skin:
@@ -155,7 +163,7 @@ class Patches:
         return share
 
 
-@numba.njit(cache=True, error_model="numpy", inline="always")
+@part()
 def row_at(length, tip, along, link, z):
     """The row of patches of `link` at height `z` m along its bone; `along` for those of its tip."""
     if tip[link] and z > length[link]:
@@ -163,7 +171,7 @@ def row_at(length, tip, along, link, z):
     return min(max(int(z * (along / length[link])), 0), along - 1)
 
 
-@numba.njit(cache=True, error_model="numpy", inline="always")
+@part()
 def patch_at(first, length, tip, along, around, rings, link, x, y, z):
     """The patch of `link` that holds a skin point (m, in its frame), by the `Patches.layout` of the hand."""
     # Sector 0 is centred on the palmar side (-x).
@@ -178,7 +186,7 @@ def patch_at(first, length, tip, along, around, rings, link, x, y, z):
     return first[link] + row * around + sector
 
 
-@numba.njit(cache=True)
+@kernel()
 def _locate(link, points, first, length, tip, along, around, rings, patch):
     for m in range(len(points)):
         x, y, z = points[m]

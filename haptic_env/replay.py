@@ -14,12 +14,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import scene
+from haptic_env import scene, validate
 from haptic_env.explore import ExploreEnv, Observation
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from haptic_env.recordings import Recording, resample
+from haptic_env.recordings import Recording, checks, resample
 from haptic_env.shapes.base import Solid
+
+UNEVEN = 0.01  # of a step: stamps are rounded
 
 
 class KinematicReplay(ExploreEnv):
@@ -32,11 +34,15 @@ class KinematicReplay(ExploreEnv):
     def __init__(self, hand: str, recording: Recording, solid: Solid, **keywords: Any) -> None:
         """`solid` explored, at its place in the frame that the recording gives the path of.
 
-        Raises `ValueError` where the recording lacks joints of the hand, or the path of hand or object.
+        Raises `ValueError` where the recording lacks joints of the hand, or the path of hand or object, or has angles
+        that the hand cannot have; and for a `solid` that is no object for a hand.
         """
         super().__init__(hand, reveal_truth=True, **{"episode_seconds": recording.seconds, **keywords})
+        solid.shape.check_size(solid.size)
+        validate.array("place of the object in the frame of its path", solid.position, (3,), "m", bound=checks.APART)
+        recording.angles_of(self.hand)  # before it has other frames, which no error should tell of
         self.recording = resample(recording, self.control_hz)
-        self._angles = self.recording.joint_angles[:, self.recording.columns_of(self.hand)]
+        self._angles = self.recording.angles_of(self.hand)
         self._hand_in_object = roots(self.recording, self.hand)
         self._explored = solid
         self.episode_steps = min(self.episode_steps, len(self.recording) - 1)
@@ -55,9 +61,10 @@ class KinematicReplay(ExploreEnv):
         return self._touched.copy()
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Go to the next frame, whatever the `action`."""
+        """Go to the next frame, whatever the `action` (J,); raises as every environment does."""
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before step()")
+        self._command = self._checked(action)
         self._steps += 1
         self._follow()
         observation = self._observe()
@@ -93,7 +100,7 @@ class Playback(gym.Env[Observation, NDArray[np.float32]]):
 
     def __init__(self, hand: Hand, recording: Recording, solid: Solid) -> None:
         """`solid`: the object that was explored. Raises `ValueError` where the recording does not tell what was felt,
-        or with other joints or patches."""
+        or with other joints or patches, or not at a steady rate."""
         if recording.felt is None:
             raise ValueError(f"{recording.source}: the recording does not tell what was felt")
         columns = recording.columns_of(hand)
@@ -103,12 +110,25 @@ class Playback(gym.Env[Observation, NDArray[np.float32]]):
                 f"{len(hand.patches)}"
             )
         self.hand, self.solid = hand, solid
-        self.control_hz = round((len(recording) - 1) / recording.seconds, 6)  # stamps are rounded
+        self.control_hz = _steady_rate(recording)
         self.episode_steps = len(recording) - 1
         self.action_space = gym.spaces.Box(-1.0, 1.0, (hand.joints,), np.float32)
-        self._angles = recording.joint_angles[:, columns]
-        self._felt = recording.felt._replace(joint_angles=recording.felt.joint_angles[:, columns])
+        self._angles = recording.angles_of(hand)
+        self._felt = recording.felt._replace(
+            joint_angles=recording.felt.joint_angles[:, columns], torques=recording.felt.torques[:, columns]
+        )
         self._roots = roots(recording, hand) if recording.root is not None else None
+        self._steps = 0
+
+    @property
+    def steps(self) -> int:
+        """Control steps since the reset."""
+        return self._steps
+
+    @property
+    def commanded(self) -> NDArray[np.float64]:
+        """(J,) fractions: what was commanded on the way to this frame, whatever an action was."""
+        return self._felt.torques[self._steps].copy()
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -136,6 +156,22 @@ class Playback(gym.Env[Observation, NDArray[np.float32]]):
             "object_size": np.array(self.solid.size),
         }
         return {"truth": truth} | ({} if self._roots is None else {"root": self._roots[self._steps]})
+
+
+def _steady_rate(recording: Recording) -> float:
+    """Frames a second; raises `ValueError` where they do not come at a steady rate, or one of no exploration."""
+    rate = round((len(recording) - 1) / recording.seconds, 6)  # stamps are rounded
+    validate.number(f"{recording.source}: frames a second", rate, 1.0, 1.0 / scene.PHYSICS_SECONDS, unit="Hz")
+    steps = np.diff(recording.time)
+    usual = np.median(steps)
+    uneven = np.abs(steps / usual - 1.0) > UNEVEN
+    if uneven.any():
+        frame = int(np.argmax(uneven))
+        raise ValueError(
+            f"{recording.source}: what was felt must be told at a steady rate, but frame {frame + 1} comes "
+            f"{steps[frame]:g} s after frame {frame}, not {usual:g} s"
+        )
+    return rate
 
 
 def roots(recording: Recording, hand: Hand) -> list[Pose]:

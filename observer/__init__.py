@@ -11,6 +11,7 @@ from observer.information_gain_reward import InformationGainReward
 from observer.pose_filter import ContactDynamics
 from observer.pose_only import PoseOnly
 from observer.shape_posterior import ShapePosterior
+from observer.warming import warm_up
 from observer.wrapper import ObserverWrapper
 
 __all__ = [
@@ -31,4 +32,5 @@ __all__ = [
     "ShapePosterior",
     "Smoother",
     "TruePose",
+    "warm_up",
 ]

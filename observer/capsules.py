@@ -8,10 +8,10 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env.compiled import kernel, part
 from haptic_env.grid import Grid
 from haptic_env.patches import Patches
 from observer.kinematics import body_frames, place_spread
@@ -103,7 +103,7 @@ class Stance(NamedTuple):
     rotation: NDArray[np.float64]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def reach_of(body, evidence, place):
     """The `Reach` of the links of `body`, the SD of their places being `place` (L,) m.
 
@@ -112,9 +112,12 @@ def reach_of(body, evidence, place):
     a cell must lie to lose so many (`Evidence.depth`).
     """
     links = len(place)
-    free, bin = np.zeros((links, BINS), dtype=np.int64), (body.radius + 2.0 * evidence.edge) ** 2 / BINS
-    carved = np.zeros(links)
+    free, bin, carved = np.zeros((links, BINS), dtype=np.int64), np.empty(links), np.empty(links)
+    fall, felt = np.empty(links), np.empty(links)
     for link in range(links):
+        bin[link], carved[link] = (body.radius[link] + 2.0 * evidence.edge) ** 2 / BINS, 0.0
+        fall[link] = np.hypot(evidence.fall, evidence.blur * place[link])
+        felt[link] = body.radius[link] + evidence.shell + 2.5 * fall[link]
         unsure = np.hypot(place[link], evidence.edge)
         lost = LIMIT
         for b in range(BINS):
@@ -124,19 +127,20 @@ def reach_of(body, evidence, place):
             if lost == 0:
                 break
             free[link, b] = lost
-            carved[link] = np.sqrt((b + 1) * bin[link])
-    fall = np.hypot(evidence.fall, evidence.blur * place)
-    return Reach(place, free, bin, carved, fall, body.radius + evidence.shell + 2.5 * fall)
+            carved[link] = np.sqrt((b + 1) * bin[link]) * (1.0 - 1e-12)  # rounding leads to no bin beyond the last
+    return Reach(place, free, bin, carved, fall, felt)
 
 
-@numba.njit(cache=True)
+@kernel()
 def stand(tree, body, evidence, caution, pose, covariance):
     """The `Stance` of the hand at the mean `pose` (J,), and the `Reach` of its links, `caution` times as far as the
     `covariance` (J, J) rad² of the pose leaves their places unknown."""
     position = np.empty((len(tree.parent), 3))
     rotation = np.empty((len(tree.parent), 3, 3))
     body_frames(tree, pose, position, rotation)
-    place = caution * place_spread(tree, body.length, pose, covariance, position, rotation)
+    place = place_spread(tree, body.length, pose, covariance, position, rotation)
+    for link in range(len(place)):
+        place[link] *= caution
     return Stance(pose, position, rotation), reach_of(body, evidence, place)
 
 
@@ -166,13 +170,13 @@ def lattice_of(grid: Grid) -> Lattice:
     return Lattice(np.array(grid.origin), grid.resolution, np.array(grid.shape))
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def triple(vector):
     """The numbers of `vector` (3,) by themselves, so that loops over voxels need not read them anew."""
     return vector[0], vector[1], vector[2]
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def from_bone(dx, dy, dz, axis, length):
     """Of a point, from the start of a bone of `length` m along `axis` (3,): its height along it, m, and the square of
     its distance from it, m²."""
@@ -181,7 +185,7 @@ def from_bone(dx, dy, dz, axis, length):
     return z, dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def voxel_range(start, along, pad, origin, res, count):
     """Voxels along one axis that a capsule from `start` to `start + along` may fill, padded."""
     low = int(np.floor((min(start, start + along) - pad - origin) / res))
@@ -189,7 +193,7 @@ def voxel_range(start, along, pad, origin, res, count):
     return max(low, 0), min(high, count)
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def voxel_box(at, axis, length, pad, lattice):
     """Of each of three axes the first voxel of `lattice` that a capsule of `length` m from `at` (3,) along `axis` (3,)
     may fill, padded, and the one after the last."""
@@ -200,7 +204,7 @@ def voxel_box(at, axis, length, pad, lattice):
     return low0, high0, low1, high1, low2, high2
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def voxel_span(dx, dy, axis, outer, first, res, low, high):
     """Of the voxels `low` to `high` of a row, whose first centre lies `first` voxels from the origin, those within
     √`outer` m of the line through it along `axis`."""
@@ -217,7 +221,7 @@ def voxel_span(dx, dy, axis, outer, first, res, low, high):
     return max(begin, low), min(end, high)
 
 
-@numba.njit(cache=True)
+@kernel()
 def ringing(body, contacts):
     """(L, along + 1): whether any patch in a row of a link, or on its tip, feels contact."""
     rings = np.zeros((len(body.radius), body.along + 1), dtype=np.bool_)
@@ -228,12 +232,14 @@ def ringing(body, contacts):
     return rings
 
 
-@numba.njit(cache=True)
+@kernel()
 def room(body, lattice, reach, touched):
     """More than the number of cells at most `reach` (L,) m from the bones of the `touched` (L,) links."""
+    voxels = float(lattice.shape[0] * lattice.shape[1] * lattice.shape[2])
     most = 0.0
     for link in range(len(body.radius)):
         if touched[link]:
             radius = reach[link] + lattice.resolution
-            most += np.pi * radius**2 * (body.length[link] + 4.0 / 3.0 * radius)
-    return int(most / lattice.resolution**3) + 1
+            volume = np.pi * radius**2 * (body.length[link] + 4.0 / 3.0 * radius)
+            most += min(volume / lattice.resolution**3, voxels)
+    return int(most) + 1

@@ -21,7 +21,8 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from observer import capsules, hindsight, resampling
+from observer import capsules, compiling, edge, hindsight, resampling
+from observer import threads as side_by_side
 from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
 from observer.delta_pose import DeltaPose
@@ -30,7 +31,7 @@ from observer.kinematic_pose import KinematicPose
 from observer.kinematics import placed, tree_of
 from observer.known_solids import KnownSolids
 from observer.matching import MATCHING, Cloud, Felt
-from observer.occupancy import Maps, OccupancySnapshot
+from observer.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
 from observer.pose_filter import ContactDynamics, PoseFilter
 from observer.pose_source import PoseSource
 from observer.shape_posterior import ShapePosterior
@@ -38,6 +39,7 @@ from observer.shape_posterior import ShapePosterior
 Array = NDArray[np.float64]
 RESOLUTION = 0.004  # metres
 LAG_SECONDS = 0.2
+ENOUGH = 16_000  # particles times candidates, from which on two threads are faster than one
 MOTIONS: dict[str, Callable[..., PoseSource]] = {
     "forward_model": PoseFilter,
     "delta_pose": DeltaPose,
@@ -71,6 +73,7 @@ class HapticSLAM:
         in_hindsight: bool = True,
         dynamics: ContactDynamics | None = None,
         solids: ShapePosterior | None = None,
+        threads: int | None = None,
     ) -> None:
         """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
         the hand, its physics ("forward_model"), a line ("delta_pose") or nothing but that it moves smoothly
@@ -86,19 +89,28 @@ class HapticSLAM:
         `solids`: what the object may be, where that is known; the lagged angles of a belief are then also what contacts
         with those solids make of them (`observer.known_solids`). Maps are the same with and without.
 
+        `threads`: how many match particles to their maps side by side; None: what is fastest for their number, one
+        where they are few. The bits are the same.
+
         Raises `ValueError` for a value out of range.
         """
         sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
-        self.hand = hand
+        self.hand, self.control_hz = hand, rate
         self.n_particles = validate.integer("particles", particles, 1)
         self.n_candidates = validate.integer("candidates", candidates, 1)
         self.matching = validate.choice("matching", matching, MATCHING)
+        self.threads = side_by_side.check(threads)
         self.lag = round(LAG_SECONDS * rate) if lag is None else validate.integer("lag", lag, 0)
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION) if grid is None else grid
+        validate.instance("grid", self.grid, Grid, "a haptic_env.grid.Grid")
         self.contact_model = ContactModel() if contact_model is None else contact_model
-        self.pose = MOTIONS[validate.choice("motion", motion, MOTIONS)](
+        validate.instance("contact_model", self.contact_model, ContactModel, "a ContactModel")
+        if dynamics is not None:
+            validate.instance("dynamics", dynamics, ContactDynamics, "a ContactDynamics")
+        self._check_memory(validate.choice("motion", motion, MOTIONS))
+        self.pose = MOTIONS[motion](
             hand,
             sigma=sigma,
             motor_noise=motor,
@@ -119,6 +131,12 @@ class HapticSLAM:
         self._lattice = capsules.lattice_of(self.grid)
         self._evidence = self.contact_model.evidence(self.grid.resolution)
         self._pending: deque[tuple[NDArray[np.bool_], Pose | None]] | None = None
+        also = {
+            "sampled_matching": matching == "sample",
+            "smooth_motion": motion == "kinematic",
+            "known_solids": solids is not None,
+        }
+        self._needs = (*compiling.USUAL, *(f"observer.warming:{name}" for name, needed in also.items() if needed))
 
     @classmethod
     def paper(cls, hand: Hand, sigma_deg: float = 3.0, particles: int = 200, **keywords: Any) -> Self:
@@ -137,12 +155,12 @@ class HapticSLAM:
         """All particles at the rest pose with an empty map (step 1); the belief before the first step.
 
         `joint_angles` (J,) rad: those felt at the reset, for a `motion` that does not know where the hand begins
-        ("kinematic"); it need not be told. Raises `ValueError` where they are not finite.
+        ("kinematic"); it need not be told. Raises `ValueError` as `step` does, and for a `seed` that is none.
         """
+        compiling.ensure(self._needs, self.hand)
         count, joints = self.n_particles, self.hand.joints
-        self._rng = np.random.default_rng(seed)
-        felt = None if joint_angles is None else validate.array("joint_angles", joint_angles, (joints,), "radians")
-        self.pose.reset(felt)
+        self._rng = np.random.default_rng(validate.seed(seed))
+        self.pose.reset(None if joint_angles is None else edge.angles(self.hand, joint_angles))
         self._maps = Maps(count, self.grid, self._evidence.probability, dense=self.matching == "sample")
         self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
         self._drawn = self.hand.rest_pose, np.zeros((joints, joints))  # mean and factor of the Gaussian about them
@@ -161,13 +179,12 @@ class HapticSLAM:
         `root`: where the frame in which the hand is drawn lies in the grid's, for a hand that moves as a whole about
         the object; None: where the grid is.
 
-        Raises `ValueError` before the first `reset`, after `flush`, and for what is not finite or not binary.
+        Raises `ValueError` before the first `reset`, after `flush`, and for what is not finite, not binary, or beyond
+        what can be: torques of ± 1, angles of ± 4π rad.
         """
         pending = self._running()
-        u = validate.array("torque", torque, (self.hand.joints,))
-        q = validate.array("joint_angles", joint_angles, (self.hand.joints,), "radians")
-        z = validate.binary("contacts", contacts, (len(self.hand.patches),))
-        at = None if root is None else root.checked("root")
+        u, q, z = edge.told(self.hand, torque, joint_angles, contacts)
+        at = edge.root(root)
         self.pose.step(u, q, z)
         pending.append((z, at))
         if len(pending) <= self.lag:
@@ -247,7 +264,8 @@ class HapticSLAM:
         self._felt = contacts
         cloud = Cloud(stance, centres, proposal.rest, self._drawn[1])
         match = MATCHING[self.matching]
-        return match(felt, cloud, self.n_candidates, self._maps, self._rng, self._poses)
+        number = side_by_side.chosen(self.threads, self.n_particles * self.n_candidates, ENOUGH)
+        return match(felt, cloud, self.n_candidates, self._maps, self._rng, self._poses, number)
 
     def _weigh(self, log_likelihood: Array) -> None:
         """w ∝ w · p(z | q, m) (step 5); raises `FloatingPointError` for what is not finite."""
@@ -305,6 +323,16 @@ class HapticSLAM:
             resampled=resampled,
             moved_share=moved_share,
             snapshot=self._maps.snapshot(weights),
+        )
+
+    def _check_memory(self, motion: str) -> None:
+        """Raise `ValueError` for more particles, candidates, steps of lag or voxels than fit into the memory."""
+        count, voxels = self.n_particles, int(np.prod(self.grid.shape))
+        slots = voxels if self.matching == "sample" else FIRST_SLOTS
+        edge.memory(
+            f"particles={count}, candidates={self.n_candidates}, lag={self.lag} and {voxels} voxels",
+            edge.of_maps(self.hand, self.grid, count, self.n_candidates, slots)
+            + edge.of_poses(self.hand.joints, self.lag + 1, motion == "kinematic"),
         )
 
     def _running(self) -> deque[tuple[NDArray[np.bool_], Pose | None]]:

@@ -5,31 +5,70 @@ Shapes: J joints.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+
+from haptic_env.compiled import inner, kernel, part
 
 SMALLEST = 1e-12  # share of a variance below which what is left of it is rounding
 JITTER = 1e-12  # rad²
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def add(factor, values, target):
     """target += `factor` · `values`, in place and without an array between: a plain loop, which vectorises."""
     for i in range(len(target)):
         target[i] += factor * values[i]
 
 
-@numba.njit(cache=True)
-def lower_factor(covariance):
-    """The Cholesky factor (J, J) of a positive semi-definite `covariance` (J, J): where nothing is left of a variance
-    its column is zero."""
+@part()
+def scale(factor, target):
+    """target *= `factor`, in place."""
+    for i in range(len(target)):
+        target[i] *= factor
+
+
+@inner()
+def times(a, b, out):
+    """out = a · b, without BLAS, whose threads cost such small matrices more than they save: plain loops over rows of
+    `b`, four at a time, which vectorise without reordering sums."""
+    inner_size = a.shape[1]
+    for i in range(len(out)):
+        row = out[i]
+        for j in range(len(row)):
+            row[j] = 0.0
+        k = 0
+        while k + 4 <= inner_size:
+            a0, a1, a2, a3 = a[i, k], a[i, k + 1], a[i, k + 2], a[i, k + 3]
+            b0, b1, b2, b3 = b[k], b[k + 1], b[k + 2], b[k + 3]
+            for j in range(len(row)):
+                row[j] += a0 * b0[j] + a1 * b1[j] + a2 * b2[j] + a3 * b3[j]
+            k += 4
+        while k < inner_size:
+            add(a[i, k], b[k], row)
+            k += 1
+
+
+@inner()
+def fill(source, target):
+    """target = source, for (M, K) numbers."""
+    for i in range(len(target)):
+        for j in range(target.shape[1]):
+            target[i, j] = source[i, j]
+
+
+@inner()
+def factorise(covariance, jitter, factor):
+    """Fill `factor` (J, J) with the Cholesky factor of a positive semi-definite `covariance` (J, J) and `jitter` on its
+    diagonal: where nothing is left of a variance its column is zero."""
     size = len(covariance)
-    factor = np.zeros((size, size))
     for j in range(size):
-        left = covariance[j, j]
+        for i in range(size):
+            factor[i, j] = 0.0
+        own = covariance[j, j] + jitter
+        left = own
         for k in range(j):
             left -= factor[j, k] * factor[j, k]
-        if left <= SMALLEST * covariance[j, j]:
+        if left <= SMALLEST * own:
             continue
         factor[j, j] = np.sqrt(left)
         for i in range(j + 1, size):
@@ -37,16 +76,23 @@ def lower_factor(covariance):
             for k in range(j):
                 each -= factor[i, k] * factor[j, k]
             factor[i, j] = each / factor[j, j]
+
+
+@kernel()
+def lower_factor(covariance):
+    """The Cholesky factor (J, J) of a positive semi-definite `covariance` (J, J): where nothing is left of a variance
+    its column is zero."""
+    factor = np.empty(covariance.shape)
+    factorise(covariance, 0.0, factor)
     return factor
 
 
-@numba.njit(cache=True)
-def carried(before, after):
-    """What (J, J) makes of a deviation from the mean of a Gaussian as it narrows, or widens: in what it was, with the
-    factor `before` (J, J), it has the same place as what comes of it has in what it is, with the factor `after`."""
+@inner()
+def carried(before, after, normal, result):
+    """Fill `result` (J, J) with what becomes of a deviation from the mean of a Gaussian as it narrows, or widens: in
+    what it was, with the factor `before` (J, J), it has the same place as what comes of it has in what it is, with
+    the factor `after`. `normal` (J,) is scratch."""
     size = len(before)
-    result = np.zeros((size, size))
-    normal = np.empty(size)
     for column in range(size):
         for i in range(size):
             normal[i] = 1.0 if i == column else 0.0
@@ -54,61 +100,83 @@ def carried(before, after):
                 normal[i] -= before[i, k] * normal[k]
             normal[i] = normal[i] / before[i, i] if before[i, i] > 0.0 else 0.0
         for i in range(size):
+            result[i, column] = 0.0
             for k in range(i + 1):
                 result[i, column] += after[i, k] * normal[k]
-    return result
 
 
-@numba.njit(cache=True)
-def solved(covariance, cross):
-    """The X (J, M) of C·X = `cross` (J, M), C being the `covariance` (J, J) and a hair more, by its Cholesky factor; 0
-    for what has no variance of its own."""
+@inner()
+def solve(covariance, factor, result):
+    """Turn `result` (J, M) into the X of C·X = `result`, C being the `covariance` (J, J) and a hair more, by its
+    Cholesky `factor` (J, J), which is filled; 0 for what has no variance of its own."""
     size = len(covariance)
-    factor = lower_factor(covariance + JITTER * np.eye(size))
-    result = cross.copy()
+    factorise(covariance, JITTER, factor)
     for i in range(size):
         for k in range(i):
             add(-factor[i, k], result[k], result[i])
-        result[i] *= 1.0 / factor[i, i] if factor[i, i] > 0.0 else 0.0
+        scale(1.0 / factor[i, i] if factor[i, i] > 0.0 else 0.0, result[i])
     for i in range(size - 1, -1, -1):
         for k in range(i + 1, size):
             add(-factor[k, i], result[k], result[i])
-        result[i] *= 1.0 / factor[i, i] if factor[i, i] > 0.0 else 0.0
-    return result
+        scale(1.0 / factor[i, i] if factor[i, i] > 0.0 else 0.0, result[i])
 
 
-@numba.njit(cache=True)
+@kernel()
 def conditional(mean, covariance, before, now, size):
     """Of a Gaussian of `mean` (S,) and `covariance` (S, S), how its `size` numbers from `now` on follow from those from
     `before` on: their mean, B, the mean of what is before, and the covariance of what is left."""
-    cross = covariance[before : before + size, now : now + size].copy()
-    follow = solved(covariance[before : before + size, before : before + size], cross).T.copy()
-    rest = covariance[now : now + size, now : now + size] - follow @ cross
-    return mean[now : now + size].copy(), follow, mean[before : before + size].copy(), rest
+    here, there, follow, rest = np.empty(size), np.empty(size), np.empty((size, size)), np.empty((size, size))
+    cross, share, factor = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
+    fill(covariance[before : before + size, now : now + size], cross)
+    fill(cross, share)
+    solve(covariance[before : before + size, before : before + size], factor, share)
+    for i in range(size):
+        here[i], there[i] = mean[now + i], mean[before + i]
+        for j in range(size):
+            follow[i, j] = share[j, i]
+    times(follow, cross, rest)
+    for i in range(size):
+        for j in range(size):
+            rest[i, j] = covariance[now + i, now + j] - rest[i, j]
+    return here, follow, there, rest
 
 
-@numba.njit(cache=True)
+@kernel()
 def carried_on(covariance, before, now, follow, about, factor, points):
     """Where `points` (N, J) about `about` (J,), drawn with the `factor` (J, J), lie from their mean once what they are
     points of, from `before` on in a Gaussian of `covariance` (S, S), has become what is from `now` on, by `follow`
     (J, J); and the factor (J, J) of the latter."""
     size = len(about)
-    narrowed = carried(factor, lower_factor(covariance[before : before + size, before : before + size]))
-    centres = (points - about) @ (follow @ narrowed).T
-    return centres, lower_factor(covariance[now : now + size, now : now + size])
+    narrow, narrowed, moved = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
+    after, away, centres = np.empty((size, size)), np.empty((1, size)), np.empty(points.shape)
+    factorise(covariance[before : before + size, before : before + size], 0.0, narrow)
+    carried(factor, narrow, away[0], narrowed)
+    times(follow, narrowed, moved)
+    for i in range(size):
+        for j in range(size):
+            narrow[i, j] = moved[j, i]
+    for n in range(len(points)):
+        for j in range(size):
+            away[0, j] = points[n, j] - about[j]
+        times(away, narrow, centres[n : n + 1])
+    factorise(covariance[now : now + size, now : now + size], 0.0, after)
+    return centres, after
 
 
-@numba.njit(cache=True)
+@kernel()
 def shifted(mean, covariance, lagged, shift):
     """Of a Gaussian of `mean` (S,) and `covariance` (S, S): the mean and the SD (J,) of its first J numbers once the J
     from `lagged` on turn out to lie `shift` (J,) from their mean; the same of those; and their covariance (J, J), which
     is that of before."""
     size = len(shift)
-    block = covariance[lagged : lagged + size, lagged : lagged + size].copy()
-    share = solved(block, shift.reshape(-1, 1))
-    angles = mean[:size].copy()
+    block, factor, share = np.empty((size, size)), np.empty((size, size)), np.empty((size, 1))
+    angles, now, there, then = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    fill(covariance[lagged : lagged + size, lagged : lagged + size], block)
+    for i in range(size):
+        share[i, 0] = shift[i]
+        angles[i], there[i] = mean[i], mean[lagged + i] + shift[i]
+        now[i], then[i] = np.sqrt(covariance[i, i]), np.sqrt(block[i, i])
+    solve(block, factor, share)
     for i in range(size):
         add(share[i, 0], covariance[lagged + i, :size], angles)
-    variance = np.diag(covariance)
-    now, then = np.sqrt(variance[:size]), np.sqrt(variance[lagged : lagged + size])
-    return angles, now, mean[lagged : lagged + size] + shift, then, block
+    return angles, now, there, then, block

@@ -12,16 +12,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logit
 
+from haptic_env.compiled import kernel
 from haptic_env.grid import Grid
 from observer import capsules
 from observer.capsules import Body, reach_of, ringing, room
 from observer.contact_model import ContactModel
-from observer.marginal_kernels import gather, spread, sweep, touched_links
+from observer.marginal_kernels import any_of, gather, spread, sweep, touched_links
 
 Array = NDArray[np.float64]
 WEIGHT = 3.0  # of a touch, times its own: shared out with all that is known it leaves fewer cells in doubt
@@ -63,24 +63,29 @@ def occupancy(
     return np.where(told, expit(log_odds), 0.5).reshape(grid.shape)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def look_back(link_body, body, lattice, evidence, position, rotation, place, contacts, touch, swept, seen):
     """What T moments have to say, as arrays with T in front: fills `swept` (V,) with the quanta of log-odds that sweeps
     take, and `seen` (V,) with where the hand came near.
 
     Returns what `share` asks of the touches, step by step: `suspects` and `weight` (E,), `cell` and `hits` (C,).
     """
-    slot, stale = np.full(len(swept), -1, dtype=np.int32), np.zeros(len(swept), dtype=np.bool_)
+    slot, stale = np.empty(len(swept), dtype=np.int32), np.empty(len(swept), dtype=np.bool_)
+    for each in range(len(slot)):
+        slot[each] = -1
     nowhere = np.empty(0, dtype=np.int64)  # no cell has a slot
-    along, square = np.empty((2, lattice.shape[2]))
-    felt = np.count_nonzero(contacts)
-    number, weight = np.zeros(felt, dtype=np.int64), np.empty(felt)
+    along, square = np.empty(lattice.shape[2]), np.empty(lattice.shape[2])
+    felt = 0
+    for step in range(len(contacts)):
+        for patch in range(contacts.shape[1]):
+            felt += contacts[step, patch]
+    number, weight = np.empty(felt, dtype=np.int64), np.empty(felt)
     cell, hits = np.empty(64 * felt, dtype=np.int64), np.empty(64 * felt)
     events = count = 0
     for step in range(len(contacts)):
         reach, rings = reach_of(body, evidence, place[step]), ringing(body, contacts[step])
-        if contacts[step].any():
-            touched = touched_links(body, contacts[step])
+        touched = touched_links(body, contacts[step])
+        if any_of(touched):
             most = room(body, lattice, reach.felt, touched)
             cells, owner, height = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64), np.empty(most)
             found = gather(
@@ -100,12 +105,16 @@ def look_back(link_body, body, lattice, evidence, position, rotation, place, con
                 height,
             )
             if count + found > len(cell):
-                more = len(cell) + found
-                cell, hits = np.append(cell, np.empty(more, dtype=np.int64)), np.append(hits, np.empty(more))
+                more = 2 * len(cell) + found
+                old_cell, old_hits = cell, hits
+                cell, hits = np.empty(more, dtype=np.int64), np.empty(more)
+                for c in range(count):
+                    cell[c], hits[c] = old_cell[c], old_hits[c]
             for patch in range(contacts.shape[1]):
                 if not contacts[step, patch]:
                     continue
                 fall = reach.fall[body.patch_link[patch]]
+                number[events] = 0
                 for c in range(found):
                     if owner[c] == patch:
                         beyond = max(height[c] - evidence.shell, 0.0) / fall
@@ -139,7 +148,7 @@ def look_back(link_body, body, lattice, evidence, position, rotation, place, con
     return number, weight, cell[:count], hits[:count]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def share(suspects, weight, cell, hits, no_alarm, rounds, log_odds):
     """Add to `log_odds` (V,) what the touches say: E of them, of so many `suspects` and of a `weight` each; `cell` (C,)
     and `hits` (C,) are those of one touch after another. `no_alarm`: probability that a patch does not ring for
@@ -147,8 +156,9 @@ def share(suspects, weight, cell, hits, no_alarm, rounds, log_odds):
 
     In each of the `rounds` every touch takes back what it had said, and says what follows from what is then known.
     """
-    said = np.zeros(len(cell))
-    clear = np.empty(len(cell))
+    said, clear = np.empty(len(cell)), np.empty(len(cell))
+    for c in range(len(cell)):
+        said[c] = 0.0
     for _ in range(rounds):
         end = 0
         for e in range(len(suspects)):

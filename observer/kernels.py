@@ -7,16 +7,16 @@ parallel over particles, each of which is computed in one order: the same bits f
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from haptic_env.compiled import kernel
 from haptic_env.patches import patch_at, row_at
 from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, voxel_box, voxel_span
-from observer.compiled import parallel
 from observer.kinematics import body_frames
+from observer.marginal_kernels import any_of
 
 
-@numba.njit(cache=True, error_model="numpy", fastmath=True)
+@kernel(fastmath=True)
 def _log_likelihood(body, lattice, evidence, link_body, position, rotation, contacts, watched, flat):
     """log p(z | q, m) up to a constant, over the patches of the `watched` (L,) links.
 
@@ -57,7 +57,7 @@ def _log_likelihood(body, lattice, evidence, link_body, position, rotation, cont
     return total
 
 
-@numba.njit(cache=True, error_model="numpy", fastmath=True)
+@kernel(fastmath=True)
 def _write(
     body,
     lattice,
@@ -139,7 +139,7 @@ def _write(
                 _share(evidence, touch[patch], patch, flat, written, cells, owner, hits, found)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def _share(evidence, touch, patch, flat, written, cells, owner, hits, found):
     """Give the evidence of one touch to the cells that may have caused it."""
     clear = 1.0 - evidence.false_alarm  # probability that nothing rings the patch
@@ -156,8 +156,10 @@ def _share(evidence, touch, patch, flat, written, cells, owner, hits, found):
                 written[cell] = True
 
 
-@parallel(cache=True, error_model="numpy")
+@kernel()
 def advance(
+    begin,
+    end,
     tree,
     body,
     lattice,
@@ -173,8 +175,11 @@ def advance(
     maps,
     written,
     poses,
+    log_mean,
+    moved,
 ):
-    """Match every particle's pose to its map, then write the contacts into the map at the pose.
+    """Match the poses of the particles from `begin` to `end` to their maps, then write the contacts into the maps at
+    the poses.
 
     `contacts` (P,), and `touch` (P,) the weight of each patch's touch; `watched` (L,): the links whose patches have a
     say; `reach`: what the links say of the cells about them. `centres` (N, J): mean of each particle's proposal,
@@ -182,22 +187,22 @@ def advance(
     set to one of the K candidates, drawn in proportion to its likelihood; `written` (V,) is set where any map was
     written.
 
-    Returns the log of the mean likelihood (N,), an unbiased estimate of log ∫ p(z|q,m) p(q|·) dq before the log, and
-    whether the likelihood told the candidates apart, so that the match moved the pose (N,).
+    Fills the log of the mean likelihood `log_mean` (N,), an unbiased estimate of log ∫ p(z|q,m) p(q|·) dq before the
+    log, and `moved` (N,), whether the likelihood told the candidates apart, so that the match moved the pose.
     """
-    particles, candidates, joints = normals.shape
-    log_mean = np.zeros(particles)
-    moved = np.zeros(particles, dtype=np.bool_)
-    matching = watched.any()
+    candidates, joints = normals.shape[1:]
+    matching = any_of(watched)
     touched = np.zeros(len(body.radius), dtype=np.bool_)
     for patch in range(len(contacts)):
         touched[body.patch_link[patch]] |= contacts[patch]
     most, rings = room(body, lattice, reach.felt, touched), ringing(body, contacts)
-    for n in numba.prange(particles):
+    for n in range(begin, end):
         position = np.empty((len(tree.parent), 3))
         rotation = np.empty((len(tree.parent), 3, 3))
         candidate = np.empty((candidates, joints))
-        score = np.zeros(candidates)
+        score = np.empty(candidates)
+        for c in range(candidates):
+            score[c] = 0.0
         flat = maps[n]
         for c in range(candidates):
             for i in range(joints):
@@ -209,7 +214,9 @@ def advance(
                 score[c] = evidence.temper * _log_likelihood(
                     body, lattice, evidence, tree.link_body, position, rotation, contacts, watched, flat
                 )
-        best = score.max()
+        best = least = score[0]
+        for c in range(candidates):
+            best, least = max(best, score[c]), min(least, score[c])
         total = 0.0
         for c in range(candidates):
             score[c] = np.exp(score[c] - best)
@@ -219,8 +226,9 @@ def advance(
         while reached < uniform[n] * total and chosen < candidates - 1:
             chosen += 1
             reached += score[chosen]
-        moved[n] = score.min() < 0.5 * score.max()
-        poses[n] = candidate[chosen]
+        moved[n] = np.exp(least - best) < 0.5
+        for j in range(joints):
+            poses[n, j] = candidate[chosen, j]
         cells = np.empty(most, dtype=np.int64)
         owner = np.empty(most, dtype=np.int64)
         hits = np.empty(most)
@@ -242,4 +250,3 @@ def advance(
             owner,
             hits,
         )
-    return log_mean, moved

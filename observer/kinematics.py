@@ -9,10 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import mujoco
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import validate
+from haptic_env.compiled import kernel, part
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 
@@ -68,7 +69,7 @@ def placed(tree: Tree, root: Pose | None) -> Tree:
     return tree._replace(offset=offset, rotation=rotation)
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def _turn_about(axis, angle, out):
     """Rotation matrix about a unit `axis` (3,) (Rodrigues)."""
     s, c = np.sin(angle), np.cos(angle)
@@ -85,22 +86,22 @@ def _turn_about(axis, angle, out):
     out[2, 2] = t * z * z + c
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def _times(a, b, out):
     for i in range(3):
         for j in range(3):
             out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def body_frames(tree, joint_angles, position, rotation):
     """Fill `position` (B, 3) and `rotation` (B, 3, 3) with the world frames of all bodies at `joint_angles` (J,)."""
     turn = np.empty((3, 3))
     turned = np.empty((3, 3))
-    position[0] = 0.0
-    rotation[0] = 0.0
     for i in range(3):
-        rotation[0, i, i] = 1.0
+        position[0, i] = 0.0
+        for j in range(3):
+            rotation[0, i, j] = 1.0 if i == j else 0.0
     for body in range(1, len(tree.parent)):
         up = tree.parent[body]
         for i in range(3):
@@ -127,14 +128,16 @@ def body_frames(tree, joint_angles, position, rotation):
 
 
 def link_frames(tree: Tree, joint_angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """World positions (L, 3) and rotations (L, 3, 3) of all links at `joint_angles` (J,)."""
+    """World positions (L, 3) and rotations (L, 3, 3) of all links at `joint_angles` (J,); raises `ValueError` where
+    those are not finite."""
+    angles = validate.array("joint_angles", joint_angles, tree.zero.shape, "radians")
     position = np.empty((len(tree.parent), 3))
     rotation = np.empty((len(tree.parent), 3, 3))
-    body_frames(tree, np.asarray(joint_angles, dtype=np.float64), position, rotation)
+    body_frames(tree, angles, position, rotation)
     return position[tree.link_body], rotation[tree.link_body]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def placed_points(tree, joint_angles, points, link):
     """World positions (M, 3) m of `points` (M, 3), each in the frame of its `link` (M,), at `joint_angles` (J,)."""
     position = np.empty((len(tree.parent), 3))
@@ -150,7 +153,7 @@ def placed_points(tree, joint_angles, points, link):
     return result
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def point_jacobian(tree, joint_angles, position, rotation, body, point, out):
     """Fill `out` (3, J) with ∂point/∂q of a `point` (3,) m fixed to `body`, at the frames of `joint_angles` (J,)."""
     turn = np.empty((3, 3))
@@ -184,12 +187,13 @@ def point_jacobian(tree, joint_angles, position, rotation, body, point, out):
         body = tree.parent[body]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def twists(tree, joint_angles, position, rotation, body, linear, angular):
     """Fill `linear` and `angular` (J, 3) with what one radian a second of each joint does to the frame of `body`, at
     the frames of `joint_angles` (J,): a point d m from its origin moves with linear + angular × d."""
-    jacobian = np.empty((3, len(joint_angles)))
-    point = position[body].copy()
+    jacobian, point = np.empty((3, len(joint_angles))), np.empty(3)
+    for i in range(3):
+        point[i] = position[body, i]
     point_jacobian(tree, joint_angles, position, rotation, body, point, jacobian)
     for joint in range(len(joint_angles)):
         for i in range(3):
@@ -206,7 +210,7 @@ def twists(tree, joint_angles, position, rotation, body, linear, angular):
                 angular[joint, 0] = jacobian[2, joint] - linear[joint, 2]
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def _turned(rotation, vector):
     x, y, z = vector[0], vector[1], vector[2]
     return (
@@ -216,7 +220,7 @@ def _turned(rotation, vector):
     )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def place_spread(tree, lengths, joint_angles, covariance, position, rotation):
     """What `link_spread` says (L,), at the frames of `joint_angles` (J,)."""
     joints = len(joint_angles)
@@ -238,7 +242,7 @@ def place_spread(tree, lengths, joint_angles, covariance, position, rotation):
     return result
 
 
-@numba.njit(cache=True)
+@kernel()
 def link_spread(tree, lengths, joint_angles, covariance):
     """SD (L,) m of the place of the middle of each link, of `lengths` (L,) m, along any one axis, for angles of
     `covariance` (J, J) rad² about `joint_angles` (J,)."""

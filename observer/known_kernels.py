@@ -7,17 +7,16 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
-from observer.compiled import inner
+from haptic_env.compiled import inner, kernel, part
 from observer.kinematics import body_frames, point_jacobian
 from observer.solid_fields import field_distance
 
 CLEAR = 4.0  # in SDs: a link this far within its bounds says nothing
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def take_in(tree, skin, solids, h, touches, first, mean, covariance, tolerance, press, surprise):
     """Take in that of the links those in `touches` (L,) lie on hypothesis `h`, at most `press` m inside, and the others
     not inside.
@@ -47,7 +46,7 @@ def take_in(tree, skin, solids, h, touches, first, mean, covariance, tolerance, 
         _condition(low - gap, high - gap, row, first, mean, covariance, tolerance, surprise)
 
 
-@inner(error_model="numpy")
+@inner()
 def nearest(solids, h, skin, link, position, rotation, spot, normal):
     """Gap (m) between hypothesis `h` and the skin of `link`, at `position` (3,) and `rotation` (3, 3); fills `spot`
     (3,) m, where it is least, and `normal` (3,), the way that leads out of the solid there."""
@@ -72,7 +71,7 @@ def nearest(solids, h, skin, link, position, rotation, spot, normal):
     return least
 
 
-@inner(inline="always", error_model="numpy")
+@part()
 def _gap(solids, h, x, y, z):
     at, turn, scale = solids.position[h], solids.rotation[h], solids.scale[h]
     x, y, z = (x - at[0]) / scale, (y - at[1]) / scale, (z - at[2]) / scale
@@ -87,7 +86,7 @@ def _gap(solids, h, x, y, z):
     )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def _condition(low, high, row, first, mean, covariance, tolerance, surprise):
     """Moments of the Gaussian given that `row` · δ lies between `low` and `high`, known to `tolerance`; δ: what the
     angles from `first` on differ from their mean by (for one bound: Rasmussen & Williams 2006, Gaussian Processes for
@@ -114,16 +113,16 @@ def _condition(low, high, row, first, mean, covariance, tolerance, surprise):
             covariance[i, j] -= bend / total * with_gap[i] * with_gap[j]
 
 
-@inner(error_model="numpy")
+@inner()
 def _below(x):
     return 0.5 * math.erfc(-x / math.sqrt(2.0))
 
 
-@inner(error_model="numpy")
+@inner()
 def _density(x):
     return math.exp(-0.5 * x**2) / math.sqrt(2.0 * math.pi)
 
 
-@inner(error_model="numpy")
+@inner()
 def _moment(x):
     return x * _density(x) if abs(x) < 1e3 else 0.0

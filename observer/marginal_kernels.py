@@ -18,16 +18,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env.compiled import inner, kernel, part
 from haptic_env.patches import patch_at, row_at
 from observer.capsules import LEAST, LIMIT, QUANTUM, from_bone, ringing, room, triple, voxel_box, voxel_span
-from observer.compiled import inner, parallel
 from observer.kinematics import twists
 
-BLOCK = 16  # particles that one thread takes in turn
 FARTHEST = 2.5  # SDs beyond the shell, where a cell's part in a touch ends
 FADE = np.exp(-0.5 * ((np.arange(256) + 0.5) / 256 * FARTHEST) ** 2)  # of it, by the SDs beyond the shell
 
@@ -58,19 +56,35 @@ class Suspects(NamedTuple):
     active: NDArray[np.int64]
 
 
-@numba.njit(cache=True)
+@kernel()
 def _moving(tree, links):
     """The joints (A,) that move any of the `links` (L,) that are marked."""
-    moves = np.zeros(len(tree.axis), dtype=np.bool_)
+    moves, count = np.zeros(len(tree.axis), dtype=np.bool_), 0
     for link in range(len(links)):
         body = tree.link_body[link] if links[link] else 0
         while body > 0:
-            moves[tree.first_joint[body] : tree.first_joint[body + 1]] = True
+            for joint in range(tree.first_joint[body], tree.first_joint[body + 1]):
+                count += not moves[joint]
+                moves[joint] = True
             body = tree.parent[body]
-    return np.flatnonzero(moves)
+    result, found = np.empty(count, dtype=np.int64), 0
+    for joint in range(len(moves)):
+        if moves[joint]:
+            result[found] = joint
+            found += 1
+    return result
 
 
-@numba.njit(cache=True, error_model="numpy")
+@inner()
+def any_of(flags):
+    """Whether any of `flags` (M,) is set."""
+    for flag in flags:  # noqa: SIM110 - compiled
+        if flag:
+            return True
+    return False
+
+
+@kernel()
 def scan(tree, body, lattice, stance, contacts, watched, solid, reach):
     """The `Scan` of the patches of the `watched` (L,) links at the `stance` of the mean pose.
 
@@ -114,10 +128,17 @@ def scan(tree, body, lattice, stance, contacts, watched, solid, reach):
             felt[segments] = contacts[patch]
             segments += 1
             begin[segments] = count
-    return Scan(begin[: segments + 1], felt[:segments], place[:, :count].copy(), gain[:, :, :count].copy(), active)
+    near_place, near_gain = np.empty((3, count)), np.empty((len(active), 3, count))
+    for i in range(3):
+        for m in range(count):
+            near_place[i, m] = place[i, m]
+        for a in range(len(active)):
+            for m in range(count):
+                near_gain[a, i, m] = gain[a, i, m]
+    return Scan(begin[: segments + 1], felt[:segments], near_place, near_gain, active)
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def _beside(solid, shape, place, reach):
     """Whether any marked cell is at most `reach` voxels from that of `place` (3,) voxels along each axis."""
     x, y, z = int(np.floor(place[0])), int(np.floor(place[1])), int(np.floor(place[2]))
@@ -130,7 +151,7 @@ def _beside(solid, shape, place, reach):
     return False
 
 
-@numba.njit(cache=True)
+@kernel()
 def touched_links(body, contacts):
     """(L,) the links of which any patch feels contact."""
     touched = np.zeros(len(body.radius), dtype=np.bool_)
@@ -139,7 +160,7 @@ def touched_links(body, contacts):
     return touched
 
 
-@inner(error_model="numpy")
+@inner()
 def gather(
     link_body, body, lattice, evidence, felt, contacts, touched, rings, margin, position, rotation, cells, owner, height
 ):
@@ -179,7 +200,7 @@ def gather(
     return count
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def suspects(tree, body, lattice, evidence, reach, stance, contacts, touch, margin):
     """The `Suspects` of all `contacts` (P,) at the `stance` of the mean pose, `touch` (P,) being the weights of the
     touches.
@@ -249,7 +270,7 @@ def suspects(tree, body, lattice, evidence, reach, stance, contacts, touch, marg
     return Suspects(begin[: patches + 1], weight[:patches], fall[:patches], cell, above, slope, active)
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def _moved(linear, angular, arm):
     """How a point `arm` (3,) m from the origin of a frame moves with a twist of it."""
     return (
@@ -259,7 +280,7 @@ def _moved(linear, angular, arm):
     )
 
 
-@numba.njit(cache=True, inline="always")
+@part()
 def _owner(body, turn, link, dx, dy, dz):
     """The patch of `link`, whose frame is `turn` (3, 3), that is nearest to a point (dx, dy, dz) m from its start."""
     x = turn[0, 0] * dx + turn[1, 0] * dy + turn[2, 0] * dz
@@ -268,7 +289,7 @@ def _owner(body, turn, link, dx, dy, dz):
     return patch_at(body.first, body.length, body.tip, body.along, body.around, body.rings, link, x, y, z)
 
 
-@inner(error_model="numpy")
+@inner()
 def sweep(
     link_body,
     body,
@@ -304,7 +325,7 @@ def sweep(
         outer, near, carved = pad * pad, close * close, reach.carved[link] ** 2 if carve else 0.0
         core, felt = max(radius - evidence.deep, 0.0) ** 2, reach.felt[link] ** 2
         per_bin, first = 1.0 / reach.bin[link], (origin[2] - at[2]) / res + 0.5
-        touched = rings[link].any()
+        touched = any_of(rings[link])
         for i in range(low0, high0):
             dx = origin[0] + (i + 0.5) * res - at[0]
             for j in range(low1, high1):
@@ -336,7 +357,7 @@ def sweep(
     return kept
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def sweep_free(tree, body, lattice, evidence, reach, stance, contacts, carve, common, slot, seen, stale):
     """Cells inside a link at the `stance` of the mean pose are free, the surer the deeper (`Reach.free`), but for those
     about the skin of a patch that feels contact: if `carve`, they lose log-odds in `common` (V,), down to -LIMIT. Of
@@ -344,7 +365,9 @@ def sweep_free(tree, body, lattice, evidence, reach, stance, contacts, carve, co
 
     `seen` (V,) is set for what lies within `evidence.near` m of the skin, `stale` (V,) for all that changes.
     """
-    every = np.ones(len(body.radius), dtype=np.bool_)
+    every = np.empty(len(body.radius), dtype=np.bool_)
+    for link in range(len(every)):
+        every[link] = True
     most = room(body, lattice, reach.carved, every)
     where, loses = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
     kept = sweep(
@@ -371,15 +394,15 @@ def sweep_free(tree, body, lattice, evidence, reach, stance, contacts, carve, co
     return where[:kept], loses[:kept]
 
 
-@parallel(cache=True)
+@kernel()
 def lose(where, loses, own):
     """Take `loses` (W,) from the log-odds at the slots `where` (W,) in every particle's map."""
-    for n in numba.prange(len(own)):
+    for n in range(len(own)):
         for w in range(len(where)):
             own[n, where[w]] = max(own[n, where[w]] - loses[w], -LIMIT)
 
 
-@inner(inline="always", fastmath=True)
+@part(fastmath=True)
 def _shift(gain, active, delta, out):
     """Fill `out` (3, S) with how far `delta` (J,) rad moves points, their `gain` being (A, 3, S)."""
     for i in range(3):
@@ -392,7 +415,7 @@ def _shift(gain, active, delta, out):
                 out[i, m] += gain[a, i, m] * turned
 
 
-@inner(error_model="numpy")
+@inner()
 def _heard(scan, evidence, cell, common, slot, own, n):
     """log p(z | q, m) up to a constant to particle n, the points of `scan` being in `cell` (S,), -1 outside the grid.
 
@@ -419,7 +442,7 @@ def _heard(scan, evidence, cell, common, slot, own, n):
     return total + np.log(rung)
 
 
-@inner(error_model="numpy", fastmath=True)
+@inner(fastmath=True)
 def _score(scan, lattice, evidence, deviation, away, common, slot, own, n, place, shift, cell, score):
     """Fill `score` (K,) with log p(z | q, m) of the candidates up to a constant, to particle n: they lie `deviation`
     (J,) plus and minus each of `away` (K // 2, J) rad from the mean. `place` and `shift` (3, S) and `cell` (S,) are
@@ -449,7 +472,7 @@ def _score(scan, lattice, evidence, deviation, away, common, slot, own, n, place
         score[c] = evidence.temper * _heard(scan, evidence, cell, common, slot, own, n)
 
 
-@numba.njit(cache=True, error_model="numpy", fastmath=True)
+@kernel(fastmath=True)
 def _share(suspects, where, evidence, delta, own, n, touched, solid, hits, ring):
     """Give the evidence of each touch to the cells that may have caused it, in the map of particle n, whose pose is
     `delta` (J,) rad from the mean. At least one of them is occupied: each gets the log of its noisy-OR likelihood
@@ -468,7 +491,7 @@ def _share(suspects, where, evidence, delta, own, n, touched, solid, hits, ring)
         for c in range(begin, end):
             beyond = max(hits[c] - evidence.shell, 0.0) * per_fall
             if hits[c] < -evidence.deep or beyond >= FARTHEST:
-                hits[c] = 0.0
+                hits[c], ring[c] = 0.0, 1.0
                 continue
             hits[c] = evidence.hit * FADE[int(beyond * (len(FADE) / FARTHEST))]
             ring[c] = 1.0 - hits[c] * evidence.probability[own[n, where[c]] + 128]
@@ -486,8 +509,10 @@ def _share(suspects, where, evidence, delta, own, n, touched, solid, hits, ring)
                 solid[suspects.cell[c]] = True
 
 
-@parallel(cache=True, error_model="numpy")
+@kernel()
 def match_and_touch(
+    begin,
+    end,
     scan,
     suspects,
     where,
@@ -503,8 +528,11 @@ def match_and_touch(
     touched,
     solid,
     poses,
+    log_mean,
+    moved,
 ):
-    """Match every particle's pose to its map, then write the touches into the map at the matched pose.
+    """Match the poses of the particles from `begin` to `end` to their maps, then write the touches into the maps at the
+    matched poses.
 
     `where` (C,) are the slots of the suspects. `deviations` (N, J) rad of each particle's proposal from the mean pose.
     Candidates come in pairs about it, as far as the Cholesky factor `spread` (J, J) of all that is uncertain and
@@ -512,40 +540,38 @@ def match_and_touch(
     the mean of the K `candidates` by likelihood, rad from the mean pose; `touched` and `solid` (V,) where any
     particle's map was written, and where it says occupied rather than free.
 
-    Returns the log of the mean likelihood (N,), an unbiased estimate of log ∫ p(z|q,m) p(q|·) dq before the log, and
-    whether the likelihood told the candidates apart, so that the match moved the pose (N,).
+    Fills the log of the mean likelihood `log_mean` (N,), an unbiased estimate of log ∫ p(z|q,m) p(q|·) dq before the
+    log, and `moved` (N,), whether the likelihood told the candidates apart, so that the match moved the pose.
     """
-    particles, pairs, joints = normals.shape
+    pairs, joints = normals.shape[1:]
     points, cells = scan.place.shape[1], len(suspects.cell)
-    log_mean = np.zeros(particles)
-    moved = np.zeros(particles, dtype=np.bool_)
-    for block in numba.prange((particles + BLOCK - 1) // BLOCK):
-        place, shift, cell = np.empty((3, points)), np.empty((3, points)), np.empty(points, dtype=np.int64)
-        away, score = np.empty((pairs, joints)), np.zeros(candidates)
-        hits, ring = np.zeros(cells), np.ones(cells)
-        for n in range(block * BLOCK, min(block * BLOCK + BLOCK, particles)):
-            for h in range(pairs):
-                for i in range(joints):
-                    away[h, i] = 0.0
-                    for j in range(i + 1):
-                        away[h, i] += spread[i, j] * normals[n, h, j]
-            _score(scan, lattice, evidence, deviations[n], away, common, slot, own, n, place, shift, cell, score)
-            best, least = score.max(), score.min()
-            total = 0.0
-            for c in range(candidates):
-                score[c] = np.exp(score[c] - best)
-                total += score[c]
-            log_mean[n] = best + np.log(total / candidates)
-            moved[n] = best - least > np.log(2.0)
+    place, shift, cell = np.empty((3, points)), np.empty((3, points)), np.empty(points, dtype=np.int64)
+    away, score = np.empty((pairs, joints)), np.empty(candidates)
+    hits, ring = np.empty(cells), np.empty(cells)
+    for n in range(begin, end):
+        for h in range(pairs):
             for i in range(joints):
-                poses[n, i] = deviations[n, i]
-                for h in range(pairs):
-                    poses[n, i] += (score[2 * h] - score[2 * h + 1]) / total * away[h, i]
-            _share(suspects, where, evidence, poses[n], own, n, touched, solid, hits, ring)
-    return log_mean, moved
+                away[h, i] = 0.0
+                for j in range(i + 1):
+                    away[h, i] += spread[i, j] * normals[n, h, j]
+        _score(scan, lattice, evidence, deviations[n], away, common, slot, own, n, place, shift, cell, score)
+        best = least = score[0]
+        for c in range(candidates):
+            best, least = max(best, score[c]), min(least, score[c])
+        total = 0.0
+        for c in range(candidates):
+            score[c] = np.exp(score[c] - best)
+            total += score[c]
+        log_mean[n] = best + np.log(total / candidates)
+        moved[n] = best - least > np.log(2.0)
+        for i in range(joints):
+            poses[n, i] = deviations[n, i]
+            for h in range(pairs):
+                poses[n, i] += (score[2 * h] - score[2 * h + 1]) / total * away[h, i]
+        _share(suspects, where, evidence, poses[n], own, n, touched, solid, hits, ring)
 
 
-@numba.njit(cache=True)
+@kernel()
 def settle(cells, used, kept, common, slot, own, seen, stale):
     """Give each of `cells` (C,) a slot that has none: the first one free is `used`, and `kept` (> T,) lists the cells
     of all slots. Sets `seen` and `stale` (V,); returns the slots (C,) and how many are used now."""
@@ -563,14 +589,14 @@ def settle(cells, used, kept, common, slot, own, seen, stale):
     return where, used
 
 
-@numba.njit(cache=True)
+@kernel()
 def mark(cells, touched, seen, stale):
     """Set `stale` (V,) for those of `cells` (T,) that are `touched` (V,) and `seen` (V,)."""
     for cell in cells:
         stale[cell] |= touched[cell] & seen[cell]
 
 
-@numba.njit(cache=True)
+@kernel()
 def flagged(flags):
     """Where (C,) `flags` (V,) are set; few are, so that eight are looked at at a time."""
     words = flags[: len(flags) // 8 * 8].view(np.uint64)
@@ -586,10 +612,13 @@ def flagged(flags):
         if flags[cell]:
             found[count] = cell
             count += 1
-    return found[:count].copy()
+    result = np.empty(count, dtype=np.int64)
+    for c in range(count):
+        result[c] = found[c]
+    return result
 
 
-@numba.njit(cache=True)
+@kernel()
 def spread(cells, shape, told):
     """Let something be told of `cells` (C,) and of the 26 neighbours of each: `told` (V,) int8 is 1 there, 2 for the
     former; `shape` (3,) of the grid. Returns the neighbours (F,) of which nothing was told before."""
@@ -613,13 +642,13 @@ def spread(cells, shape, told):
     return fresh[:count]
 
 
-@parallel(cache=True)
+@kernel()
 def mean_probability(where, own, weights, probability):
     """Posterior probability (C,) of the voxels at the slots `where` (C,): the particles' own, averaged by `weights`
     (N,); `probability` (256,) is that of an entry v at [v + 128]."""
     result = np.zeros(len(where))
-    for block in numba.prange((len(where) + 511) // 512):
-        begin, end = block * 512, min(block * 512 + 512, len(where))
+    for begin in range(0, len(where), 512):
+        end = min(begin + 512, len(where))
         for n in range(own.shape[0]):
             for c in range(begin, end):
                 result[c] += weights[n] * probability[own[n, where[c]] + 128]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from observer import kernels, marginal_kernels
+from observer import kernels, marginal_kernels, threads
 from observer.capsules import Body, Evidence, Lattice, Reach, Stance
 from observer.gaussian import lower_factor
 from observer.kinematics import Tree
@@ -45,7 +45,7 @@ class Cloud(NamedTuple):
 
 
 def match_mean(
-    felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator, poses: Array
+    felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator, poses: Array, number: int
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Every particle takes the mean of its candidates by likelihood, which come from all that is uncertain of the
     pose, in pairs about the centre: where the map has nothing to say nothing moves. What the pose's uncertainty does
@@ -55,14 +55,17 @@ def match_mean(
     """
     particles, joints = cloud.centres.shape
     tree, body, lattice, evidence, reach, contacts, touch, watched = felt
-    stance = cloud.stance
+    stance, log_likelihood, moved = cloud.stance, np.zeros(particles), np.zeros(particles, dtype=bool)
     if watched.any():  # effort goes where contact is
         # Voxels that a candidate may be away; a single one of a single particle is where the pose is.
         about = 1 + int(2.0 * reach.place.max() / lattice.resolution) if particles * candidates > 1 else 1
         scan = marginal_kernels.scan(tree, body, lattice, stance, contacts, watched, maps.solid, about)
         margin = 0.5 * lattice.resolution
         suspects = marginal_kernels.suspects(tree, body, lattice, evidence, reach, stance, contacts, touch, margin)
-        log_likelihood, moved = marginal_kernels.match_and_touch(
+        threads.run(
+            marginal_kernels.match_and_touch,
+            particles,
+            number,
             scan,
             suspects,
             maps.make_room(suspects.cell),
@@ -78,22 +81,27 @@ def match_mean(
             maps.touched,
             maps.solid,
             poses,
+            log_likelihood,
+            moved,
         )
         poses += stance.pose
     else:
         np.add(stance.pose, cloud.centres, out=poses)
-        log_likelihood, moved = np.zeros(particles), np.zeros(particles, dtype=bool)
     _sweep(felt, stance, maps, carve=True)
     return log_likelihood, moved
 
 
 def match_sample(
-    felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator, poses: Array
+    felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator, poses: Array, number: int
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Every particle takes one of its candidates, drawn by likelihood from its proposal, and has the whole of its map
     at its own pose. Fills and returns the same as `match_mean`."""
     particles, joints = cloud.centres.shape
-    result = kernels.advance(
+    log_likelihood, moved = np.zeros(particles), np.zeros(particles, dtype=bool)
+    threads.run(
+        kernels.advance,
+        particles,
+        number,
         *felt,
         cloud.stance.pose + cloud.centres,
         lower_factor(cloud.rest),
@@ -102,10 +110,12 @@ def match_sample(
         maps.own,
         maps.stale,
         poses,
+        log_likelihood,
+        moved,
     )
     maps.seen |= maps.stale
     _sweep(felt, cloud.stance, maps, carve=False)
-    return result
+    return log_likelihood, moved
 
 
 def _sweep(felt: Felt, stance: Stance, maps: Maps, carve: bool) -> None:

@@ -6,14 +6,14 @@ measurements, P patches, B bodies. Loops over the last axis are plain, so that t
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from observer.gaussian import add
+from haptic_env.compiled import kernel
+from observer.gaussian import add, fill, times
 from observer.kinematics import body_frames, point_jacobian
 
 
-@numba.njit(cache=True)
+@kernel()
 def process_noise(gain, torque, limits, motor_noise, velocity_noise):
     """Covariance (D, D) of what a step adds: motor noise, a fraction of the `torque` (J,), itself a fraction of its
     `limits` (J,), through `gain` (D, J), and `velocity_noise` in rad/s."""
@@ -30,7 +30,7 @@ def process_noise(gain, torque, limits, motor_noise, velocity_noise):
     return noise
 
 
-@numba.njit(cache=True)
+@kernel()
 def shift(mean, covariance, state, transition, noise, joints):
     """Move the lagged angles on by one step, then predict: `state` (D,), `transition` and `noise` (D, D)."""
     size, present = mean.size, 2 * joints
@@ -48,7 +48,8 @@ def shift(mean, covariance, state, transition, noise, joints):
                 covariance[i, present + j] = kept[j, i - present]
             for j in range(present + joints, size):
                 covariance[i, j] = covariance[i - joints, j - joints]
-        moved = transition @ kept
+        moved = np.empty((present, size - present))
+        times(transition, kept, moved)
         for i in range(joints):
             mean[present + i] = mean[i]
             for j in range(size - present):
@@ -59,12 +60,20 @@ def shift(mean, covariance, state, transition, noise, joints):
         for i in range(size - present):
             for j in range(present):
                 covariance[present + i, j] = moved[j, i]
-    now = np.ascontiguousarray(covariance[:present, :present])
-    covariance[:present, :present] = transition @ now @ transition.T + noise
-    mean[:present] = state
+    now, turned, moved = np.empty((present, present)), np.empty((present, present)), np.empty((present, present))
+    fill(covariance[:present, :present], now)
+    times(transition, now, moved)
+    for i in range(present):
+        mean[i] = state[i]
+        for j in range(present):
+            turned[i, j] = transition[j, i]
+    times(moved, turned, now)
+    for i in range(present):
+        for j in range(present):
+            covariance[i, j] = now[i, j] + noise[i, j]
 
 
-@numba.njit(cache=True)
+@kernel()
 def condition(mean, covariance, rows, value, variance, felt, felt_variance):
     """Condition on what is measured: first M `rows` (M, D) of the state with `value` (M,) and `variance` (M,), then
     the present angles `felt` (J,) with `felt_variance`. Leaves the covariance exactly symmetric.
@@ -84,7 +93,8 @@ def condition(mean, covariance, rows, value, variance, felt, felt_variance):
                 add(rows[m, d], covariance[d], w[m])
     for j in range(joints):
         residual[first + j] = felt[j] - mean[j]
-        w[first + j] = covariance[j]
+        for i in range(size):
+            w[first + j, i] = covariance[j, i]
     total = np.empty((count, count))
     for m in range(count):
         for n in range(min(first, m + 1)):
@@ -114,7 +124,7 @@ def condition(mean, covariance, rows, value, variance, felt, felt_variance):
     return log_density
 
 
-@numba.njit(cache=True)
+@kernel()
 def _downdate(covariance, w):
     """P ← P - Wᵀ·W for `w` (M, S): the lower triangle, four rows of W at a time, and its mirror image."""
     count, size = w.shape
@@ -137,7 +147,7 @@ def _downdate(covariance, w):
             covariance[j, i] = covariance[i, j]
 
 
-@numba.njit(cache=True)
+@kernel()
 def contact_effects(tree, q, gain, body, point, axes, force, felt, noise, along):
     """Add to `noise` (D, D) what unknown forces on the F patches `felt` do, and fill `along` (F, 3, J), the speed of
     their skin along each axis by joint speed.

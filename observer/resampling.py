@@ -2,25 +2,36 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env.compiled import kernel
 
-@numba.njit(cache=True)
+
+@kernel()
 def effective_sample_size(weights):
     """Neff = 1 / Σ w² of normalised `weights` (N,) (paper, section 3, step 6)."""
-    return 1.0 / np.square(weights).sum()
+    total = 0.0
+    for weight in weights:
+        total += weight * weight
+    return 1.0 / total
 
 
-@numba.njit(cache=True)
+@kernel()
 def normalise(log_weights):
     """Take log Σw from `log_weights` (N,); returns it, the weights (N,), whose sum is 1, and Neff. It is not finite
     where a weight is not, or where all are 0."""
-    most = log_weights.max()
-    total = most + np.log(np.exp(log_weights - most).sum())
-    log_weights -= total
-    weights = np.exp(log_weights)
+    most, weights = log_weights[0], np.empty(len(log_weights))
+    for n in range(len(weights)):
+        most = max(most, log_weights[n])
+    total = 0.0
+    for n in range(len(weights)):
+        weights[n] = np.exp(log_weights[n] - most)
+        total += weights[n]
+    total = most + np.log(total)
+    for n in range(len(weights)):
+        log_weights[n] -= total
+        weights[n] = np.exp(log_weights[n])
     return total, weights, effective_sample_size(weights)
 
 

@@ -1,16 +1,14 @@
 """What contacts say of hypothetical solids: all that `ShapePosterior` computes at every step, compiled.
 
 Shapes: H hypotheses, S pose samples, G parts of the hand, C columns of a sample, L links, P patches, J joints. Kernels
-are pure: random numbers come in. The only parallel loop runs over samples, each of which is computed in one order: the
-same bits for any number of threads.
+are pure: random numbers come in.
 """
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from observer.compiled import inner, parallel
+from haptic_env.compiled import inner, kernel, part
 from observer.kinematics import body_frames
 from observer.solid_fields import field_distance
 
@@ -18,7 +16,7 @@ CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
 
 
-@inner(inline="always", error_model="numpy")
+@part()
 def _in_field(turn, scale, x, y, z):
     """A world vector in the frame of a field that is turned by `turn` (3, 3) and `scale` times as large."""
     return (
@@ -28,7 +26,7 @@ def _in_field(turn, scale, x, y, z):
     )
 
 
-@inner(inline="always", error_model="numpy")
+@part()
 def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     """Fill `gaps` (P,) of the patches of `link`, at `position` (3,) and `rotation` (3, 3), with their distance from
     hypothesis `h`, or `clear` m where it is more; whether any is less.
@@ -75,7 +73,7 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     return near
 
 
-@inner(error_model="numpy", fastmath=True)
+@inner(fastmath=True)
 def _part_likelihood(
     skin, solids, g, position, rotation, contacts, touches, tolerance, press, surprise, gaps, likelihood
 ):
@@ -111,7 +109,7 @@ def _part_likelihood(
                 likelihood[h] *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
 
 
-@parallel(cache=True, error_model="numpy", fastmath=True)
+@kernel(fastmath=True)
 def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise, out):
     """Fill `out` (G, H, S) with p(z_g | q, h) of what each part g feels at each of the `poses` (S, C), in which it
     finds its joints in its `column` (G, J); the SD of a gap is the `tolerance` (L,) m of its link.
@@ -124,8 +122,9 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
     links = len(skin.body)
     touches = np.zeros(links, dtype=np.int64)
     for link in range(links):
-        touches[link] = contacts[skin.first_patch[link] : skin.first_patch[link + 1]].sum()
-    for s in numba.prange(samples):
+        for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+            touches[link] += contacts[patch]
+    for s in range(samples):
         position = np.empty((len(tree.parent), 3))
         rotation = np.empty((len(tree.parent), 3, 3))
         gaps = np.empty(len(contacts))
@@ -140,7 +139,7 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
             )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def weigh(weights, likelihood, temper, log_evidence):
     """Multiply `weights` (G, H, S) by `likelihood` (G, H, S) and normalise them over samples; `temper` times the logs
     of the sums are added to `log_evidence` (H,)."""
@@ -156,17 +155,18 @@ def weigh(weights, likelihood, temper, log_evidence):
             log_evidence[h] += temper * np.log(total)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def resample(weights, share, poses, part, uniform):
     """Resample the poses (S, C) of each part, the `part` (C,) that a column belongs to, for which the effective number,
     the mean over hypotheses by their `share` (H,), is below half of the samples; systematically (one of `uniform` (G,)
     for each), from the mixture of the hypotheses' `weights` (G, H, S), which become what each hypothesis has more than
     the mixture."""
     parts, count, samples = weights.shape
-    source = np.empty(samples, dtype=np.int64)
+    source, mixture, kept = np.empty(samples, dtype=np.int64), np.empty(samples), np.empty(samples)
     for g in range(parts):
-        mixture = np.zeros(samples)
         effective = 0.0
+        for s in range(samples):
+            mixture[s] = 0.0
         for h in range(count):
             square = 0.0
             for s in range(samples):
@@ -175,7 +175,9 @@ def resample(weights, share, poses, part, uniform):
             effective += share[h] / square
         if effective >= 0.5 * samples:
             continue
-        reached, chosen, total = mixture[0], 0, mixture.sum()
+        reached, chosen, total = mixture[0], 0, 0.0
+        for s in range(samples):
+            total += mixture[s]
         for s in range(samples):
             while reached < (s + uniform[g]) / samples * total and chosen < samples - 1:
                 chosen += 1
@@ -183,9 +185,15 @@ def resample(weights, share, poses, part, uniform):
             source[s] = chosen
         for j in range(poses.shape[1]):
             if part[j] == g:
-                poses[:, j] = poses[:, j][source]
+                for s in range(samples):
+                    kept[s] = poses[source[s], j]
+                for s in range(samples):
+                    poses[s, j] = kept[s]
         for h in range(count):
-            kept = weights[g, h][source] / mixture[source]
-            total = kept.sum()
+            total = 0.0
+            for s in range(samples):
+                kept[s] = weights[g, h, source[s]] / mixture[source[s]]
+                total += kept[s]
             # Where the mixture has left a hypothesis no sample worth the name, it starts anew.
-            weights[g, h] = kept / total if total > 1e-200 else np.full(samples, 1.0 / samples)
+            for s in range(samples):
+                weights[g, h, s] = kept[s] / total if total > 1e-200 else 1.0 / samples

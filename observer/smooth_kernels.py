@@ -6,14 +6,16 @@ at each of the last T steps. All work in place.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+
+from haptic_env.compiled import kernel
+from observer.gaussian import add
 
 PRESENT = 3  # numbers of a direction's state now
 LEAST = 1e-12  # no level is impossible
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def turn(level, means, covariances, switching, transition, noise, felt, variance, log_density):
     """Let the levels change, move on by one step, and take in what was `felt` (C,) rad with `variance` rad².
 
@@ -23,14 +25,16 @@ def turn(level, means, covariances, switching, transition, noise, felt, variance
     directions, levels, size = means.shape
     mean = np.empty((levels, size))
     covariance = np.empty((levels, size, size))
-    after = np.empty(levels)
+    after, share = np.empty(levels), np.empty(levels)
     log_level = np.empty(levels)
     for c in range(directions):
         for m in range(levels):
             after[m] = 0.0
             for n in range(levels):
                 after[m] += level[c, n] * switching[n, m]
-            _mix(level[c] * switching[:, m] / after[m], means[c], covariances[c], mean[m], covariance[m])
+            for n in range(levels):
+                share[n] = level[c, n] * switching[n, m] / after[m]
+            _mix(share, means[c], covariances[c], mean[m], covariance[m])
         highest = -np.inf
         for m in range(levels):
             _move(transition, noise[m], mean[m], covariance[m], means[c, m], covariances[c, m])
@@ -43,30 +47,36 @@ def turn(level, means, covariances, switching, transition, noise, felt, variance
         log_density[c] = highest + np.log(total)
         for m in range(levels):
             level[c, m] = max(level[c, m] / total, LEAST)
-        level[c] /= level[c].sum()
+        total = 0.0
+        for m in range(levels):
+            total += level[c, m]
+        for m in range(levels):
+            level[c, m] /= total
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def _mix(share, means, covariances, mean, covariance):
     """Fill `mean` (S,) and `covariance` (S, S) with those of the mixture of levels by `share` (M,)."""
     size = len(mean)
     apart = np.empty(size)
-    mean[:] = 0.0
-    covariance[:] = 0.0
+    for i in range(size):
+        mean[i] = 0.0
+        for j in range(size):
+            covariance[i, j] = 0.0
     for n in range(len(share)):
         if share[n] > 0.0:
-            _add(share[n], means[n], mean)
+            add(share[n], means[n], mean)
     for n in range(len(share)):
         if share[n] > 0.0:
             for i in range(size):
                 apart[i] = means[n, i] - mean[i]
             for i in range(size):
                 row = covariance[i]
-                _add(share[n], covariances[n, i], row)
-                _add(share[n] * apart[i], apart, row)
+                add(share[n], covariances[n, i], row)
+                add(share[n] * apart[i], apart, row)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def _move(transition, noise, mean, covariance, moved, spread):
     """Fill `moved` (S,) and `spread` (S, S) with what a step makes of `mean` and `covariance`: every angle becomes that
     of one step ago."""
@@ -76,7 +86,7 @@ def _move(transition, noise, mean, covariance, moved, spread):
         moved[i] = 0.0
         for k in range(PRESENT):
             moved[i] += transition[i, k] * mean[k]
-            _add(transition[i, k], covariance[k], with_now[i])
+            add(transition[i, k], covariance[k], with_now[i])
     for i in range(PRESENT):
         for j in range(PRESENT):
             spread[i, j] = noise[i, j]
@@ -94,19 +104,15 @@ def _move(transition, noise, mean, covariance, moved, spread):
             spread[k, i] = with_now[k, before]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@kernel()
 def _condition(mean, covariance, felt, variance):
     """Take in the angle `felt` rad; returns its log density."""
     total = covariance[0, 0] + variance
     residual = felt - mean[0]
-    with_felt = covariance[0].copy()
-    _add(residual / total, with_felt, mean)
+    with_felt = np.empty(len(mean))
     for i in range(len(mean)):
-        _add(-with_felt[i] / total, with_felt, covariance[i])
+        with_felt[i] = covariance[0, i]
+    add(residual / total, with_felt, mean)
+    for i in range(len(mean)):
+        add(-with_felt[i] / total, with_felt, covariance[i])
     return -0.5 * (residual**2 / total + np.log(2.0 * np.pi * total))
-
-
-@numba.njit(cache=True, inline="always")
-def _add(factor, values, target):
-    for i in range(len(target)):
-        target[i] += factor * values[i]

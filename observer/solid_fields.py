@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env.compiled import part
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid, rotation_matrix
-from observer.compiled import inner
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -118,7 +118,7 @@ def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
     )
 
 
-@inner(inline="always", error_model="numpy")
+@part()
 def field_distance(field, resolution, half, far, x, y, z):
     """Signed distance at a point of the field's frame, between its nodes linearly; `far` outside."""
     last = field.shape[0] - 1

@@ -8,23 +8,21 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
-import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before numba starts its threads
-
 import measures
-import numba
 import numpy as np
 import wholes
 from bench_table import Figure, beyond, machine, number, of_steps, spread, table
 from explore import HANDS_OR_IDS, Parser, environment, program
 from files import write_json
+from joblib import cpu_count
+from measures import Recording
 from rich.console import Console
 
 import haptic_env
@@ -126,7 +124,8 @@ class Bench:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.size = size = QUICK if settings.quick else Size()
-        self.threads = sorted({1, min(2, numba.get_num_threads())})
+        self.cores = cpu_count()
+        self.threads: list[int | None] = [None, *sorted({1, min(2, self.cores)})]
         self.recording = measures.record(settings.env, settings.shape, settings.sigma, settings.seed, size.steps)
         self.slams = {
             (particles, voxels): measures.make_slam(self.recording, particles, voxels)
@@ -134,7 +133,7 @@ class Bench:
             for particles in (size.few, size.many)
         }
         self.shape = ShapePosterior(self.recording.hand)
-        self.whole: tuple[measures.Recording, HapticSLAM] | None = None
+        self.whole: tuple[Recording, HapticSLAM] | None = None
         try:
             recording = measures.record(WHOLE_HAND, settings.shape, settings.sigma, settings.seed, size.steps)
             self.whole = recording, HapticSLAM(recording.hand, settings.sigma, size.few)
@@ -147,8 +146,8 @@ class Bench:
         """Compile what is not in the cache."""
         measures.environment(self.recording)
         self._stages()
-        for threads in self.threads if self.whole else ():
-            self._whole_hand(threads)
+        if self.whole:
+            self._observe(self.whole, None, False)
 
     def measurements(self) -> list[Callable[[], Values]]:
         """What one round takes."""
@@ -160,10 +159,9 @@ class Bench:
             lambda: {"PoseFilter.step": measures.pose_filter(self.slams[size.few, size.coarse], self.recording)},
             self._stages,
             lambda: {"trial": wholes.whole_trial(*trial)},
-            lambda: {"decisions": wholes.decisions(*trial[:3], 0.5 * size.seconds, asked.seed, self.threads[-1])},
+            lambda: {"decisions": wholes.decisions(*trial[:3], 0.5 * size.seconds, asked.seed, None)},
             partial(wholes.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
-            *(partial(self._observe, *key, threads) for key in self.slams for threads in self.threads),
-            *(partial(self._whole_hand, threads) for threads in (self.threads if self.whole else ())),
+            *(partial(self._observe, what, threads, busy) for what, threads, busy in self._observed()),
         ]
         passes = [partial(measures.environment, self.recording, turn) for turn in range(PASSES)]
         return [each for some in itertools.zip_longest(passes, others) for each in some if each is not None]
@@ -171,14 +169,17 @@ class Bench:
     def _stages(self) -> Values:
         return measures.stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
 
-    def _observe(self, particles: int, voxels: int, threads: int) -> Values:
-        slam = self.slams[particles, voxels]
-        return {_slam(particles, voxels, threads): measures.observe(slam, self.recording, threads)}
+    def _observed(self) -> Iterator[tuple[tuple[Recording, HapticSLAM], int | None, bool]]:
+        """What is observed on how many threads (None: as a user has it who says nothing), and whether each core has
+        another process that never rests."""
+        for what in (*((self.recording, slam) for slam in self.slams.values()), *([self.whole] if self.whole else ())):
+            for threads in self.threads:
+                yield from ((what, threads, busy) for busy in (False, True))
 
-    def _whole_hand(self, threads: int) -> Values:
-        assert self.whole is not None
-        recording, slam = self.whole
-        return {_whole_hand(slam, threads): measures.observe(slam, recording, threads)}
+    def _observe(self, what: tuple[Recording, HapticSLAM], threads: int | None, busy: bool) -> Values:
+        recording, slam = what
+        with measures.neighbours(self.cores if busy else 0):
+            return {_slam(recording, slam, threads, busy): measures.observe(slam, recording, threads)}
 
     def figures(self, console: Console) -> list[Figure]:
         """Measure all rounds."""
@@ -212,32 +213,44 @@ class Bench:
         note = f"{self.size.coarse}³; the tests' oracle"
         rows = [Figure("a particle and step with contact in plain NumPy", "µs", plain, note=note)]
         bandwidth = float(np.median(found["bandwidth"]))
-        for particles, voxels in self.slams:
-            for threads in self.threads:
-                name = _slam(particles, voxels, threads)
-                took = float(np.median(np.median(found[name], axis=0)[self.lag :]))
-                each = 1e6 * took / particles
-                share = touched[voxels] * particles / took / bandwidth
-                note = (
+        for (particles, voxels), slam in self.slams.items():
+            share = touched[voxels] * particles / bandwidth
+
+            def told(seconds: float, each: float = 1e6 / particles, share: float = share) -> str:
+                each *= seconds
+                return (
                     f"{number(each)} µs a particle: 1/{plain / each:.0f} of NumPy, "
-                    f"1/{PEER_MICROSECONDS / each:.0f} of MRPT; {share:.1%} of the copy bandwidth"
+                    f"1/{PEER_MICROSECONDS / each:.0f} of MRPT; {share / seconds:.1%} of the copy bandwidth"
                 )
-                rows.append(of_steps(name, found[name], self.late, self.lag, unit="ms", note=note))
+
+            rows += self._of_settings(found, self.recording, slam, told)
+        return rows
+
+    def _of_settings(
+        self, found: Values, recording: Recording, slam: HapticSLAM, told: Callable[[float], str]
+    ) -> list[Figure]:
+        """The same observer by all numbers of threads; how far that of a user who says nothing is from the best."""
+        rows, late = [], recording.lagged(slam.lag)
+        for busy in (False, True):
+            names = {threads: _slam(recording, slam, threads, busy) for threads in self.threads}
+            took = {t: float(np.median(np.median(found[name], axis=0)[slam.lag :])) for t, name in names.items()}
+            best = min(took.values())
+            for threads, name in names.items():
+                note = told(took[threads]) if threads == 1 and not busy else ""
+                if threads is None:
+                    note = f"{took[None] / best:.2f} of the best number of threads"
+                rows.append(of_steps(name, found[name], late, slam.lag, unit="ms", note=note))
         return rows
 
     def _of_whole_hand(self, found: Values) -> list[Figure]:
         if self.whole is None:
             return [Figure("HapticSLAM.step of MyoHand", "ms", math.nan, note=f"skipped: {self.missing}")]
         recording, slam = self.whole
-        voxels, late = "×".join(map(str, slam.grid.shape)), recording.lagged(slam.lag)
+        voxels = "×".join(map(str, slam.grid.shape))
+        steps = np.median(found[_slam(recording, slam, 1, False)], axis=0)[slam.lag :]
         told = f"J = {recording.hand.joints}, P = {len(recording.hand.patches)}, {voxels}"
-        rows = []
-        for threads in self.threads:
-            name = _whole_hand(slam, threads)
-            most = 1e3 * np.percentile(np.median(found[name], axis=0)[slam.lag :], 90)
-            note = f"{told}; 90 % of steps below {most:.1f} ms"
-            rows.append(of_steps(name, found[name], late, slam.lag, unit="ms", note=note))
-        return rows
+        note = f"{told}; 90 % of steps below {1e3 * np.percentile(steps, 90):.1f} ms"
+        return self._of_settings(found, recording, slam, lambda _: note)
 
     def _of_stages(self, found: Values) -> list[Figure]:
         note = f"N = {self.size.few}, {self.size.coarse}³, 1 thread"
@@ -268,7 +281,7 @@ class Bench:
         trial, seconds = found["trial"], self.size.seconds
         decided = 1e3 * found["decisions"]
         most = np.percentile(np.median(decided, axis=0), 90)
-        name = f"a decision of information_gain, {_threads(self.threads[-1])}"
+        name = "a decision of information_gain"
         told = f"size and place unknown; {decided.shape[1]} of an exploration, 90 % below {most:.0f} ms"
         note = f"N = {self.size.few}, names the object; {seconds / np.median(trial):.1f} times real time"
         return [
@@ -278,29 +291,20 @@ class Bench:
         ]
 
 
-def _slam(particles: int, voxels: int, threads: int) -> str:
-    return f"HapticSLAM.step, N = {particles}, {voxels}³, {_threads(threads)}"
-
-
-def _whole_hand(slam: HapticSLAM, threads: int) -> str:
-    return f"HapticSLAM.step of MyoHand, N = {slam.n_particles}, {_threads(threads)}"
-
-
-def _threads(count: int) -> str:
-    return f"{count} thread{'s' if count > 1 else ''}"
+def _slam(recording: Recording, slam: HapticSLAM, threads: int | None, busy: bool = False) -> str:
+    hand = recording.hand.name
+    of = f"{slam.grid.shape[0]}³" if hand == "two_finger" else "MyoHand"
+    said = "" if threads is None else f", {threads} thread{'s' if threads > 1 else ''}"
+    return f"HapticSLAM.step, N = {slam.n_particles}, {of}{said}{', each core busy' if busy else ''}"
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     settings = parse(arguments)
     console = Console(width=None if sys.stdout.isatty() else 150)
-    before = numba.get_num_threads()
-    try:
-        bench = Bench(settings)
-        bench.warm_up()
-        figures = bench.figures(console)
-    finally:
-        numba.set_num_threads(before)
+    bench = Bench(settings)
+    bench.warm_up()
+    figures = bench.figures(console)
     console.print(table(figures, settings.rounds))
     if settings.json is not None:
         write_json(

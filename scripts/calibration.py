@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from files import atomic
+from files import atomic, write_csv
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 from report import interval
+from results import names_in
 from style import OBSERVER_NAMES, OUTLINE, noise_colours
 
 from observer import metrics
@@ -45,8 +46,7 @@ def curves(rows: pd.DataFrame) -> pd.DataFrame:
 def save(rows: pd.DataFrame, folder: Path) -> list[str]:
     """Write calibration.csv and a picture for each observer in a table's `rows` to `folder`; returns their names."""
     lines = curves(rows)
-    with atomic(folder / "calibration.csv") as place:
-        lines.to_csv(place, index=False)
+    write_csv(folder / "calibration.csv", lines)
     names = ["calibration.csv"]
     for observer in dict.fromkeys(rows["observer"]):
         names.append(f"calibration_{observer}.png")
@@ -118,7 +118,7 @@ def _occupancy(group: pd.DataFrame) -> Iterator[Line]:
 
 
 def _name(group: pd.DataFrame) -> Iterator[Line]:
-    labels = group["candidates"].iloc[0].split()
+    labels = names_in(group["candidates"].iloc[0])
     said = group[[f"p_{label}" for label in labels]].to_numpy()
     right = group["shape"].to_numpy()[:, None] == np.array(labels)
     which = np.minimum((said * NAME_BINS).astype(int), NAME_BINS - 1)

@@ -5,21 +5,22 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import itertools
+import math
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 from conditions import DEFAULTS, FACTORS, Condition, check_policy
-from explore import HANDS_OR_IDS, TRUST, Parser, environment
+from explore import HANDS_OR_IDS, TRUST, environment
 from joblib import cpu_count
 from results import Results
-from tasks import Settings, columns, versions
+from tasks import Settings, columns, files_of, versions
+from terminal import Parser, as_path, refuse
 
 import agents
-from haptic_env import shapes, validate
+from haptic_env import reading, shapes, validate
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
 from observer.variants import ABLATION, FULL, VARIANTS, WITHOUT_MAP
@@ -31,37 +32,51 @@ FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
 NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the paper's, and what touch has added
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
 KINDS: dict[Any, str] = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
+TRUSTED = ["--trust"]
+MOST_CONDITIONS = 10_000
 Options = Mapping[str, argparse.Action]
 
 
 def parse(description: str | None, arguments: list[str] | None) -> argparse.Namespace:
-    """Read and check the command line; ends the program with code 2 where it makes no sense.
-
-    What it returns has also `settings`, `conditions` and the opened `results`.
-    """
+    """`check` and `open_results`."""
     given = check(description, arguments)
     open_results(given)
     return given
 
 
 def check(description: str | None, arguments: list[str] | None) -> argparse.Namespace:
-    """The same without `results`; nothing is written."""
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written.
+
+    What it returns has also `settings` and `conditions`.
+    """
     parser, options = make_parser(description)
     file: dict[str, Any] = {}
     given = parser.parse_args(arguments)
     if given.config is not None:
         try:
             file = read(Path(given.config), options)
-            plan(settle(parser, ["--trust"] if given.trust else [], file))
+            plan(settle(parser, TRUSTED if given.trust else [], file))
         except (ValueError, OSError) as error:
             told = re.sub(r"--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), str(error))  # a flag's key
             parser.error(f"{given.config}: {told}")
-    given = settle(parser, arguments, file)
+    return _planned(settle(parser, arguments, file))
+
+
+def check_values(values: Mapping[str, Any], *, trust: bool = False) -> argparse.Namespace:
+    """The same, where another command says what its flags would: `values` by their keys, and `trust`."""
+    parser, options = make_parser(None)
+    several = {name for name, option in options.items() if option.nargs in ("+", "*")}
+    lists = {
+        name: [value] if name in several and not isinstance(value, list) else value for name, value in values.items()
+    }
+    return _planned(settle(parser, TRUSTED if trust else [], lists))
+
+
+def _planned(given: argparse.Namespace) -> argparse.Namespace:
     try:
         plan(given)
-    except ValueError as error:
-        parser.error(str(error))
-    given.error = parser.error
+    except (ValueError, OSError) as error:
+        refuse(str(error))
     return given
 
 
@@ -70,18 +85,20 @@ def open_results(given: argparse.Namespace) -> None:
     try:
         folder = Path(given.out)
         (folder / "exemplars").mkdir(parents=True, exist_ok=True)
-        config = asdict(given.settings) | versions()
+        config = asdict(given.settings) | versions() | files_of(given.settings)
         given.results = Results(folder, config, *columns(given.settings), given.settings.observers)
     except ValueError as error:
-        given.error(str(error))
+        refuse(str(error))
     except OSError as error:
-        given.error(f"--out must be a folder that can be written to: {error}")
+        refuse(f"--out must be a folder that can be written to: {error}")
 
 
 def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Options]:
     """The parser, and by its key each option that a file may set."""
     parser = Parser(description=description, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--config", metavar="FILE", help="TOML: any of these, first_seed = 20 for --first-seed 20")
+    parser.add_argument(
+        "--config", type=as_path, metavar="FILE", help="TOML: any of these, first_seed = 20 for --first-seed 20"
+    )
     # No key of a file, which may be a stranger's too.
     parser.add_argument("--trust", action="store_true", help=TRUST)
     options: dict[str, argparse.Action] = {}
@@ -94,6 +111,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add(
         "--shapes",
         nargs="+",
+        type=as_path,
         default=list(shapes.SHAPES),
         help=f"what is explored, and the candidates: {', '.join(shapes.SHAPES)}, mesh files (default the former)",
     )
@@ -105,6 +123,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add(
         "--policy",
         nargs="+",
+        type=as_path,
         default=["random_torque"],
         help=f"{', '.join(agents.POLICIES)}, or a trained model.npz; a .zip needs --trust (default random_torque)",
     )
@@ -139,7 +158,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add("--believed-sigma", type=float, default=1.0, help="the observers are told so many times sigma (default 1)")
     add("--jobs", type=int, default=cpu_count(), help="processes of this machine (default: one a core)")
     add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
-    add("--out", default="out/evaluate", help="folder for the results (default out/evaluate)")
+    add("--out", type=as_path, default="out/evaluate", help="folder for the results (default out/evaluate)")
     quick = ", ".join(
         f"--{name} {' '.join(map(str, value)) if isinstance(value, list) else value}" for name, value in QUICK.items()
     )
@@ -160,18 +179,23 @@ def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: M
 
 def read(path: Path, options: Options) -> dict[str, Any]:
     """What the TOML file at `path` sets, each of the right type; else raises `ValueError`, or `OSError`."""
-    content = tomllib.loads(path.read_bytes().decode())
-    return {name: _typed(name, value, options) for name, value in content.items()}
+    return {name: _typed(name, value, options) for name, value in reading.toml(path).items()}
 
 
 def _typed(name: str, value: Any, options: Options) -> Any:
     option = options[validate.choice("key", name, options)]
-    kind: Any = bool if isinstance(option, argparse.BooleanOptionalAction) else option.type or str
+    kind: Any = bool if isinstance(option, argparse.BooleanOptionalAction) else option.type
+    kind = kind if kind in KINDS else str
     several = option.nargs in ("+", "*")
     values = value if several and isinstance(value, list) else [value]
     if not all(type(each) is kind or (kind is float and type(each) is int) for each in values):
         raise ValueError(f"{name} must be {KINDS[kind]}{' or a list of such' if several else ''}, got {value!r}")
-    values = [kind(each) for each in values]
+    try:
+        values = [as_path(each) if option.type is as_path else kind(each) for each in values]
+    except argparse.ArgumentTypeError as error:
+        raise ValueError(f"{name} {error}") from error
+    except OverflowError as error:
+        raise ValueError(f"{name} must be {KINDS[kind]} that a float can be, got {values!r}") from error
     return values if several else values[0]
 
 
@@ -186,6 +210,9 @@ def plan(given: argparse.Namespace) -> None:
     for name, several in values.items():
         if not several:
             raise ValueError(f"--{flags[name].replace('_', '-')} must have a value, got []")
+    if math.prod(map(len, values.values())) > MOST_CONDITIONS:
+        counts = ", ".join(f"{len(several)} of {flags[name]}" for name, several in values.items() if len(several) > 1)
+        raise ValueError(f"a sweep has {MOST_CONDITIONS} combinations at most, these are more: {counts}")
     product = itertools.product(*values.values())
     given.conditions = [Condition(**dict(zip(FACTORS, each, strict=True))) for each in product]
     for policy in values["policy"]:

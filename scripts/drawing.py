@@ -15,7 +15,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import ArrayLike, NDArray
-from style import FREE, HAND, OCCUPANCY, OUTLINE, colours_of, title_of
+from style import FREE, HAND, OCCUPANCY, OUTLINE, as_drawn, colours_of, titles_of
 
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
@@ -109,15 +109,15 @@ def draw_pose_error(
 
 def draw_posterior(axes: Axes, seconds: Array, posterior: Array, labels: Sequence[str], truth: str) -> None:
     """`posterior` (T, C) of `labels`; the curve of the `truth` is the thick one."""
-    colours = colours_of(labels)
+    colours, titles = colours_of(labels), titles_of(labels)
     for column, label in enumerate(labels):
-        really = label == truth
+        really, title = label == truth, as_drawn(titles[label])
         axes.plot(
             seconds,
             posterior[:, column],
             color=colours[label],
             linewidth=2.5 if really else 1.2,
-            label=f"{title_of(label)} (the truth)" if really else title_of(label),
+            label=f"{title} (the truth)" if really else title,
         )
     axes.axhline(0.95, color="#777777", linewidth=0.8, linestyle=":")
     axes.set(title="What the object is", xlabel="time (s)", ylabel="posterior", ylim=(0, 1.02), xlim=(0, seconds[-1]))

@@ -10,24 +10,31 @@ where it was stopped.
 from __future__ import annotations
 
 import argparse
-import sys
+import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules are loaded Ctrl-C ends it without a word
+
 import ablation
 import calibration
+import gymnasium as gym
 import pandas as pd
 import policies
-from command_line import parse
+from claim import claimed
+from command_line import check, open_results
 from conditions import Condition
 from executors import Workers, WorkersLostError, workers
-from files import atomic
+from files import atomic, write_csv
+from getting_ready import get_ready
 from report import parts, print_report, save_picture, summarise
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from tasks import MEASURES, Task, bundles, exemplar_tasks, run_exemplars, run_trials, versions
+from terminal import make_console, program
 
 WIDTH = 120  # of what is printed to a file
 
@@ -51,6 +58,8 @@ def sweep(
         console.print(f"{len(trials) - len(missing)} of {len(trials)} trials are in {results.path} already")
     if not missing:
         return
+    if who is None and given.cluster is None:
+        get_ready(console, gym.make(settings.env).unwrapped.hand, load=False)  # type: ignore[attr-defined]
     conditions = list(dict.fromkeys(task.condition for task in missing))
     exemplars = [task for each in conditions for draw in exemplar_tasks(settings, each) for task in draw]
     with progress_on(console) as progress, who or workers(given.jobs, given.cluster) as team:
@@ -109,14 +118,12 @@ def _calls(team: Workers, trials: Iterable[tuple[Task, ...]], folder: Path) -> I
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    given = parse(__doc__, arguments)
-    console = Console() if sys.stdout.isatty() else Console(width=WIDTH)
-    code = run(lambda: sweep(given, console), console)
-    given.results.rewrite()
-    if not given.results.trials:
-        return code
-    report(given, console)
-    return code
+    given = check(__doc__, arguments)
+    with claimed(Path(given.out)):
+        open_results(given)
+        console = make_console(WIDTH)
+        code = run(lambda: sweep(given, console), console)
+        return run(lambda: report(given, console), console) or code
 
 
 def run(work: Callable[[], None], console: Console) -> int:
@@ -129,14 +136,17 @@ def run(work: Callable[[], None], console: Console) -> int:
     except WorkersLostError as error:
         console.print(f"Stopped: {error}. Every finished trial is kept, and the same command goes on from here.")
         return 1
-    except ValueError as error:
+    except (ValueError, OSError) as error:
         console.print(f"{error}. Every trial that finished before is kept.", style="red")
         return 1
     return 0
 
 
 def report(given: argparse.Namespace, console: Console) -> None:
-    """Write and print what the table says."""
+    """Put the table in order, and write and print what it says."""
+    given.results.rewrite()
+    if not given.results.trials:
+        return
     table, settings = given.results.path, given.settings
     written, summaries = [str(table), "summary.csv"], []
     all_rows = pd.read_csv(table)
@@ -158,8 +168,7 @@ def report(given: argparse.Namespace, console: Console) -> None:
             folder = _part(table.parent, name, console)
             written += [str(Path(name, each)) for each in policies.save(rows, folder)]
             policies.print_table(folder / "policies.csv", console)
-    with atomic(table.parent / "summary.csv") as place:
-        pd.concat(summaries).to_csv(place, index=False)
+    write_csv(table.parent / "summary.csv", pd.concat(summaries))
     console.print(f"Written: {', '.join(written)}", highlight=False)
 
 
@@ -173,4 +182,4 @@ def _part(folder: Path, name: str, console: Console) -> Path:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    program(main)

@@ -22,9 +22,11 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol
 
-import numba
+from lifetime import deaf, end_with_parent
 from tasks import versions
 from threadpoolctl import threadpool_limits
+
+from observer import threads
 
 SECONDS_TO_CONNECT = 5
 AHEAD = 2000  # calls that wait at a scheduler: enough for many workers, and little to keep
@@ -59,7 +61,8 @@ def workers(jobs: int, cluster: str | None) -> AbstractContextManager[Workers]:
 
 @contextmanager
 def local_workers(jobs: int) -> Iterator[Workers]:
-    """`jobs` processes; where anything goes wrong, Ctrl-C included, they end at once."""
+    """`jobs` processes; where anything goes wrong, Ctrl-C included, they end at once, and so they do where this process
+    ends, however it does."""
     executor = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _prepare)
     try:
         yield LocalWorkers(executor, jobs)
@@ -88,7 +91,8 @@ class LocalWorkers:
         try:
             while True:
                 room = self._ahead - len(under_way)
-                under_way |= {self._executor.submit(work, *call) for call in islice(waiting, room)}
+                with deaf():
+                    under_way |= {self._executor.submit(work, *call) for call in islice(waiting, room)}
                 if not under_way:
                     return
                 done, under_way = wait(under_way, return_when=FIRST_COMPLETED)
@@ -226,7 +230,7 @@ def stamped(place: str, work: Callable[..., Any], *call: Any) -> Any:
     begin = [clock() for clock in clocks]
     result = work(*call)
     end = [clock() for clock in clocks]
-    with Path(place).open("a") as file:
+    with Path(place).open("a", encoding="utf-8") as file:
         print(begin[0], end[0], *(b - a for a, b in zip(begin[1:], end[1:], strict=True)), file=file)
     return result
 
@@ -234,10 +238,11 @@ def stamped(place: str, work: Callable[..., Any], *call: Any) -> Any:
 def _prepare() -> None:
     """Ctrl-C is the business of whoever started the process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
     gc.freeze()  # what was imported stays: to look through it for garbage took 1.5 % of the time
     _limit_threads()
 
 
 def _limit_threads() -> None:
-    numba.set_num_threads(1)
+    threads.limit(1)
     threadpool_limits(1)

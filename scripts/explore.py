@@ -8,25 +8,23 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import signal
-import sys
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
-# Before numba starts its threads: else they spin while they wait, and where another program wants the same cores,
-# that makes ten seconds of exploration take forty.
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules are loaded Ctrl-C ends it without a word
 
 import gymnasium as gym
 import numpy as np
 import recorded
+from claim import claimed
 from conditions import check_policy
 from drawing import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
 from files import atomic, write_json
+from getting_ready import get_ready
 from matplotlib.figure import Figure
 from rich.bar import Bar
 from rich.console import Console, Group
@@ -34,7 +32,10 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
-from style import OBSERVER_COLOURS, colours_of, title_of
+from style import OBSERVER_COLOURS, as_drawn, colours_of, titles_of
+from terminal import Parser as Parser  # other commands take these two from here
+from terminal import as_path, make_console, tell_error
+from terminal import program as program
 from trial import Account, Exploration, Trial, candidates_of, guided, make_observers
 
 import agents
@@ -48,7 +49,6 @@ from observer.variants import Observer
 EXAMPLE = """examples: python scripts/explore.py --shape pyramid --sigma 5 --seed 3 --out out/pyramid
           python scripts/explore.py --recording inspect.npz --mesh cube.stl
           python scripts/explore.py --recording glove.txt --hand adroit --shape sphere"""
-READY = "Getting ready (the first time ever, this compiles for about a minute) …"
 OBSERVER, RAW = "haptic_slam", "floor"
 HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, or the id of an environment"
 TRUST = "run what a model.zip has in it, as you would run a program of whoever made it (docs/learning.md)"
@@ -98,22 +98,6 @@ def environment(name: str) -> str:
     return of_hand.get(validate.choice("--hand or --env", name, (*of_hand, *haptic_env.ENVIRONMENTS)), name)
 
 
-class Parser(argparse.ArgumentParser):
-    """Tells what is wrong in one line."""
-
-    def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: error: {message}\n")
-
-
-def program(main: Callable[[], int]) -> NoReturn:
-    """Run `main`, and end the program with its exit code; with 130 where Ctrl-C came before it wrote anything."""
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.stderr.write(f"{Path(sys.argv[0]).name}: stopped; nothing was written\n")
-        sys.exit(130)
-
-
 def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
     """Read and check the command line, and the recording that it names; ends the program with code 2 where either
     makes no sense."""
@@ -123,6 +107,7 @@ def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
     add(
         "--shape",
         "--mesh",
+        type=as_path,
         help=f"{', '.join(shapes.SHAPES)}, or a mesh file (default: drawn at random, hidden until the end)",
     )
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
@@ -131,15 +116,26 @@ def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
     add("--particles", type=int, help="hypotheses of the observer (default 200)")
     add(
         "--policy",
+        type=as_path,
         default="random_torque",
         help=f"{', '.join(agents.POLICIES)}, or a trained model.npz; a .zip needs --trust (default random_torque)",
     )
     add("--trust", action="store_true", help=TRUST)
     add("--seed", type=int, help="the same seed is the same exploration (default 0)")
-    add("--recording", metavar="FILE", help="let the hand repeat this recording: .npz, or the .txt of a CyberGlove")
+    add(
+        "--recording",
+        type=as_path,
+        metavar="FILE",
+        help="let the hand repeat this recording: .npz, or the .txt of a CyberGlove",
+    )
     add("--part", metavar="NAME", help="which recording, of a file that holds several")
-    add("--calibration", metavar="FILE", help="TOML: what the sensors of a glove mean (default: as for GraspDB14)")
-    add("--out", default="out/explore", help="folder for the results (default out/explore)")
+    add(
+        "--calibration",
+        type=as_path,
+        metavar="FILE",
+        help="TOML: what the sensors of a glove mean (default: as for GraspDB14)",
+    )
+    add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("calibration")
     recording: Recording | None = None
@@ -160,10 +156,6 @@ def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
         parser.error(str(error))
     except OSError as error:
         parser.error(f"--recording cannot be read: {error}")
-    try:
-        Path(settings.out).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        parser.error(f"--out must be a folder that can be written to: {error}")
     return settings, recording
 
 
@@ -173,15 +165,13 @@ class Screen:
     def __init__(self, console: Console, trial: Trial) -> None:
         self.console, self.trial = console, trial
         self.watcher = trial.watchers[OBSERVER]
+        self.titles = titles_of(self.watcher.posterior)
         self.live = Live(console=console, refresh_per_second=8, transient=True) if console.is_terminal else None
         self._shown = time.monotonic()
 
     def __enter__(self) -> Screen:
         if self.live is not None:
-            self.live.update(READY)
             self.live.start()
-        else:
-            self.console.print(READY)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -195,7 +185,7 @@ class Screen:
             self._shown = time.monotonic()
             self.live.update(self._panel(seconds, step))
         elif self.live is None and step % each == 0:
-            names = "  ".join(f"{title_of(name)} {p:4.0%}" for name, p in self.watcher.posterior.items())
+            names = "  ".join(f"{self.titles[name]} {p:4.0%}" for name, p in self.watcher.posterior.items())
             self.console.print(f"{seconds:5.1f} s  Neff {self.watcher.belief.n_eff:6.1f}  {names}", highlight=False)
 
     def _panel(self, seconds: float, step: int) -> Group:
@@ -209,7 +199,7 @@ class Screen:
         bars = Table.grid(padding=(0, 2))
         colours = colours_of(self.watcher.posterior)
         for name, p in self.watcher.posterior.items():
-            bars.add_row(title_of(name), Bar(1.0, 0.0, p, width=30, color=colours[name]), f"{p:4.0%}")
+            bars.add_row(self.titles[name], Bar(1.0, 0.0, p, width=30, color=colours[name]), f"{p:4.0%}")
         return Group(head, bars)
 
 
@@ -243,7 +233,9 @@ def explore(
 
     names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
     observers: dict[str, Observer] = {}
+    rate: float = session.env.unwrapped.control_hz  # type: ignore[attr-defined]
     for name, told in names.items():
+        told = {"control_hz": rate, **told}
         observers |= make_observers((name,), session.hand, settings.sigma, settings.particles, **told)
     env = session.env
     if isinstance(session.policy, str):
@@ -267,9 +259,15 @@ def explore(
 
 
 def summarise(
-    settings: Settings, exploration: Exploration, accounts: dict[str, Account], truth: str, took: float
+    settings: Settings,
+    exploration: Exploration,
+    accounts: dict[str, Account],
+    truth: str,
+    took: float,
+    simulated: bool = False,
 ) -> dict[str, Any]:
-    """The figures of one exploration, for people (`table`) and machines (explore.json) alike."""
+    """The figures of one exploration, for people (`table`) and machines (explore.json) alike; `simulated` on an object
+    that is not the recording's own, so that its name is nobody's truth."""
     slam, solid, roots = accounts[OBSERVER], exploration.solid, exploration.roots
     belief = slam.belief
     touched = metrics.touched_places(
@@ -292,8 +290,9 @@ def summarise(
         "explored_seconds": float(exploration.seconds[-1]),
         "computing_seconds": took,
         "named": slam.name,
-        "truth": truth,
-        "correct": slam.name == truth,
+        "truth": None if simulated else truth,
+        "correct": None if simulated else slam.name == truth,
+        **({**recorded.SIMULATED, "simulated_object": truth} if simulated else {}),
         "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
         "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
         "touching_share": float(touching.mean()),
@@ -312,16 +311,19 @@ def summarise(
 
 def table(summary: dict[str, Any]) -> Table:
     """The figures as a person reads them."""
-    named, truth, sure = summary["named"], summary["truth"], summary["posterior"][summary["named"]]
+    named, sure = summary["named"], summary["posterior"][summary["named"]]
     result = Table(
         show_header=False, title=f"After {summary['explored_seconds']:g} s of blind touch", title_justify="left"
     )
     result.add_column(style="dim")
     result.add_column()
-    mark = "[green]right[/]" if summary["correct"] else "[red]wrong[/]"
-    result.add_row("the object is a", Text(title_of(named), style=f"bold {colours_of(summary['posterior'])[named]}"))
+    truth, simulated = _object(summary)
+    titles = titles_of(summary["posterior"])
+    mark = ("right", "green") if named == truth else ("wrong", "red")
+    result.add_row("the object is a", Text(titles[named], style=f"bold {colours_of(summary['posterior'])[named]}"))
     result.add_row("how sure", f"{sure:.1%}")
-    result.add_row("in truth it is a", f"{title_of(truth)} ({mark})")
+    there = "contacts are simulated with a" if simulated else "in truth it is a"
+    result.add_row(there, Text.assemble(titles[truth], " (", mark, ")"))
     when = summary["time_to_decision"]
     result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
     result.add_section()
@@ -338,6 +340,12 @@ def table(summary: dict[str, Any]) -> Table:
     result.add_row("fingers touched it", f"{summary['touching_share']:.0%} of the time")
     result.add_row("computing took", f"{summary['computing_seconds']:.1f} s")
     return result
+
+
+def _object(summary: dict[str, Any]) -> tuple[str, bool]:
+    """The object of an exploration, and whether it is there in the simulation alone."""
+    simulated = summary["truth"] is None
+    return summary["simulated_object" if simulated else "truth"], simulated
 
 
 def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], summary: dict[str, Any]) -> None:
@@ -364,12 +372,16 @@ def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], 
         ),
     }
     draw_pose_error(left, exploration.seconds, errors, exploration.contacts.any(axis=1), settings["sigma"])
-    draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, summary["truth"])
+    truth, simulated = _object(summary)
+    draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, truth)
     sure = summary["posterior"][slam.name]
-    verdict = "right" if summary["correct"] else f"wrong: a {title_of(summary['truth'])}"
+    titles = titles_of(slam.labels)
+    verdict = "right" if slam.name == truth else f"wrong: a {as_drawn(titles[truth])}"
+    if simulated:
+        verdict = f"contacts simulated with a {as_drawn(titles[truth])}"
     figure.suptitle(
         f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°: "
-        f"“a {title_of(slam.name)}”, {sure:.0%} sure ({verdict})",
+        f"“a {as_drawn(titles[slam.name])}”, {sure:.0%} sure ({verdict})",
         fontsize=13,
         fontweight="bold",
     )
@@ -407,29 +419,40 @@ def save_trace(path: Path, exploration: Exploration, accounts: dict[str, Account
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     settings, recording = parse(arguments)
-    console = Console()
+    with claimed(Path(settings.out)):
+        return run(settings, recording)
+
+
+def run(settings: Settings, recording: Recording | None) -> int:
+    """Explore, and write what came of it to the folder that is claimed; returns the exit code."""
+    console = make_console()
     try:
         session = begin(settings, recording)
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
-        sys.stderr.write(f"explore.py: error: {error}\n")
+        tell_error(str(error))
         return 2
-    what = f"a {title_of(settings.shape)}" if settings.shape else "a hidden object"
+    get_ready(console, session.env.unwrapped.hand)  # type: ignore[attr-defined]
+    what = "a hidden object"
+    if settings.shape:
+        what = f"a {titles_of((*session.candidates, settings.shape))[settings.shape]}"
     seconds = session.env.unwrapped.episode_steps / session.env.unwrapped.control_hz  # type: ignore[attr-defined]
     how = f", as in {recording.source}" if recording else ""
     console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
+    if session.simulated:
+        console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
     try:
         exploration, accounts, took, stopped = explore(settings, session, console)
     except ValueError as error:  # an object that this hand cannot hold
-        sys.stderr.write(f"explore.py: error: {error}\n")
+        tell_error(str(error))
         return 2
     truth = recorded.truth_among(exploration.solid, session.candidates)
-    summary = summarise(settings, exploration, accounts, truth, took)
+    summary = summarise(settings, exploration, accounts, truth, took, session.simulated)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, accounts, summary)
     save_trace(out / "explore.npz", exploration, accounts)
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
-        kept = {name: getattr(settings, name) for name in DEFAULTS}
+        kept = {name: getattr(settings, name) for name in DEFAULTS} | (recorded.SIMULATED if session.simulated else {})
         recordings.write(place, recorded.as_recording(exploration, kept, session.followed))
     console.print(table(summary))
     files = "explore.json, explore.npz, recording.npz"

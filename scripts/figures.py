@@ -10,30 +10,34 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
+import signal
 from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-# Before numba starts its threads (see explore.py).
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules are loaded Ctrl-C ends it without a word
 
 import command_line
 import gymnasium as gym
 import matplotlib
 import pandas as pd
+from claim import claimed
 from evaluate import WIDTH, make_files, progress_on, run, sweep
 from executors import workers
-from explore import Parser
+from getting_ready import get_ready
 from joblib import cpu_count
 from plates import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, Plate, pose_error, save
 from plates.figure6 import TITLES
 from plates.plate import PRINT
 from report import SLAM, parts
+from results import KEY
 from rich.console import Console
 from showing import Showing, file_of, read, run_showings
-from tasks import STREAM, Task
+from tasks import COURSES, HISTOGRAMS, MEASURES, STREAM, Task
+from terminal import Parser, as_path, make_console, program, refuse
 
 from haptic_env import shapes, validate
 
@@ -42,6 +46,7 @@ EXAMPLE = """examples: python scripts/figures.py --out out/figures
           python scripts/figures.py figure6 confusion --trials-of out/evaluate"""
 DEFAULTS: dict[str, Any] = {  # of the sweep; flags of evaluate.py
     "shapes": list(shapes.SHAPES),
+    "scale": 1.0,
     "sigmas": [1.0, 2.0, 3.0, 4.0, 5.0],
     "trials": 72,
     "seconds": 10.0,
@@ -60,31 +65,33 @@ QUICK = {"sigmas": [1.0, 3.0, 5.0], "trials": 2, "seconds": 3.0, "exemplars": 1,
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
-    """Read and check the command line; ends the program with code 2 where it makes no sense.
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written.
 
-    What it returns has also the checked flags of the `sweep`, with its opened results where a figure needs them.
+    What it returns has also what evaluate.py makes of the flags of the `sweep`, and of that of the `poses` if one is
+    needed; `sweeps`: those that are run.
     """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("names", nargs="*", metavar="NAME", help=f"which figures (default all): {', '.join(FIGURES)}")
-    add("--out", default="out/figures", help="folder for the figures (default out/figures)")
-    add("--shapes", nargs="+", help="what is explored, and the candidates (default all)")
+    add("--out", type=as_path, default="out/figures", help="folder for the figures (default out/figures)")
+    add("--shapes", nargs="+", type=as_path, help="what is explored, and the candidates (default all)")
+    add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigmas", nargs="+", type=float, help="noise of the sweep, SD in degrees (default 1 2 3 4 5)")
     add("--trials", type=int, help="explorations of the sweep for each shape and sigma (default 72, the paper's)")
     add("--seconds", type=float, help="of an exploration of the sweep (default 10, the paper's)")
     add("--first-seed", type=int, help="seed of its first trial (default 30000)")
     add("--exemplars", type=int, help="draws over which one-shot learning is averaged (default 5)")
     add("--observers", nargs="+", help=f"of the sweep (default {' '.join(DEFAULTS['observers'])})")
-    add("--trials-of", metavar="FOLDER", help="take the trials of this sweep of evaluate.py instead")
+    add("--trials-of", type=as_path, metavar="FOLDER", help="take the trials of this sweep of evaluate.py instead")
     add("--seed", type=int, default=0, help="of the explorations that are shown (default 0)")
     add("--show-seconds", type=float, default=30.0, help="how long they are (default 30, the paper's)")
     add("--particles", type=int, help="of the observer (default 200)")
-    add("--policy", help="as evaluate.py's (default random_torque)")
+    add("--policy", type=as_path, help="as evaluate.py's (default random_torque)")
     add("--trust", action="store_true", help="as evaluate.py's")
     add("--env", help="as evaluate.py's")
     add("--jobs", type=int, help="processes of this machine (default: one a core)")
     add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
-    quick = ", ".join(" ".join([_flag(name), *_texts(value)]) for name, value in QUICK.items())
+    quick = ", ".join(f"--{name.replace('_', '-')} {_told(value)}" for name, value in QUICK.items())
     add("--quick", action="store_true", help=f"a first look: {quick}")
     parser.set_defaults(**DEFAULTS)
     given = parser.parse_args(arguments)
@@ -94,45 +101,32 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     told = {name: getattr(given, name) for name in DEFAULTS} | {"out": str(Path(given.out) / "trials")}
     if given.cluster is not None:
         told["cluster"] = given.cluster
-    trust = ["--trust"] if given.trust else []
-    given.sweep = command_line.check(None, _flags(told) + trust)
+    given.sweep = command_line.check_values(told, trust=given.trust)
+    given.out = Path(given.out)
     try:
         given.names = list(dict.fromkeys(given.names)) or list(FIGURES)
         for name in given.names:
             validate.choice("figure", name, FIGURES)
         validate.integer("--seed", given.seed, 0, 2**32 - 1)
         validate.number("--show-seconds", given.show_seconds, 0.0, 3600.0, above=0.0, unit="s")
-        if given.trials_of is not None and not (Path(given.trials_of) / "trials.csv").exists():
+        if given.trials_of is not None and not os.path.isfile(Path(given.trials_of) / "trials.csv"):
             raise ValueError(
                 f"--trials-of must be a folder of evaluate.py, with trials.csv in it, got {given.trials_of!r}"
             )
-        given.out = Path(given.out)
-        (given.out / "explorations").mkdir(parents=True, exist_ok=True)
-        given.poses = None
-        if given.trials_of is None and any(name in FROM_TRIALS for name in given.names):
-            command_line.open_results(given.sweep)
-            if POSE in given.names and {"kalman", "smoother"}.isdisjoint(given.observers):
-                own = {"observers": [pose_error.SMOOTHER], "classifiers": [], "out": str(given.out / "poses")}
-                given.poses = command_line.check(None, _flags(told | own) + trust)
-                command_line.open_results(given.poses)
     except ValueError as error:
-        parser.error(str(error))
-    except OSError as error:
-        parser.error(f"--out must be a folder that can be written to: {error}")
+        refuse(str(error))
+    given.sweeps, given.poses = [], None
+    if given.trials_of is None and any(name in FROM_TRIALS for name in given.names):
+        given.sweeps.append(given.sweep)
+        if POSE in given.names and {"kalman", "smoother"}.isdisjoint(given.observers):
+            own = {"observers": [pose_error.SMOOTHER], "classifiers": [], "out": str(given.out / "poses")}
+            given.poses = command_line.check_values(told | own, trust=given.trust)
+            given.sweeps.append(given.poses)
     return given
 
 
-def _flags(told: dict[str, Any]) -> list[str]:
-    """What is `told`, as flags of evaluate.py."""
-    return [each for name, value in told.items() for each in (_flag(name), *_texts(value))]
-
-
-def _flag(name: str) -> str:
-    return "--" + name.replace("_", "-")
-
-
-def _texts(value: Any) -> list[str]:
-    return [str(each) for each in (value if isinstance(value, list) else [value])]
+def _told(value: Any) -> str:
+    return " ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
 def explorations(given: argparse.Namespace, names: Iterable[str], console: Console) -> Plates:
@@ -150,11 +144,13 @@ def explorations(given: argparse.Namespace, names: Iterable[str], console: Conso
 
     wanted = {name: FROM_EXPLORATIONS[name].wanted(settings.shapes) for name in names}
     tasks = dict(place(*each) for several in wanted.values() for each in several)
+    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
     if not all(path.exists() for path in tasks):
+        if sweep.cluster is None:
+            get_ready(console, hand, load=False)
         with progress_on(console) as progress, workers(sweep.jobs, sweep.cluster) as team:
             console.print(f"Run by {team.told}", highlight=False)
             make_files(team, progress, "explorations", run_showings, tasks)
-    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
     for name, several in wanted.items():
         yield name, FROM_EXPLORATIONS[name].draw(several, find, hand)
 
@@ -182,17 +178,29 @@ def _swept(given: argparse.Namespace, console: Console) -> Path:
 
 
 def _read(folder: Path) -> pd.DataFrame:
-    """The trials of a sweep; raises `ValueError` for a table that is cut off."""
+    """The trials of a sweep; raises `ValueError` for a table that is cut off, or is not that of a sweep."""
     table = folder / "trials.csv"
     if not table.read_bytes().endswith(b"\n"):
         raise ValueError(f"{table} is cut off in its last line; run its sweep again, which mends it")
-    return pd.read_csv(table)
+    rows = pd.read_csv(table)
+    missing = [name for name in (*KEY, *MEASURES, *HISTOGRAMS, *COURSES, "candidates") if name not in rows]
+    if missing:
+        raise ValueError(f"{table} is no table of evaluate.py, or of another version: it has no {', '.join(missing)}")
+    if rows.empty:
+        raise ValueError(f"{table} has no trials yet")
+    wrong = [name for name in MEASURES if not pd.api.types.is_numeric_dtype(rows[name])]
+    if wrong:
+        raise ValueError(f"{table} is corrupt: not all are numbers in {', '.join(wrong)}")
+    if rows.duplicated([*KEY]).any():
+        lines = ", ".join(str(index + 2) for index in rows.index[rows.duplicated([*KEY])][:5])
+        raise ValueError(f"{table} has trials more than once, first in lines {lines}; delete one of each")
+    return rows
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     given = parse(arguments)
-    console = Console() if sys.stdout.isatty() else Console(width=WIDTH)
+    console = make_console(WIDTH)
 
     def work() -> None:
         for source, registry in ((explorations, FROM_EXPLORATIONS), (trials, FROM_TRIALS)):
@@ -203,8 +211,14 @@ def main(arguments: list[str] | None = None) -> int:
                 for name, plate in source(given, mine, console):
                     console.print(f"Written: {', '.join(save(plate, name, given.out))}", highlight=False)
 
-    return run(work, console)
+    with ExitStack() as stack:
+        for folder in (given.out, *(Path(each.out) for each in given.sweeps)):
+            stack.enter_context(claimed(folder))
+        for each in given.sweeps:
+            command_line.open_results(each)
+        (given.out / "explorations").mkdir(exist_ok=True)
+        return run(work, console)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    program(main)

@@ -1,12 +1,15 @@
-"""Result files that are either whole or not there."""
+"""Result files: whole or not there, the same bytes on every machine, under names that every one takes."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from haptic_env.files import UNFINISHED as UNFINISHED
 from haptic_env.files import atomic as atomic
 
 if TYPE_CHECKING:
@@ -16,17 +19,37 @@ if TYPE_CHECKING:
 
 def write_table(folder: Path, name: str, table: pd.DataFrame, picture: Figure) -> list[str]:
     """Write `table` as `name`.csv and its `picture` as `name`.png to `folder`; returns their names."""
-    with atomic(folder / f"{name}.csv") as place:
-        table.to_csv(place, index=False)
+    write_csv(folder / f"{name}.csv", table)
     with atomic(folder / f"{name}.png") as place:
         picture.savefig(place)
     return [f"{name}.csv", f"{name}.png"]
 
 
+def write_csv(path: Path, table: pd.DataFrame) -> None:
+    """Write `table` as CSV, in UTF-8."""
+    with atomic(path) as place:
+        table.to_csv(place, index=False, encoding="utf-8", lineterminator="\n")
+
+
 def write_json(path: Path, content: Any) -> None:
     """Write `content` as JSON; what is not finite becomes null."""
     with atomic(path) as place:
-        place.write_text(json.dumps(_plain(content), indent=2, allow_nan=False) + "\n")
+        write_text(place, json.dumps(_plain(content), indent=2, allow_nan=False) + "\n")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write `text` in UTF-8, its lines ending as they are, whatever the machine's own ways."""
+    path.write_text(text, encoding="utf-8", newline="")
+
+
+def part_of_name(value: Any) -> str:
+    """`value` as a part of a file's name: words and numbers as they are; of anything else, such as a path, the last
+    part in ASCII, and a digest, as another folder may have a file of that name."""
+    text = str(value)
+    if not isinstance(value, str) or re.fullmatch(r"\w{1,40}", text, re.ASCII):
+        return text
+    stem = re.sub(r"[^\w-]+", "-", Path(text).stem, flags=re.ASCII)[:24]
+    return f"{stem}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
 
 def _plain(value: Any) -> Any:

@@ -13,7 +13,7 @@ import checkpoints
 import learners
 import numpy as np
 import torch
-from files import atomic, write_json
+from files import UNFINISHED, atomic, write_json
 from learners import ALGORITHMS as ALGORITHMS
 from learning_curve import draw
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from tasks import versions
 from training_env import close, make_env, make_vector
 
 import agents
-from haptic_env.arrays import read_npz
+from haptic_env import reading
 
 EVALUATION_SEED = 5_000  # the same explorations at every evaluation
 EVALUATIONS, CHECKPOINTS, BEST = "evaluations.npz", "checkpoints", "best_model"
@@ -47,7 +47,7 @@ class HeldOutEvaluation(EvalCallback):
             deterministic=True,
             verbose=0,
         )
-        self._table, self._written = out / EVALUATIONS, out / f".{EVALUATIONS}"  # this becomes that when it is whole
+        self._table, self._written = out / EVALUATIONS, out / f"{UNFINISHED}{EVALUATIONS}"
         self.log_path = str(self._written)
 
     def _on_training_start(self) -> None:
@@ -58,7 +58,7 @@ class HeldOutEvaluation(EvalCallback):
         if self.n_calls % self.eval_freq == 0:
             self.eval_env.seed(EVALUATION_SEED)
         go_on = super()._on_step()
-        if self._written.exists():
+        if self._written.exists():  # else it was no turn of evaluation
             self._written.replace(self._table)
         return go_on
 
@@ -146,7 +146,6 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: Stop, console: Console) 
     the preset or what is in `out` makes no sense, and has written nothing then."""
     torch.set_num_threads(1)
     found, broken = checkpoints.newest(out / CHECKPOINTS)
-    learners.check(preset)
     began = time.monotonic()
     if jobs > 1:  # a worker could not say what is wrong with a world
         make_env(preset.world).close()
@@ -209,7 +208,7 @@ def keep(model: BaseAlgorithm, out: Path, name: str) -> None:
 def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
     """`OF_EVALUATIONS` by name: decisions (N,), and of each of E explorations (N, E) reward, decisions and whether it
     was right; raises `ValueError` where the file is no such table."""
-    kept = read_npz(path)
+    kept = reading.npz(path)
     found = {name: kept[name] for name in OF_EVALUATIONS if name in kept}
     count = found["timesteps"].shape if "timesteps" in found else ()
     fits = len(count) == 1 and all(each.ndim == 2 and each.shape[:1] == count for each in list(found.values())[1:])

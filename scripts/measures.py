@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,11 +19,11 @@ from typing import Any
 
 import gymnasium as gym
 import mujoco
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 import agents
+from haptic_env.compiled import kernel
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from observer import HapticSLAM, ShapePosterior, marginal_kernels
@@ -30,6 +32,13 @@ from observer.kinematics import Tree, body_frames, tree_of
 Array = NDArray[np.float64]
 LINE = 64  # bytes that the memory hands out at once
 clock = time.perf_counter
+RESTLESS = """
+import os, sys, threading
+threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()
+print(flush=True)
+while True:
+    pass
+"""
 
 
 @dataclass(frozen=True)
@@ -116,9 +125,25 @@ def pose_filter(slam: HapticSLAM, recording: Recording) -> Array:
     return took
 
 
-def observe(slam: HapticSLAM, recording: Recording, threads: int) -> Array:
-    """`HapticSLAM.step` (T,) as a user calls it: the last belief is still held."""
-    numba.set_num_threads(threads)
+@contextmanager
+def neighbours(count: int) -> Iterator[None]:
+    """So many other processes that never rest, while the context lasts; they end with this one."""
+    command = [sys.executable, "-c", RESTLESS]
+    others = [subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) for _ in range(count)]
+    try:
+        for other in others:
+            assert other.stdout is not None
+            other.stdout.readline()  # it runs
+        yield
+    finally:
+        for other in others:
+            other.kill()
+            other.communicate()
+
+
+def observe(slam: HapticSLAM, recording: Recording, threads: int | None) -> Array:
+    """`HapticSLAM.step` (T,) as a user calls it: the last belief is still held. `threads` as `HapticSLAM`'s."""
+    slam.threads = threads
     took = np.empty(len(recording.torques))
     belief = slam.reset(seed=0)
     for k, each in enumerate(zip(recording.torques, recording.felt, recording.contacts, strict=True)):
@@ -172,7 +197,7 @@ class Stopwatch:
 
 def stages(slam: HapticSLAM, shape: ShapePosterior, recording: Recording) -> dict[str, Array]:
     """Each stage (T,) of one turn of the observer and its classifier, on one thread."""
-    numba.set_num_threads(1)
+    slam.threads = 1
     watch, rows = Stopwatch(), []
     belief = slam.reset(seed=0)
     shape.reset(seed=0)
@@ -208,7 +233,7 @@ def stages(slam: HapticSLAM, shape: ShapePosterior, recording: Recording) -> dic
     }
 
 
-@numba.njit(cache=True)
+@kernel()
 def _frames(tree: Any, poses: Any, position: Any, rotation: Any) -> None:
     for n in range(len(poses)):
         body_frames(tree, poses[n], position, rotation)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from style import OCCUPANCY
 from trial import Trial, make_observers
 
+from haptic_env import validate
 from haptic_env.pose import Pose
 from haptic_env.replay import KinematicReplay
 from observer import Belief, metrics
@@ -27,6 +28,8 @@ WIDTH, HEIGHT = 480, 400  # pixels of one panel
 THIN, GLASS = 0.6, 0.2  # how much of the object is seen beneath a hand, and about a map
 LARGER = 1.7  # a touching patch in a picture this small
 UNKNOWN = 0.5  # where the hand never came near
+LONGEST = 36_000.0  # seconds
+PICTURES = (".jpg", ".pdf", ".png", ".svg")
 LEAST = 0.15  # probability from which on a voxel is drawn; that of one that was never touched is 0.03 or 0.5
 
 
@@ -43,6 +46,11 @@ def main(arguments: list[str] | None = None) -> int:
     add("--out", default="out/recording.png", help="the picture (default out/recording.png)")
     given = parser.parse_args(arguments)
     try:
+        for moment in given.at:
+            validate.number("--at", moment, 0.0, LONGEST, unit="s")
+        for angle in given.view:
+            validate.number("--view", angle, -360.0, 360.0, unit="degrees")
+        validate.choice("kind of picture in --out", Path(given.out).suffix.lower(), PICTURES)
         recording = recorded.load(given.recording, None, None, None)
         told = {"env": recorded.environment_of(recording), "shape": given.mesh, "sigma": given.sigma}
         more: dict[str, Any] = {"seconds": None, "policy": "random_torque", "out": given.out, "seed": given.seed}
@@ -50,9 +58,13 @@ def main(arguments: list[str] | None = None) -> int:
         session = recorded.session(settings, recording, render_mode="rgb_array")
         if not isinstance(session.env, KinematicReplay):
             raise ValueError(f"{given.recording}: the recording does not say where the hand and the object were")
-    except (ValueError, OSError) as error:
+        try:
+            Path(given.out).parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ValueError(f"--out must be in a folder that can be written to: {error}") from error
+        picture(Path(given.out), session, settings, sorted(given.at), *given.view)
+    except (ImportError, ValueError, OSError) as error:
         parser.error(str(error))
-    picture(Path(given.out), session, settings, sorted(given.at), *given.view)
     return 0
 
 
@@ -61,7 +73,7 @@ def picture(
 ) -> None:
     """Replay `session`, and draw it at `moments` (s) from `azimuth` and `elevation` (degrees) about the object."""
     env: Any = session.env
-    told = {**session.told, **session.informed}
+    told = {"control_hz": env.unwrapped.control_hz, **session.told, **session.informed}
     observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **told)
     trial = Trial(env, session.policy, observers, session.namer, settings.seed)
     steps = {min(max(1, round(moment * env.control_hz)), trial.steps) for moment in moments}
@@ -92,7 +104,6 @@ def picture(
         fontsize=12,
         fontweight="bold",
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
     with atomic(path) as place:
         figure.savefig(place, dpi=110)
 

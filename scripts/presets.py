@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import tomllib
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+import learner_options
 import numpy as np
 from numpy.typing import NDArray
 
 import haptic_env
 from agents.reach import Reach
-from haptic_env import validate
+from haptic_env import reading, validate
 from haptic_env.hand import Hand
 from observer.belief_observation import CLOCKS_HZ, ENTRIES
 
@@ -52,14 +53,31 @@ class World:
 
     def __post_init__(self) -> None:
         validate.choice("env", self.env, haptic_env.ENVIRONMENTS)
+        validate.number("seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
+        if not isinstance(self.sigma_deg, tuple) or len(self.sigma_deg) != 2:
+            raise ValueError(f"sigma_deg must be two numbers, the least and the largest, got {self.sigma_deg!r}")
         for sigma in self.sigma_deg:
-            validate.number("sigma_deg", sigma, high=90.0, above=0.0, unit="degrees")
+            validate.number("sigma_deg", sigma, 0.0, 90.0, above=0.0, unit="degrees")
         low, high = self.sigma_deg
         if low > high:
             raise ValueError(f"sigma_deg must be the least and the largest, got {self.sigma_deg!r}")
+        validate.number("size_jitter", self.size_jitter, 0.0, 0.5)
+        validate.number("yaw_jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
+        validate.number("position_jitter", self.position_jitter, 0.0, 0.05, unit="m")
+        if not isinstance(self.observation, tuple) or not self.observation:
+            raise ValueError(f"observation must be a list of {', '.join((*ENTRIES, RAW))}, got {self.observation!r}")
         if self.observation != (RAW,):
             for entry in self.observation:
-                validate.choice("entry of observation", entry, (*ENTRIES, RAW))
+                validate.choice("entry of observation", entry, ENTRIES)
+        validate.integer("hold", self.hold, 1, 1000)
+        validate.number("price", self.price, 0.0, 1000.0, unit="nats a second")
+        validate.number("least", self.least, 0.0, 0.1, above=0.0)
+        validate.number("threshold", self.threshold, 0.0, 1.0)
+        validate.number("sure_seconds", self.sure_seconds, 0.0, 3600.0, unit="s")
+        validate.integer("variants", self.variants, 1, 10_000)
+        validate.integer("samples", self.samples, 1, 1000)
+        validate.integer("stride", self.stride, 1, 1000)
+        validate.number("temper", self.temper, 0.0, 1.0, above=0.0)
 
 
 @dataclass(frozen=True)
@@ -79,6 +97,13 @@ class Sweep:
     noise: float = 0.3
     decisions: int = 150
     epochs: int = 60
+
+    def __post_init__(self) -> None:
+        for name in ("flexion", "opening", "sideways", "curl"):
+            validate.number(name, getattr(self, name), -10.0, 10.0)
+        validate.number("noise", self.noise, 0.0, 10.0)
+        validate.integer("decisions", self.decisions, 1, 1_000_000)
+        validate.integer("epochs", self.epochs, 0, 1_000_000)
 
     def torques(self, seconds: NDArray[np.float64], hand: Hand) -> NDArray[np.float32]:
         """(E, J) after `seconds` (E,) of an episode, not yet clipped to -1 and 1, for that is no linear function of the
@@ -114,8 +139,16 @@ class Preset:
         validate.integer("seed", self.seed, 0, 2**31)
         if self.sweep is not None and self.algorithm == "RecurrentPPO":
             raise ValueError("[sweep] is for PPO and SAC, not for RecurrentPPO")
-        for name in ("steps", "envs", "evaluate_every", "checkpoint_every", "episodes"):
-            validate.integer(name, getattr(self, name), 1)
+        for name in ("steps", "evaluate_every", "checkpoint_every"):
+            validate.integer(name, getattr(self, name), 1, 10**12)
+        validate.integer("envs", self.envs, 1, 1024)
+        validate.integer("episodes", self.episodes, 1, 1_000_000)
+        learner_options.check(self.algorithm, self.learner, raw=self.world.observation == (RAW,))
+
+
+def configuration(preset: Preset) -> dict[str, Any]:
+    """What a folder says of the run in it, as JSON can: how long it is may change."""
+    return json.loads(json.dumps({**asdict(preset), "steps": None}))
 
 
 def names() -> list[str]:
@@ -127,16 +160,22 @@ def read(name: str) -> Preset:
     """The preset of this name, or of the TOML file at this path; raises `ValueError` for what makes no sense."""
     path = Path(name) if name.endswith(".toml") else FOLDER / f"{validate.choice('preset', name, names())}.toml"
     try:
-        content = tomllib.loads(path.read_text())
-    except (OSError, tomllib.TOMLDecodeError) as error:
+        content = reading.toml(path)
+    except (OSError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from error
     world, sweep = content.pop("world", {}), content.pop("sweep", None)
-    tables = ("key", content, Preset), ("key of [world]", world, World), ("key of [sweep]", sweep or {}, Sweep)
+    swept = {} if sweep is None else sweep
+    tables = ("key", content, Preset), ("key of [world]", world, World), ("key of [sweep]", swept, Sweep)
     for what, given, made in tables:
+        if not isinstance(given, dict):
+            raise ValueError(f"{what.removeprefix('key of ')} in {path} must be a table, got {given!r}")
         for key in given:
             validate.choice(f"{what} in {path}", key, [each.name for each in fields(made)])
     for key in ("algorithm", "learner"):
         if key not in content:
             raise ValueError(f"{path} must set {key}")
     lists: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in world.items()}
-    return Preset(world=World(**lists), sweep=None if sweep is None else Sweep(**sweep), **content)
+    try:
+        return Preset(world=World(**lists), sweep=None if sweep is None else Sweep(**sweep), **content)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error

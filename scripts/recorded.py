@@ -19,16 +19,18 @@ import haptic_env
 from agents.follow_recording import LEAD_SECONDS, FollowRecording
 from agents.policy import Policy
 from agents.repeat_torques import RepeatTorques
-from haptic_env import hands, recordings, shapes
+from haptic_env import hands, recordings, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.recordings import Felt, Recording, Track
+from haptic_env.recordings import Felt, Recording, Track, checks
 from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh
 from observer import ContactModel, ShapePosterior
 
 Candidates = Mapping[str, list[Solid]]
+OBJECT = ("name", "size", "position", "quaternion")  # what settings say of the object of an exploration
+SIMULATED = {"contacts": "simulated"}  # what they say where it is not the recording's own
 VOXEL = 0.005  # metres, of a map in the object's frame
 MARGIN = 0.03  # metres of a map about the object
 GLOVE = "adroit"  # the hand that a glove moves where nothing is said
@@ -41,7 +43,8 @@ SINKING_NAMER: dict[str, Any] = {"press": 0.05, "tolerance": 0.003}
 class Session:
     """An environment, who moves the hand in it, what the object may be and who names it, and keywords of the
     observers, `told` of all of them and `informed` of the one that is no bracket; `followed`: the recording at the
-    control rate, of a hand that moved as a whole."""
+    control rate, of a hand that moved as a whole; `simulated`: whether the object is one that was named, of which the
+    recording tells nothing, so that what was felt of it is simulated."""
 
     env: gym.Env[Any, Any]
     policy: str | Policy
@@ -50,6 +53,7 @@ class Session:
     told: Mapping[str, Any] = field(default_factory=dict)
     informed: Mapping[str, Any] = field(default_factory=dict)
     followed: Recording | None = None
+    simulated: bool = False
 
     @property
     def hand(self) -> Hand:
@@ -101,17 +105,31 @@ def session(settings: Any, recording: Recording, render_mode: str | None = None)
 
 
 def _playback(settings: Any, recording: Recording) -> Session:
-    made = {"object", "in_object_frame"} - set(recording.settings)
-    if made:
-        raise ValueError(f"{recording.source}: its settings miss {', '.join(sorted(made))}; explore.py writes them")
     hand = hands.make(haptic_env.ENVIRONMENTS[settings.env])
-    solid = shapes.make(**recording.settings["object"])
+    solid, moved = _explored(recording)
     env = Playback(hand, recording, solid)
     policy = RepeatTorques(env, recording.felt.torques[1:, recording.columns_of(hand)])  # type: ignore[union-attr]
-    if recording.settings["in_object_frame"]:
+    if moved:
         return Session(env, policy, *_in_object_frame(hand, solid), recording)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    return Session(env, policy, candidates, ShapePosterior(hand, candidates))
+    simulated = SIMULATED.items() <= recording.settings.items()
+    return Session(env, policy, candidates, ShapePosterior(hand, candidates), simulated=simulated)
+
+
+def _explored(recording: Recording) -> tuple[Solid, bool]:
+    """The object of an exploration, and whether the hand moved as a whole; raises `ValueError` for settings that do not
+    tell, as those that explore.py writes do."""
+    told = recording.settings.get("object")
+    try:
+        if not isinstance(told, dict) or set(told) != set(OBJECT):
+            raise ValueError(f"object must be a table of {', '.join(OBJECT)}, got {told!r}")
+        moved = validate.boolean("in_object_frame", recording.settings.get("in_object_frame"))
+        if moved and (recording.root is None or recording.object is None):
+            raise ValueError("in_object_frame is true, but it does not say where the hand and the object were")
+        validate.array("position of object", told["position"], (3,), "m", bound=checks.APART)
+        return shapes.make(**told), moved
+    except ValueError as error:
+        raise ValueError(f"{recording.source}: its settings are not those that explore.py writes: {error}") from error
 
 
 def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> Session:
@@ -146,6 +164,11 @@ def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosteri
 
 
 def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Session:
+    if settings.shape is None:
+        raise ValueError(
+            f"{recording.source}: it has joint angles alone, and does not tell of an object; name the one with which "
+            "contacts are to be simulated: --shape NAME or --mesh FILE"
+        )
     env = gym.make(
         settings.env,
         shape=settings.shape,
@@ -158,7 +181,7 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Ses
     policy = FollowRecording(env, recording)
     hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    return Session(env, policy, candidates, ShapePosterior(hand, candidates))
+    return Session(env, policy, candidates, ShapePosterior(hand, candidates), simulated=True)
 
 
 def as_recording(exploration: Exploration, settings: Mapping[str, Any], followed: Recording | None) -> Recording:

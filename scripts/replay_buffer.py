@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.buffers import ReplayBuffer
 
-from haptic_env import validate
-from haptic_env.arrays import read_npz
+from haptic_env import reading, validate
 
 KEPT = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 SLACK = 2**20  # bytes of a file beside its arrays
@@ -28,7 +27,7 @@ def save(path: Path, buffer: ReplayBuffer) -> None:
 def restore(path: Path, buffer: ReplayBuffer) -> None:
     """Put what was saved at `path` into `buffer`, which is empty; raises `ValueError` where it is of another one."""
     arrays = _arrays(buffer)
-    kept = read_npz(path, sum(array.nbytes for array in arrays.values()) + SLACK)
+    kept = reading.npz(path, sum(array.nbytes for array in arrays.values()) + SLACK)
     if kept.keys() != {*arrays, "position"} or kept["position"].shape != () or kept["position"].dtype.kind != "i":
         raise ValueError(f"{path} is of another replay buffer: it holds {', '.join(kept)}")
     rows = len(np.atleast_1d(kept["rewards"]))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from conditions import FACTORS
-from files import atomic
+from files import atomic, part_of_name
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich import box
@@ -50,7 +50,7 @@ def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]
     groups = [*FACTORS, "shape", "observer"]
     for names, group in pd.concat([rows, rows.assign(shape=ALL)]).groupby(groups, sort=False):
         for measure in (*measures, *correct):
-            values = group[measure].dropna().to_numpy()
+            values = group[measure].dropna().to_numpy(dtype=np.float64)
             mean, low, high, count = metrics.accuracy(values) if measure in shares else interval(values)
             lines.append((*names, measure, mean, low, high, count))
     return pd.DataFrame(lines, columns=[*groups, "measure", "mean", "low", "high", "trials"])
@@ -64,7 +64,7 @@ def parts(rows: pd.DataFrame, together: Sequence[str] = ("sigma_deg",)) -> Itera
         yield "", rows
         return
     for values, part in rows.groupby(varying, sort=False):
-        yield ",".join(f"{name}={value}" for name, value in zip(varying, values, strict=True)), part
+        yield ",".join(f"{name}={part_of_name(value)}" for name, value in zip(varying, values, strict=True)), part
 
 
 def save_picture(summary: pd.DataFrame, namers: Sequence[str], chance: float, folder: Path) -> None:

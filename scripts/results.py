@@ -1,7 +1,8 @@
 """The table of a sweep: appended trial by trial, whole or not at all, and never of two configurations.
 
 A folder holds config.json, trials.csv (one row for each trial and observer; `pandas.read_csv` opens it) and the
-maps of the exemplars. Killed at any moment it loses the trials under way and nothing else.
+maps of the exemplars. Killed at any moment it loses the trials under way and nothing else. A row ends with a checksum
+of its fields, so that one that was altered is no result any more.
 """
 
 from __future__ import annotations
@@ -10,16 +11,31 @@ import csv
 import io
 import json
 import os
-from collections.abc import Mapping, Sequence
+import shlex
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from conditions import FACTORS
-from files import atomic, write_json
+from files import atomic, write_json, write_text
 
 Row = dict[str, str]
 Key = tuple[float | str, ...]  # of a trial: `KEY` but for the observer
 KEY = (*FACTORS, "shape", "seed", "observer")
+CHECK = "check"  # the last column
+csv.field_size_limit(2**24)  # the course of an hour is longer than what `csv` takes for a field
+
+
+def listed(names: Iterable[str]) -> str:
+    """Several `names` in one field: with spaces, and quotes as the shell has them about what is more than a word."""
+    return shlex.join(names)
+
+
+def names_in(field: str) -> list[str]:
+    """The names of a `listed` field."""
+    return shlex.split(field) if "'" in field else field.split()
 
 
 class Results:
@@ -52,23 +68,24 @@ class Results:
         text = [{name: _text(row[name]) for name in self.columns} for row in rows]
         self.trials[self._key(text[0])] = text
         with self.path.open("ab") as file:
-            file.write(self._lines(text).encode())
+            file.write("".join(map(self._line, text)).encode())
             file.flush()
             os.fsync(file.fileno())
 
     def rewrite(self) -> None:
         """The same table in the order of `KEY`, whatever the order in which trials finished."""
-        rows = [row for key in sorted(self.trials) for row in self.trials[key]]
         with atomic(self.path) as place:
-            place.write_text(self._lines([dict(zip(self.columns, self.columns, strict=True)), *rows]))
+            write_text(place, self._table(sorted(self.trials)))
 
     def _key(self, row: Row) -> Key:
         return tuple(float(row[name]) if name in self.numbers else row[name] for name in KEY[:-1])
 
-    def _lines(self, rows: Sequence[Row]) -> str:
-        text = io.StringIO()
-        csv.DictWriter(text, self.columns, lineterminator="\n").writerows(rows)
-        return text.getvalue()
+    def _table(self, keys: Iterable[Key]) -> str:
+        return _csv([*self.columns, CHECK]) + "".join(self._line(row) for key in keys for row in self.trials[key])
+
+    def _line(self, row: Row) -> str:
+        fields = [row[name] for name in self.columns]
+        return _csv([*fields, _check(fields)])
 
     def _check_config(self, config: Mapping[str, Any]) -> None:
         path = self.folder / "config.json"
@@ -78,8 +95,8 @@ class Results:
             write_json(path, config)
             return
         try:
-            there = json.loads(path.read_text())
-        except ValueError as error:
+            there = json.loads(path.read_text(encoding="utf-8-sig"))
+        except (ValueError, RecursionError) as error:
             raise ValueError(f"{path} is corrupt ({error}); choose another --out or delete {self.folder}") from error
         here = json.loads(json.dumps(config))
         if not isinstance(there, dict):
@@ -92,18 +109,24 @@ class Results:
             raise ValueError(f"{self.folder} holds another configuration: {told}; choose another --out")
 
     def _read(self) -> bool:
-        """Read the table; whether a half-written end was dropped."""
+        """Read the table; whether it means the same as another text: what an editor does to ends of lines is undone,
+        and a half-written end is dropped."""
+        content = self.path.read_bytes()
+        whole, newline, end = content.rpartition(b"\n")  # an end is there where the last line was being written
         try:
-            text = self.path.read_bytes().decode()
+            text = (whole + newline).decode()
         except UnicodeDecodeError as error:
             raise ValueError(f"{self.path} is corrupt: {error}") from error
-        lines = text.split("\n")
-        torn = lines.pop() != ""  # what follows the last newline: a line that was being written
-        if not lines or next(csv.reader(lines[:1]), []) != self.columns:
+        lines = text.removeprefix("\ufeff").replace("\r\n", "\n").split("\n")[:-1]
+        if not lines or self._fields(1, lines[0]) != [*self.columns, CHECK]:
             raise ValueError(f"{self.path}, line 1: the columns are not those of this table; choose another --out")
-        for number, fields in enumerate(csv.reader(lines[1:]), start=2):
-            row = self._checked(number, fields)
-            self.trials.setdefault(self._key(row), []).append(row)
+        seen: dict[tuple[Key, str], int] = {}
+        for number, line in enumerate(lines[1:], start=2):
+            if line:
+                self._take(number, line, seen)
+        if end:
+            with suppress(ValueError):
+                self._take(len(lines) + 1, end.decode(), seen)
         for key, rows in list(self.trials.items()):
             observers = [row["observer"] for row in rows]
             if observers == self.order:
@@ -111,14 +134,31 @@ class Results:
             if key != list(self.trials)[-1] or observers != self.order[: len(observers)]:
                 raise ValueError(f"{self.path} is corrupt: the trial {key} has rows of {', '.join(observers)}")
             del self.trials[key]  # the last one, cut off between two of its rows
-            torn = True
-        return torn
+        return content != self._table(self.trials).encode()
 
-    def _checked(self, number: int, fields: list[str]) -> Row:
-        if len(fields) != len(self.columns):
+    def _take(self, number: int, line: str, seen: dict[tuple[Key, str], int]) -> None:
+        """Add the row of a `line`; `seen`: in which line each row was before."""
+        row = self._row(number, self._fields(number, line))
+        key = self._key(row)
+        first = seen.setdefault((key, row["observer"]), number)
+        if first != number:
             raise ValueError(
-                f"{self.path}, line {number}: {len(fields)} fields, not {len(self.columns)}; the table is corrupt"
+                f"{self.path}, line {number}: the trial and observer of line {first} once more; delete one of them"
             )
+        self.trials.setdefault(key, []).append(row)
+
+    def _fields(self, number: int, line: str) -> list[str]:
+        try:
+            return next(csv.reader([line]), [])
+        except csv.Error as error:
+            raise ValueError(f"{self.path}, line {number}: {error}; the table is corrupt") from error
+
+    def _row(self, number: int, fields: list[str]) -> Row:
+        if len(fields) != len(self.columns) + 1:
+            raise ValueError(
+                f"{self.path}, line {number}: {len(fields)} fields, not {len(self.columns) + 1}; the table is corrupt"
+            )
+        *fields, check = fields
         row = dict(zip(self.columns, fields, strict=True))
         for name in self.numbers:
             try:
@@ -127,7 +167,23 @@ class Results:
                 raise ValueError(
                     f"{self.path}, line {number}: {name} must be a number, got {row[name]!r}; the table is corrupt"
                 ) from None
+        if check != _check(fields):
+            raise ValueError(
+                f"{self.path}, line {number}: it was altered, as its {CHECK} says, {check!r} in place of "
+                f"{_check(fields)!r}; put it back, or delete all rows of its trial, which then runs again"
+            )
         return row
+
+
+def _csv(fields: Sequence[str]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(fields)
+    return text.getvalue()
+
+
+def _check(fields: Sequence[str]) -> str:
+    """Tells a row from one in which anything was changed; begins with letters, so that nobody takes it for a number."""
+    return f"crc{zlib.crc32(_csv(fields).encode()):08x}"
 
 
 def _text(value: Any) -> str:

@@ -7,13 +7,10 @@ rounds. Prints a table; --out takes a picture and the table as CSV.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before numba starts its threads
 
 import matplotlib.pyplot as plt
 import measures

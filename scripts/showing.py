@@ -13,19 +13,20 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
+from files import part_of_name
 from numpy.typing import NDArray
 from report import SLAM
-from tasks import Task, make_trial, versions
+from tasks import Task, files_of, make_trial, versions
 
-from haptic_env import shapes
+from haptic_env import reading, shapes
 from haptic_env.grid import Grid
 from haptic_env.shapes import Solid
 
 Array = NDArray[np.float64]
 FRAMES_PER_SECOND = 10
+LARGEST = 4096 * reading.MIB  # bytes of a showing, which this program wrote itself
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,16 +130,17 @@ def _show(task: Task) -> bytes:
 
 def file_of(folder: Path, task: Task) -> Path:
     """Where the showing of `task` is kept: a name that no other task, and no other version of the code, has."""
-    told = json.dumps([asdict(task), versions()], sort_keys=True)
-    return folder / f"{task.shape}_{task.condition.sigma_deg:g}_{hashlib.sha256(told.encode()).hexdigest()[:12]}.npz"
+    told = json.dumps([asdict(task), versions() | files_of(task.settings)], sort_keys=True)
+    digest = hashlib.sha256(told.encode()).hexdigest()[:12]
+    return folder / f"{part_of_name(task.shape)}_{task.condition.sigma_deg:g}_{digest}.npz"
 
 
 def read(path: Path) -> Showing:
     """The showing that is kept at `path`; raises `ValueError` where the file is corrupt."""
     try:
-        with np.load(io.BytesIO(path.read_bytes())) as kept:
-            found = {each.name: kept[each.name] for each in fields(Showing)}
-            occupancy = np.cumsum(found["occupancy"], axis=0, dtype=np.uint16).view(np.float16)
-            return Showing(**{**found, "occupancy": occupancy})
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+        kept = reading.npz(path, LARGEST)
+        found = {each.name: kept[each.name] for each in fields(Showing)}
+        occupancy = np.cumsum(found["occupancy"], axis=0, dtype=np.uint16).view(np.float16)
+        return Showing(**{**found, "occupancy": occupancy})
+    except (OSError, ValueError, KeyError) as error:
         raise ValueError(f"the exploration {path} is corrupt ({error}); delete it and run again") from error

@@ -15,6 +15,7 @@ from haptic_env.shapes import SHAPES
 matplotlib.use("Agg")  # pictures are files; no window, no display needed
 
 SPARE = ("#56B4E9", "#F0E442", "#999999", "#882255", "#44AA99", "#AA4499")  # for shapes to come
+LONGEST = 40  # letters of a title in a picture
 KNOWN = {"cube": "#0072B2", "sphere": "#D55E00", "pyramid": "#009E73", "cylinder": "#CC79A7"}
 
 OBSERVER_COLOURS = {
@@ -54,9 +55,21 @@ def colours_of(labels: Iterable[str]) -> dict[str, str]:
 SHAPE_COLOURS = colours_of(SHAPES)
 
 
-def title_of(label: str) -> str:
-    """What to call an object: the name of a shape, or that of a mesh file without its folder."""
-    return label if label in SHAPES else Path(label).stem
+def titles_of(labels: Iterable[str]) -> dict[str, str]:
+    """What to call each of `labels`, shapes or mesh files: of a file's path as much as tells it from the others."""
+    ways = {each: (each,) * 3 if each in SHAPES else (Path(each).stem, Path(each).name, each) for each in labels}
+    titles = {}
+    for label, mine in ways.items():
+        others = {way for other, theirs in ways.items() if other != label for way in theirs}
+        titles[label] = next((way for way in mine if way not in others), label)
+    return titles
+
+
+def as_drawn(title: str) -> str:
+    """`title` as a picture can show it: short enough, dollars are no mathematics, and no legend leaves it out."""
+    short = title if len(title) <= LONGEST else f"{title[: LONGEST // 2]}…{title[-LONGEST // 2 :]}"
+    plain = short.replace("$", r"\$")
+    return f" {plain}" if plain.startswith("_") else plain
 
 
 def noise_colours(noises: Sequence[float]) -> dict[float, str]:

@@ -11,19 +11,19 @@ from dataclasses import asdict, astuple, dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import BadZipFile
 
 import gymnasium as gym
 import numpy as np
 from conditions import Condition
+from files import part_of_name
 from numpy.typing import NDArray
-from results import KEY, Key
+from results import KEY, Key, listed
 from trial import TRUE_POSE, Account, Exploration, Trial, candidates_of, guided, make_observers
 
 import agents
 import haptic_env
 import observer as observer_package
-from haptic_env import shapes, validate
+from haptic_env import reading, shapes, validate
 from haptic_env.grid import Grid
 from observer import ShapePosterior, metrics, variants
 from observer.classifiers import CLASSIFIERS, MapClassifier
@@ -140,16 +140,8 @@ class Task:
     @property
     def name(self) -> str:
         """The same as the name of a file."""
-        told = [f"{name}={_part(value)}" for name, value in asdict(self.condition).items()]
-        return "_".join([*told, _part(self.shape), str(self.seed)])
-
-
-def _part(value: Any) -> str:
-    """`value` as a part of a file's name: of a path its own name, which may be that of another file too, is not
-    enough."""
-    if not isinstance(value, str) or value in shapes.SHAPES or value in agents.POLICIES:
-        return str(value)
-    return f"{Path(value).stem}-{hashlib.sha256(value.encode()).hexdigest()[:8]}"
+        told = [f"{name}={part_of_name(value)}" for name, value in asdict(self.condition).items()]
+        return "_".join([*told, part_of_name(self.shape), str(self.seed)])
 
 
 def bundles(tasks: Iterable[Task]) -> list[tuple[Task, ...]]:
@@ -345,7 +337,7 @@ def _row(
             fitted = classifiers(namer, observer, task.settings.shapes, exemplars)
             named[namer] = [each.predict(account.belief.occupancy) for each in fitted]
     for namer, names in named.items():
-        row[namer] = " ".join(names)
+        row[namer] = listed(names)
         row[f"{namer}_correct"] = float(np.mean([each == task.shape for each in names])) if names else float("nan")
     return row | constants(task.settings)
 
@@ -379,9 +371,8 @@ def classifiers(namer: str, observer: str, labels: Sequence[str], exemplars: Exe
         maps = []
         for name, content in draw:
             try:
-                with np.load(io.BytesIO(content)) as kept:
-                    maps.append(kept[observer])
-            except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+                maps.append(reading.Arrays(content, name)[observer])
+            except (ValueError, KeyError) as error:
                 raise ValueError(f"the exemplar {name} is corrupt ({error}); delete it and run again") from error
         fitted.append(CLASSIFIERS[namer]().fit(maps, list(labels)))
     return fitted
@@ -402,9 +393,7 @@ def exemplar_tasks(settings: Settings, condition: Condition) -> list[list[Task]]
 @lru_cache
 def constants(settings: Settings) -> dict[str, str]:
     """What every row says of how it was made."""
-    told = {
-        name: " ".join(value) if isinstance(value, tuple) else str(value) for name, value in asdict(settings).items()
-    }
+    told = {name: listed(value) if isinstance(value, tuple) else str(value) for name, value in asdict(settings).items()}
     told = {("candidates" if name == "shapes" else name): value for name, value in told.items()}
     return told | versions()
 
@@ -419,6 +408,12 @@ def versions() -> dict[str, str]:
             digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     found = {f"version_{name}": importlib.metadata.version(name) for name in PACKAGES}
     return found | {"version_python": platform.python_version(), "code": digest.hexdigest()[:12]}
+
+
+def files_of(settings: Settings) -> dict[str, str]:
+    """A digest of each mesh file that is explored: another content under the same name is another object."""
+    meshes = [name for name in settings.shapes if name not in shapes.SHAPES]
+    return {f"file {name}": hashlib.sha256(Path(name).read_bytes()).hexdigest()[:12] for name in meshes}
 
 
 def columns(settings: Settings) -> tuple[list[str], list[str]]:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
-import threading
 from collections.abc import Callable
 from functools import partial
 from multiprocessing import forkserver
@@ -13,6 +11,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from lifetime import end_with_parent
 from numpy.typing import NDArray
 from presets import RAW, World
 from stable_baselines3.common.monitor import Monitor
@@ -123,12 +122,5 @@ def close(env: VecEnv) -> None:
 
 def _in_worker(make: Maker) -> gym.Env[Any, Any]:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     return make()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)  # in the middle of whatever it computes

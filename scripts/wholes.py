@@ -10,7 +10,6 @@ import time
 from typing import Any
 
 import gymnasium as gym
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from tasks import GUIDE_VARIANTS
@@ -25,8 +24,7 @@ clock = time.perf_counter
 
 
 def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, particles: int, seed: int) -> float:
-    """A trial of `seconds` on one thread: environment, policy, observer and the naming of the object."""
-    numba.set_num_threads(1)
+    """A trial of `seconds`: environment, policy, observer and the naming of the object."""
     env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, reveal_truth=True)
     hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
     observers = make_observers(("haptic_slam",), hand, sigma_deg, particles)
@@ -40,14 +38,13 @@ def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, parti
 
 
 def decisions(
-    env_id: str, shape: str, sigma_deg: float, seconds: float, seed: int, threads: int
+    env_id: str, shape: str, sigma_deg: float, seconds: float, seed: int, threads: int | None
 ) -> NDArray[np.float64]:
     """Every decision of `information_gain` in an exploration, guided as in a sweep."""
-    numba.set_num_threads(threads)
     env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, **UNKNOWN)
     hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
     env = guided(env, "information_gain", sigma_deg, ShapePosterior(hand, variants=GUIDE_VARIANTS, **UNKNOWN))
-    policy, state, over, took = agents.make("information_gain", env, seed=seed), None, False, []
+    policy, state, over, took = agents.make("information_gain", env, seed=seed, threads=threads), None, False, []
     observation, _ = env.reset(seed=seed)
     while not over:
         decides = state is None or state[1] == 0

@@ -41,5 +41,5 @@ def pick(path: Path, content: Mapping[str, NDArray[Any]], part: str | None) -> R
         source=f"{path} ({name})",
         time=np.arange(len(seen)) / RATE,
         joint_names=JOINTS,
-        joint_angles=seen[:, first : first + len(JOINTS)].astype(np.float64),
+        joint_angles=np.array(seen[:, first : first + len(JOINTS)]),
     )

@@ -19,17 +19,16 @@
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import validate
-from haptic_env.recordings import adroit_demonstrations
-from haptic_env.recordings.recording import Felt, Recording, Track, check_times
+from haptic_env import reading, validate
+from haptic_env.recordings import adroit_demonstrations, checks
+from haptic_env.recordings.recording import Felt, Recording, Track
 
 NEEDED = ("time", "joint_names", "joint_angles")
 TRACKS = ("root", "forearm", "object")
@@ -43,32 +42,26 @@ KEYS = (
     "settings",
 )
 FOREARM = "ulna_r"
-Content = dict[str, NDArray[Any]]
+Content = Mapping[str, NDArray[Any]]
 
 
 def read(path: Path, *, part: str | None, largest_gap: float, **_: Any) -> Recording:
     """The recording in `path`, or the `part` of a file of demonstrations; raises `ValueError` for what is wrong."""
-    content = load(path)
+    content = reading.npz(path)
     if adroit_demonstrations.recognise(content):
         return adroit_demonstrations.pick(path, content, part)
     if part is not None:
         raise ValueError(f"{path}: it holds one recording, no part {part!r}")
     recording = _recording(path, content)
-    check_times(str(path), recording.time, largest_gap)
+    checks.times(str(path), recording.time, largest_gap)
     return recording
 
 
-def load(path: Path) -> Content:
-    """All arrays of an `.npz` file; raises `ValueError` where it is none, or cut short."""
-    try:
-        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
-    except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, AttributeError) as error:
-        raise ValueError(f"{path}: not a whole .npz file ({error})") from error
-
-
 def write(path: Path | str, recording: Recording) -> None:
-    """Write `recording` to `path`, so that `read` gives the same, bit for bit."""
+    """Write `recording` to `path`, so that `read` gives the same, bit for bit.
+
+    Raises `ValueError` for settings that JSON cannot say.
+    """
     content: dict[str, Any] = {
         "time": recording.time,
         "joint_names": np.array(recording.joint_names),
@@ -84,7 +77,10 @@ def write(path: Path | str, recording: Recording) -> None:
     if recording.felt is not None:
         content |= dict(zip(FELT, recording.felt, strict=True))
     if recording.settings:
-        content["settings"] = np.array(json.dumps(dict(recording.settings)))
+        try:
+            content["settings"] = np.array(json.dumps(dict(recording.settings)))
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"settings must be what JSON can say, got {recording.settings!r}: {error}") from error
     np.savez_compressed(path, **content)
 
 
@@ -97,7 +93,7 @@ def _recording(path: Path, content: Content) -> Recording:
     missing = [name for name in NEEDED if name not in content]
     if missing:
         raise ValueError(f"{path}: the recording misses {', '.join(missing)}; it has {', '.join(content)}")
-    time, angles = _numbers(path, content, "time"), _numbers(path, content, "joint_angles")
+    time, angles = np.atleast_1d(content["time"]), np.atleast_1d(content["joint_angles"])
     if len(time) != len(angles):
         raise ValueError(f"{path}: cut short: {len(time)} time stamps and {len(angles)} frames of joint_angles")
     root, forearm = _track(path, content, "root"), _track(path, content, "forearm")
@@ -108,29 +104,27 @@ def _recording(path: Path, content: Content) -> Recording:
         absent = [name for name in FELT if name not in content]
         if absent:
             raise ValueError(f"{path}: what was felt needs {', '.join(FELT)}; it misses {', '.join(absent)}")
-        torques, felt_angles = (_numbers(path, content, name) for name in FELT[:2])
-        contacts = validate.binary(f"{path}: contacts", content["contacts"], content["contacts"].shape)
-        felt = Felt(torques, felt_angles, contacts)
+        felt = Felt(*(content[name] for name in FELT))
     return Recording(
         source=str(path),
         time=time,
-        joint_names=tuple(map(str, np.atleast_1d(content["joint_names"]))),
+        joint_names=_names(path, content),
         joint_angles=angles,
         root=root if forearm is None else forearm,
-        root_body=str(content.get("root_body", "" if forearm is None else FOREARM)),
+        root_body=_text(path, content, "root_body", "" if forearm is None else FOREARM),
         object=_track(path, content, "object"),
-        mesh=str(content.get("object_mesh", "")),
+        mesh=_text(path, content, "object_mesh", ""),
         felt=felt,
         settings=_settings(path, content),
     )
 
 
 def _settings(path: Path, content: Content) -> dict[str, Any]:
-    text = str(content.get("settings", "{}"))
+    text = _text(path, content, "settings", "{}")
     try:
         return dict(json.loads(text))
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{path}: settings must be a JSON object, got {text!r}") from error
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ValueError(f"{path}: settings must be a JSON object, got {text!r:.200}") from error
 
 
 def _track(path: Path, content: Content, name: str) -> Track | None:
@@ -138,11 +132,20 @@ def _track(path: Path, content: Content, name: str) -> Track | None:
     present = [part for part in parts if part in content]
     if len(present) == 1:
         raise ValueError(f"{path}: {present[0]} needs the other of {' and '.join(parts)}")
-    return Track(*(_numbers(path, content, part) for part in parts)) if present else None
+    return Track(*(content[part] for part in parts)) if present else None
 
 
-def _numbers(path: Path, content: Content, name: str) -> NDArray[np.float64]:
-    try:
-        return np.atleast_1d(content[name]).astype(np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{path}: {name} must be numbers, got {content[name].dtype}") from error
+def _names(path: Path, content: Content) -> tuple[str, ...]:
+    value = np.atleast_1d(content["joint_names"])
+    if value.dtype.kind != "U" or value.ndim != 1:
+        raise ValueError(f"{path}: joint_names must be text of shape (J,), got {value.dtype} of shape {value.shape}")
+    return checks.names(str(path), value.tolist())
+
+
+def _text(path: Path, content: Content, name: str, missing: str) -> str:
+    if name not in content:
+        return missing
+    value = content[name]
+    if value.dtype.kind != "U" or value.size != 1:
+        raise ValueError(f"{path}: {name} must be one text, got {value.dtype} of shape {value.shape}")
+    return str(value.item())

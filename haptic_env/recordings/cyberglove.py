@@ -18,11 +18,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import validate
-from haptic_env.recordings.recording import Recording, check_times
+from haptic_env import reading, validate
+from haptic_env.recordings import checks
+from haptic_env.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 BEFORE = 7  # columns before those of the sensors: the date in six, and the switch
+MOST_GAIN = 1000.0
+LARGEST = 1e6  # of what a sensor says, in any unit
 UNITS = {"radians": 1.0, "degrees": math.pi / 180}
 PACKAGED = files("haptic_env.recordings") / "calibrations"
 
@@ -50,7 +53,7 @@ def calibration_for(hand: str) -> Calibration:
     """The calibration that comes for the hand of this name; raises `ValueError` where none does."""
     names = sorted(each.name.removesuffix(".toml") for each in PACKAGED.iterdir() if each.name.endswith(".toml"))
     name = validate.choice("hand with a glove's calibration", hand, names)
-    return _calibration(f"{name}.toml", tomllib.loads((PACKAGED / f"{name}.toml").read_text()))
+    return _calibration(f"{name}.toml", tomllib.loads((PACKAGED / f"{name}.toml").read_text("utf-8")))
 
 
 def read_calibration(path: Path | str) -> Calibration:
@@ -59,7 +62,7 @@ def read_calibration(path: Path | str) -> Calibration:
     Raises `ValueError` for a key or sensor that is unknown, or a value that is no number; `OSError` without the file.
     """
     try:
-        content = tomllib.loads(Path(path).read_bytes().decode())
+        content = reading.toml(path)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     return _calibration(str(path), content)
@@ -80,10 +83,16 @@ def _calibration(source: str, content: Mapping[str, Any]) -> Calibration:
             if not isinstance(line, dict):
                 raise ValueError(f"joint {joint} must be a table of offset_deg and gains, got {line!r}")
             validate.keywords(f"joint {joint}", line, ("offset_deg", "gains"))
-            offset[row] = np.deg2rad(validate.number(f"offset_deg of {joint}", line.get("offset_deg", 0.0)))
-            for sensor, value in dict(line.get("gains", {})).items():
+            degrees = validate.number(
+                f"offset_deg of {joint}", line.get("offset_deg", 0.0), -360.0, 360.0, unit="degrees"
+            )
+            offset[row] = np.deg2rad(degrees)
+            gains = line.get("gains", {})
+            if not isinstance(gains, dict):
+                raise ValueError(f"gains of {joint} must be a table with a number for each sensor, got {gains!r}")
+            for sensor, value in gains.items():
                 column = sensors.index(validate.choice(f"sensor of {joint}", sensor, sensors))
-                gain[row, column] = validate.number(f"gain of {sensor} for {joint}", value)
+                gain[row, column] = validate.number(f"gain of {sensor} for {joint}", value, -MOST_GAIN, MOST_GAIN)
     except ValueError as error:
         raise ValueError(f"{source}: {error}") from error
     return Calibration(source, tuple(sensors), unit, tuple(joints), offset, gain)
@@ -96,17 +105,26 @@ def read(path: Path, *, part: str | None, calibration: Calibration | None, large
     if part is not None:
         raise ValueError(f"{path}: it holds one recording, no part {part!r}")
     try:
-        lines = path.read_text().splitlines()
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: not a text file ({error})") from error
-    numbers = [number for number, line in enumerate(lines, start=1) if line.strip()]
-    if len(numbers) < 2:
-        raise ValueError(f"{path}: a recording needs two frames, got {len(numbers)} lines")
-    rows = [_row(f"{path}, line {number}", lines[number - 1].split(), calibration.sensors) for number in numbers]
+        lines = reading.text(path).splitlines()
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    numbers, rows = [], []
+    for number, row in enumerate(lines, start=1):
+        if row.strip():
+            numbers.append(number)
+            rows.append(_row(f"{path}, line {number}", row.split(), calibration.sensors))
+    if len(rows) < 2:
+        raise ValueError(f"{path}: a recording needs two frames, got {len(rows)} lines")
     time = np.array([stamp for stamp, _ in rows])
     time -= time[0]
-    check_times(str(path), time, largest_gap, lambda frame: f"line {numbers[frame]}")
+
+    def line(frame: int) -> str:
+        return f"line {numbers[frame]}"
+
+    checks.times(str(path), time, largest_gap, line)
     angles = calibration.joint_angles(np.array([values for _, values in rows]))
+    checks.angles(str(path), "joint_angles", angles, calibration.joint_names, line)
+    checks.leaps(str(path), angles, calibration.joint_names, line)
     return Recording(str(path), time, calibration.joint_names, angles)
 
 
@@ -120,6 +138,8 @@ def _row(where: str, cells: list[str], sensors: tuple[str, ...]) -> tuple[float,
     try:
         *date, second = (float(cell) for cell in cells[: BEFORE - 1])
         validate.number("second", second, 0.0, 61.0)
+        if not all(cell.is_integer() for cell in date):
+            raise ValueError("all but the seconds must be whole")
         time = datetime(*map(int, date), tzinfo=UTC).timestamp() + second  # type: ignore[arg-type, misc]
     except (ValueError, OverflowError) as error:
         raise ValueError(f"{where}: {' '.join(cells[: BEFORE - 1])!r} is no date and time ({error})") from error
@@ -131,5 +151,7 @@ def _row(where: str, cells: list[str], sensors: tuple[str, ...]) -> tuple[float,
             raise ValueError(f"{where}: {sensor} is {cell!r}, no number") from error
         if not math.isfinite(value):
             raise ValueError(f"{where}: {sensor} is {cell!r}, not finite")
+        if abs(value) > LARGEST:
+            raise ValueError(f"{where}: {sensor} is {cell!r}, beyond {LARGEST:g}")
         values.append(value)
     return time, values

@@ -5,14 +5,16 @@ Shapes: T frames, J joints of the recording, P patches. Angles in radians, lengt
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import validate
 from haptic_env.hand import Hand
+from haptic_env.recordings import checks
 
 Array = NDArray[np.float64]
 LARGEST_GAP = 0.1  # seconds: what lies between frames further apart is not known
@@ -43,7 +45,8 @@ class Recording:
     empty; `object`: that of the object; `mesh`: the name of its file. `felt`: of an exploration with an observer.
     `settings`: what the exploration was, as a script that saved it says.
 
-    Raises `ValueError` that names the frame for what is not finite, repeated or of another length.
+    Raises `ValueError` that names the frame for what is not finite, repeated or of another length, and for what no hand
+    does: see `checks`.
     """
 
     source: str
@@ -58,30 +61,41 @@ class Recording:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        frames, joints = len(self.time), len(self.joint_names)
+        source, frames = self.source, len(np.atleast_1d(np.asanyarray(self.time)))
         if frames < 2:
-            raise ValueError(f"{self.source}: a recording needs two frames, got {frames}")
-        names = list(self.joint_names)
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f"{self.source}: joint {', '.join(twice)} is named twice")
-        check_finite(self.source, "time", self.time, (frames,))
-        check_times(self.source, self.time, np.inf)
-        check_finite(self.source, "joint_angles", self.joint_angles, (frames, joints), self.joint_names)
-        for what, track in (("root", self.root), ("object", self.object)):
+            raise ValueError(f"{source}: a recording needs two frames, got {frames}")
+
+        def numbers(what: str, value: Any, *shape: int, columns: Sequence[str] = ()) -> Array:
+            return checks.numbers(source, what, value, (frames, *shape), columns)
+
+        names = checks.names(source, self.joint_names)
+        time = numbers("time", self.time)
+        checks.times(source, time, np.inf)
+        angles = numbers("joint_angles", self.joint_angles, len(names), columns=names)
+        checks.angles(source, "joint_angles", angles, names)
+        checks.leaps(source, angles, names)
+        whole: dict[str, Any] = {"joint_names": names, "time": time, "joint_angles": angles}
+        for what in ("root", "object"):
+            track: Track | None = getattr(self, what)
             if track is not None:
-                check_finite(self.source, f"{what}_position", track.position, (frames, 3), "xyz")
-                check_finite(self.source, f"{what}_quaternion", track.quaternion, (frames, 4), "wxyz")
-                zero = np.linalg.norm(track.quaternion, axis=1) < 1e-6
-                if zero.any():
-                    raise ValueError(f"{self.source}: {what}_quaternion is zero at frame {int(np.argmax(zero))}")
+                place = numbers(f"{what}_position", track.position, 3, columns="xyz")
+                turn = numbers(f"{what}_quaternion", track.quaternion, 4, columns="wxyz")
+                checks.places(source, f"{what}_position", place)
+                checks.turns(source, f"{what}_quaternion", turn)
+                whole[what] = Track(place, turn)
+        if "root" in whole and "object" in whole:
+            checks.together(source, whole["root"].position, whole["object"].position)
         if self.felt is not None:
-            check_finite(self.source, "torques", self.felt.torques, (frames, joints), self.joint_names)
-            check_finite(self.source, "felt_angles", self.felt.joint_angles, (frames, joints), self.joint_names)
-            if self.felt.contacts.ndim != 2 or len(self.felt.contacts) != frames:
-                raise ValueError(
-                    f"{self.source}: contacts must have shape ({frames}, P), got {self.felt.contacts.shape}"
-                )
+            torques = numbers("torques", self.felt.torques, len(names), columns=names)
+            checks.torques(source, torques, names)
+            felt = numbers("felt_angles", self.felt.joint_angles, len(names), columns=names)
+            checks.angles(source, "felt_angles", felt, names)
+            contacts = checks.plain(source, "contacts", self.felt.contacts)
+            if contacts.ndim != 2 or len(contacts) != frames:
+                raise ValueError(f"{source}: contacts must have shape ({frames}, P), got {contacts.shape}")
+            whole["felt"] = Felt(torques, felt, validate.binary(f"{source}: contacts", contacts, contacts.shape))
+        for name, value in whole.items():
+            object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -106,28 +120,8 @@ class Recording:
             )
         return np.array([self.joint_names.index(name) for name in hand.joint_names])
 
-
-def check_finite(source: str, what: str, value: Array, shape: tuple[int, ...], columns: Sequence[str] = ()) -> None:
-    """Raise `ValueError` where `value` has another `shape`, or that names the first frame that is not finite."""
-    if value.shape != shape:
-        raise ValueError(f"{source}: {what} must have shape {shape}, got {value.shape}")
-    wrong = np.argwhere(~np.isfinite(value))
-    if len(wrong):
-        frame, *column = wrong[0]
-        of = f" of {columns[column[0]]}" if column else ""
-        raise ValueError(f"{source}: {what}{of} is {value[tuple(wrong[0])]} at frame {frame}")
-
-
-def check_times(
-    source: str, time: Array, largest_gap: float, where: Callable[[int], str] = lambda frame: f"frame {frame}"
-) -> None:
-    """Raise `ValueError` that tells `where` time is repeated, runs back, or leaps by more than `largest_gap` s."""
-    steps = np.diff(time)
-    for wrong, told in (
-        (steps == 0, "repeats the time stamp before it"),
-        (steps < 0, "lies before the one before it in time"),
-        (steps > largest_gap, f"comes after a gap of more than {largest_gap:g} s"),
-    ):
-        if wrong.any():
-            frame = int(np.argmax(wrong))
-            raise ValueError(f"{source}: {where(frame + 1)} {told} ({time[frame]:g} s, then {time[frame + 1]:g} s)")
+    def angles_of(self, hand: Hand) -> Array:
+        """(T, J) rad for the joints of `hand`; raises `ValueError` for other joints, or angles that it cannot have."""
+        angles = self.joint_angles[:, self.columns_of(hand)]
+        checks.reach(self.source, angles, hand)
+        return angles

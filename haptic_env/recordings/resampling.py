@@ -17,6 +17,7 @@ from haptic_env.recordings.recording import Recording, Track
 
 Array = NDArray[np.float64]
 SAME = 1e-4  # of a control step: stamps that near to it are those of the control rate, rounded
+MOST_FRAMES = 1_000_000  # five hours at 50 Hz
 
 
 def resample(recording: Recording, control_hz: float) -> Recording:
@@ -24,10 +25,17 @@ def resample(recording: Recording, control_hz: float) -> Recording:
     numbers, bit for bit.
 
     Angles and places are interpolated by monotone cubics, which do not overshoot (Fritsch & Carlson 1980, SIAM J.
-    Numer. Anal. 17, 238-246), turns by the shortest way. Raises `ValueError` for what was felt at another rate.
+    Numer. Anal. 17, 238-246), turns by the shortest way. Raises `ValueError` for what was felt at another rate, and for
+    a recording that is shorter than a step, or that would have more than `MOST_FRAMES`.
     """
     rate = validate.number("control_hz", control_hz, above=0.0, unit="Hz")
-    steps = int(np.floor(recording.seconds * rate + SAME)) + 1
+    wanted = np.floor(recording.seconds * rate + SAME) + 1
+    if not 2 <= wanted <= MOST_FRAMES:
+        raise ValueError(
+            f"{recording.source}: {recording.seconds:g} s at {rate:g} Hz are {wanted:g} frames; a recording must have "
+            f"2 to {MOST_FRAMES}"
+        )
+    steps = int(wanted)
     time = np.arange(steps) / rate
     passed = recording.time - recording.time[0]
     if steps == len(recording) and np.abs(passed - time).max() < SAME / rate:
@@ -41,10 +49,16 @@ def resample(recording: Recording, control_hz: float) -> Recording:
     return replace(
         recording,
         time=recording.time[0] + time,
-        joint_angles=PchipInterpolator(passed, recording.joint_angles)(time),
+        joint_angles=_between(recording.joint_angles, passed, time),
         root=_moved(recording.root, passed, time),
         object=_moved(recording.object, passed, time),
     )
+
+
+def _between(values: Array, passed: Array, time: Array) -> Array:
+    """`values` (T, …), known at the times `passed` (T,), at `time` (K,)."""
+    with np.errstate(over="ignore"):  # where next to nothing changes, the reciprocal of the slope may be infinite
+        return PchipInterpolator(passed, values)(time)
 
 
 def _moved(track: Track | None, passed: Array, time: Array) -> Track | None:
@@ -52,4 +66,4 @@ def _moved(track: Track | None, passed: Array, time: Array) -> Track | None:
     if track is None:
         return None
     turns = Slerp(passed, Rotation.from_quat(track.quaternion, scalar_first=True))(time)
-    return Track(PchipInterpolator(passed, track.position)(time), turns.as_quat(scalar_first=True))
+    return Track(_between(track.position, passed, time), turns.as_quat(scalar_first=True))

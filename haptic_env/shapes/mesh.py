@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import extras
 from haptic_env.composer import mjcf
+from haptic_env.shapes import formats
 from haptic_env.shapes.base import LARGEST, SMALLEST, Shape
-from haptic_env.shapes.pieces import convex_pieces, distance_from
+from haptic_env.shapes.closed import closed_parts, union
+from haptic_env.shapes.pieces import convex_pieces, distance_from, felt
 
-SUFFIXES = (".stl", ".obj", ".ply")
+SUFFIXES = tuple(formats.READERS)
 CONVEX = 0.006  # of the largest extent: how far its hull may stick out of a part that is taken for convex
-FLAT = 1e-6  # of its bounding box: less volume is none
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254}
 
 
@@ -49,15 +50,22 @@ class Mesh(Shape):
     """One solid at any size; its frame has its origin at `centre` (3,), in the file's frame and unit."""
 
     def __init__(self, path: str) -> None:
-        trimesh = extras.load("trimesh", "meshes", f"the shape {path!r}")
-        try:
-            surface = trimesh.load_scene(path).to_mesh()
-        except Exception as error:  # whatever a broken file makes of a reader
-            kind = Path(path).suffix[1:].upper()
-            raise ValueError(f"mesh {path!r} cannot be read, it is no {kind} or was cut short: {error}") from error
+        extras.folder("trimesh", "meshes", f"the shape {path!r}")
         self.path = path
-        self._parts = _closed_parts(path, surface)
-        self._surface = trimesh.boolean.union(self._parts) if len(self._parts) > 1 else self._parts[0]
+        try:
+            vertices, triangles = formats.read(Path(path))
+        except OSError as error:
+            raise self._refused(f"cannot be read: {error.strerror or error}") from error
+        except formats.Refused as error:
+            raise self._refused(str(error)) from error
+        except ValueError as error:
+            kind = Path(path).suffix[1:].upper()
+            raise self._refused(f"cannot be read, it is no {kind} or was cut short: {error}") from error
+        try:
+            self._parts = closed_parts(vertices, triangles)
+            self._surface = union(self._parts)
+        except ValueError as error:
+            raise self._refused(str(error)) from error
         self.extents = self._surface.extents
         self.centre = self._surface.bounds.mean(axis=0)
 
@@ -99,33 +107,16 @@ class Mesh(Shape):
     @cached_property
     def _pieces(self) -> list[NDArray[np.float64]]:
         """Corners (M, 3) of each convex piece, in the file's frame and unit."""
-        tolerance = CONVEX * float(self.extents.max())
-        return [piece for part in self._parts for piece in convex_pieces(part, tolerance)]
+        width = float(self.extents.max())
+        try:
+            pieces = [piece for part in self._parts for piece in convex_pieces(part, CONVEX * width)]
+        except ValueError as error:
+            raise self._refused(str(error)) from error
+        return felt(pieces, width)
+
+    def _refused(self, why: str) -> ValueError:
+        return ValueError(f"mesh {self.path!r} {why}")
 
 
 def _fits(extents: NDArray[np.float64]) -> bool:
     return bool((extents >= SMALLEST).all() and (extents <= LARGEST).all())
-
-
-def _closed_parts(path: str, surface: Any) -> list[Any]:
-    """The parts of `surface`, each a closed solid; raises `ValueError` where one has a hole or no inside."""
-
-    def refused(why: str) -> ValueError:
-        return ValueError(f"mesh {path!r} {why}")
-
-    if len(surface.faces) == 0:
-        raise refused("has no triangles: it is empty, or was cut short")
-    if not np.isfinite(surface.vertices).all():
-        raise refused("has corners that are not finite")
-    surface.merge_vertices(merge_tex=True, merge_norm=True)
-    parts = list(surface.split(only_watertight=False, repair=False))
-    for part in parts:
-        if not part.is_watertight:
-            open_edges = int((np.bincount(part.faces_unique_edges.ravel()) != 2).sum())
-            raise refused(f"is not watertight: {open_edges} edges do not join two triangles; close its holes")
-        box = float(np.prod(part.extents))
-        if box == 0 or abs(part.volume) < FLAT * box:
-            raise refused(f"has no volume: a part of it is flat, {part.extents.tolist()} wide")
-        if not part.is_winding_consistent or part.volume < 0:
-            raise refused("is turned inside out or hollow: the triangles of a part of it do not all face outwards")
-    return parts

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import os
+import tempfile
+from importlib import metadata
+from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
-import joblib
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import QhullError
 
-from haptic_env import extras
+from haptic_env import cache, extras
+from haptic_env.shapes import decomposition
+from haptic_env.shapes.decomposition import HOW
 
 Array = NDArray[np.float64]
-# CoACD's own measure of concavity, and few enough iterations that a ring takes ten seconds; its pieces stick out by 1 %
-HOW = {"threshold": 0.02, "mcts_iterations": 40, "preprocess_mode": "off", "seed": 0}
+MANY = 20_000  # triangles: what is cut in a minute
+FLAKE = 1e-8  # of the cube of a solid's width: less volume is not felt
 SAMPLES = 4000
 
 
@@ -28,13 +37,50 @@ def distance_from(vertices: Array, faces: NDArray[np.int64], points: Array) -> A
     return igl.signed_distance(np.ascontiguousarray(points), corners, triangles, sign_type=kind)[0]
 
 
+def inside_of(vertices: Array, faces: NDArray[np.int64], points: Array) -> NDArray[np.bool_]:
+    """(M,): whether a closed surface winds around each of `points` (M, 3): the sign of `distance_from`, unless the
+    surface crosses itself (Barill et al. 2018, ACM Trans. Graph. 37, 43).
+    """
+    igl = extras.load("igl", "meshes", "the inside of a mesh")
+    corners, triangles = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int64)
+    return igl.fast_winding_number(corners, triangles, np.ascontiguousarray(points)) > 0.5
+
+
 def convex_pieces(solid: Any, tolerance: float) -> list[Array]:
     """The corners (M, 3) of the convex pieces of `solid`, a closed trimesh, in its frame and unit; one, its hull, if
     that sticks out by no more than `tolerance`."""
+    if len(solid.faces) > MANY:
+        solid = _simplified(solid, tolerance)
     hull = solid.convex_hull
     if _beyond(solid, hull) <= tolerance:
         return [np.asarray(hull.vertices)]
     return _remembered(np.asarray(solid.vertices), np.asarray(solid.faces))
+
+
+def felt(pieces: list[Array], width: float) -> list[Array]:
+    """Those of `pieces` that are no mere flakes of a solid `width` wide: the physics takes none without a volume."""
+    trimesh = extras.load("trimesh", "meshes", "a shape from a file")
+    return [piece for piece in pieces if len(piece) > 3 and _volume(trimesh, piece) > FLAKE * width**3]
+
+
+def _volume(trimesh: Any, piece: Array) -> float:
+    try:
+        return float(trimesh.convex.convex_hull(piece).volume)
+    except QhullError:  # all in one plane
+        return 0.0
+
+
+def _simplified(solid: Any, tolerance: float) -> Any:
+    """`solid` with fewer triangles, no corner further off than `tolerance`: cutting takes longer than they are many."""
+    trimesh = extras.load("trimesh", "meshes", "a shape from a file")
+    manifold = extras.load("manifold3d", "meshes", "a mesh of many triangles")
+    corners, triangles = solid.vertices.astype(np.float64), solid.faces.astype(np.uint64)
+    whole = manifold.Manifold(manifold.Mesh64(vert_properties=corners, tri_verts=triangles))
+    for part in (8, 4, 2, 1):
+        made = whole.simplify(tolerance / part).to_mesh64()
+        if 0 < len(made.tri_verts) <= MANY:
+            break
+    return trimesh.Trimesh(made.vert_properties, made.tri_verts.astype(np.int64), process=False)
 
 
 def _beyond(solid: Any, hull: Any) -> float:
@@ -44,15 +90,35 @@ def _beyond(solid: Any, hull: Any) -> float:
 
 
 def _remembered(vertices: Array, faces: NDArray[np.int64]) -> list[Array]:
-    """`_decompose`, kept in the user's cache folder: it takes seconds to minutes."""
-    platformdirs = extras.load("platformdirs", "meshes", "a concave mesh")
-    memory = joblib.Memory(platformdirs.user_cache_dir("haptic_slam"), verbose=0)
-    return memory.cache(_decompose)(vertices, faces)
+    """`cut`, kept in the user's cache folder: it takes seconds to minutes."""
+    extras.folder("coacd", "meshes", "a concave mesh")
+    told = f"{metadata.version('coacd')} {HOW} {vertices.shape} {faces.shape}".encode()
+    arrays = np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int64)
+    name = hashlib.sha256(b"".join([told, *(each.tobytes() for each in arrays)])).hexdigest()
+    place = cache.folder() / "pieces" / f"{name}.npz"
+    try:
+        return _load(place)
+    except (OSError, ValueError, KeyError, BadZipFile):  # not there, or not whole
+        pass
+    pieces = decomposition.cut(vertices, faces)
+    with contextlib.suppress(OSError):  # a full disk costs the time, no more
+        _save(place, pieces)
+    return pieces
 
 
-def _decompose(vertices: Array, faces: NDArray[np.int64]) -> list[Array]:
-    """CoACD (Wei et al. 2022, ACM Trans. Graph. 41, 42)."""
-    coacd = extras.load("coacd", "meshes", "a concave mesh")
-    coacd.set_log_level("error")
-    pieces = coacd.run_coacd(coacd.Mesh(vertices, faces), **HOW)
-    return [np.asarray(corners) for corners, _ in pieces]
+def _load(place: Path) -> list[Array]:
+    kept = decomposition.unpack(place.read_bytes())
+    return np.split(kept["corners"], np.cumsum(kept["lengths"])[:-1])
+
+
+def _save(place: Path, pieces: list[Array]) -> None:
+    """Whole, or not at all."""
+    place.parent.mkdir(exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=place.parent, suffix=".npz")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            lengths = np.array([len(piece) for piece in pieces])
+            file.write(decomposition.pack(corners=np.concatenate(pieces), lengths=lengths))
+        os.replace(name, place)
+    finally:
+        Path(name).unlink(missing_ok=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.figure import Figure
 from report import SLAM
-from style import SHAPE_COLOURS
+from results import names_in
+from style import as_drawn, colours_of, titles_of
 
 from plates.figure6 import TITLES
 from plates.plate import WIDTH, Plate
@@ -13,13 +14,15 @@ from plates.plate import WIDTH, Plate
 
 def table(rows: pd.DataFrame) -> pd.DataFrame:
     """One line for each namer, observer, noise, true `shape` and the one it is `named`: the `share` of `trials`."""
-    labels = rows["candidates"].iloc[0].split()
+    labels = names_in(rows["candidates"].iloc[0])
     lines = []
     for (observer, sigma, shape), group in rows.groupby(["observer", "sigma_deg", "shape"], sort=False):
         for namer in TITLES:
             if namer not in rows:
                 continue
-            names = group[namer].str.split()
+            names = group[namer].dropna().map(names_in)
+            if names.empty:
+                continue  # of an observer without a map
             for label in labels:
                 share = names.map(lambda each, label=label: each.count(label) / len(each)).mean()
                 lines.append((namer, observer, sigma, shape, label, share, len(group)))
@@ -32,6 +35,8 @@ def draw(rows: pd.DataFrame) -> Plate:
     mine = data[data["observer"] == SLAM]
     namers, sigmas = list(dict.fromkeys(mine["namer"])), sorted(set(mine["sigma_deg"]))
     labels = list(dict.fromkeys(mine["named"]))
+    colours, titles = colours_of(labels), titles_of(labels)
+    ticks = {as_drawn(titles[each]): colours[each] for each in labels}
     figure = Figure(figsize=(WIDTH, 0.9 + 1.35 * len(namers)), layout="constrained")
     panels = figure.subplots(len(namers), len(sigmas), sharex=True, sharey=True, squeeze=False)
     for row, namer in enumerate(namers):
@@ -45,11 +50,13 @@ def draw(rows: pd.DataFrame) -> Plate:
                 if percent == percent:
                     colour = "white" if percent > 55 else "black"
                     axes.text(j, i, f"{percent:.0f}", ha="center", va="center", fontsize=7, color=colour)
-            axes.set(xticks=range(len(labels)), yticks=range(len(labels)), xticklabels=labels, yticklabels=labels)
+            axes.set(
+                xticks=range(len(labels)), yticks=range(len(labels)), xticklabels=list(ticks), yticklabels=list(ticks)
+            )
             axes.tick_params(axis="x", rotation=90)
             axes.tick_params(length=0)
             for told in (*axes.get_xticklabels(), *axes.get_yticklabels()):
-                told.set_color(SHAPE_COLOURS[told.get_text()])
+                told.set_color(ticks[told.get_text()])
             if row == 0:
                 axes.set_title(f"σ = {sigma:g}°")
         panels[row, 0].set_ylabel(f"{TITLES[namer]}\ntrue shape")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pandas as pd
 from matplotlib.figure import Figure
-from style import SHAPE_COLOURS
+from style import as_drawn, colours_of, titles_of
 
 from haptic_env.hand import Hand
 from plates import isometric
@@ -26,6 +26,7 @@ def wanted(shapes: Sequence[str]) -> Wanted:
 def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
     """A row for each shape, a column for each noise."""
     shapes = list(dict.fromkeys(shape for shape, _ in wanted))
+    colours, titles = colours_of(shapes), titles_of(shapes)
     figure = Figure(figsize=(WIDTH, 0.5 + 1.4 * len(shapes)), layout="constrained")
     panels = figure.subplots(len(shapes), len(SIGMAS), squeeze=False)
     tables = []
@@ -36,7 +37,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         scale = 20.0 if axes is panels[0, 0] else 0.0
         isometric.draw_scene(axes, occupancy, showing.grid, showing.solid, NEAR, above, scale)
         if sigma == SIGMAS[0]:
-            axes.set_ylabel(shape, color=SHAPE_COLOURS[shape], fontsize=9, fontweight="bold")
+            axes.set_ylabel(as_drawn(titles[shape]), color=colours[shape], fontsize=9, fontweight="bold")
         tables.append(map_table(occupancy, occupancy > 0.5, showing).assign(shape=shape, sigma_deg=sigma))
     probability_bar(figure, panels)
     figure.suptitle(f"What {showing.seconds[-1]:g} s of blind touch have mapped", fontsize=9, fontweight="bold")

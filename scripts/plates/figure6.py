@@ -9,7 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from report import ALL, CEILING, FLOOR, SLAM, summarise
-from style import OBSERVER_COLOURS, OBSERVER_NAMES, OUTLINE, SHAPE_COLOURS
+from results import names_in
+from style import OBSERVER_COLOURS, OBSERVER_NAMES, OUTLINE, as_drawn, colours_of, titles_of
 
 from plates.plate import WIDTH, Plate
 
@@ -27,7 +28,7 @@ def draw(rows: pd.DataFrame) -> Plate:
     """Above the average over shapes between its brackets, below each shape; a column for each way to name."""
     namers = [name for name in TITLES if f"{name}_correct" in rows]
     data = summarise(rows, (), namers)[["measure", "observer", "shape", "sigma_deg", "mean", "low", "high", "trials"]]
-    shapes = rows["candidates"].iloc[0].split()
+    shapes = names_in(rows["candidates"].iloc[0])
     figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
     panels = figure.subplots(2, len(namers), sharex=True, sharey=True, squeeze=False)
     for column, namer in zip(panels.T, namers, strict=True):
@@ -77,9 +78,11 @@ def _average(axes: Axes, lines: pd.DataFrame) -> None:
 
 
 def _shapes(axes: Axes, lines: pd.DataFrame, shapes: list[str]) -> None:
+    colours, titles = colours_of(shapes), titles_of(shapes)
     for index, shape in enumerate(shapes):
         shift = (index - 0.5 * (len(shapes) - 1)) * SPREAD
-        _curve(axes, lines[lines["shape"] == shape], shift, color=SHAPE_COLOURS[shape], label=shape, linewidth=1.2)
+        named: Any = {"color": colours[shape], "label": as_drawn(titles[shape])}
+        _curve(axes, lines[lines["shape"] == shape], shift, linewidth=1.2, **named)
     _curve(axes, lines[lines["shape"] == ALL], 0.0, color=OUTLINE, label="average", linewidth=2.0)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pandas as pd
 from matplotlib.figure import Figure
 from showing import FRAMES_PER_SECOND, Showing
-from style import OBSERVER_COLOURS, SHAPE_COLOURS
+from style import OBSERVER_COLOURS, as_drawn, colours_of, titles_of
 
 from haptic_env.hand import Hand
 from observer import metrics
@@ -36,10 +36,11 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
     grid = figure.add_gridspec(2, 2, width_ratios=(1.35, 1))
     scene, names, error = (figure.add_subplot(each) for each in (grid[:, 0], grid[0, 1], grid[1, 1]))
     view = View.around(showing.grid)
-    curves = []
-    for label in showing.labels:
-        really = label == str(showing.shape)
-        (line,) = names.plot([], [], color=SHAPE_COLOURS[label], linewidth=2.2 if really else 1.2, label=label)
+    curves, labels = [], showing.labels.tolist()
+    colours, titles = colours_of(labels), titles_of(labels)
+    for label in labels:
+        width = 2.2 if label == str(showing.shape) else 1.2
+        (line,) = names.plot([], [], color=colours[label], linewidth=width, label=as_drawn(titles[label]))
         curves.append((line, f"p_{label}"))
     for label, column, colour in (("felt", "felt_error_deg", FELT), ("inferred", "inferred_error_deg", INFERRED)):
         (line,) = error.plot([], [], color=colour, linewidth=1.0, label=label)
@@ -63,7 +64,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
             line.set_data(until["seconds"], until[column])
 
     show(last)
-    return Plate(figure, shown, Film(show, last + 1, 1.0 / FRAMES_PER_SECOND))
+    return Plate(figure, shown, Film(show, last + 1, 1.0 / FRAMES_PER_SECOND, list(colours.values())))
 
 
 def course(showing: Showing) -> pd.DataFrame:

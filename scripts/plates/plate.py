@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from files import atomic
+from files import atomic, write_csv
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -29,11 +29,13 @@ PRINT: Any = {
 
 
 class Film(NamedTuple):
-    """`show` draws any of `frames`, which are `seconds` apart, into the figure."""
+    """`show` draws any of `frames`, which are `seconds` apart, into the figure; `colours` of its thin lines, besides
+    those that every picture may have."""
 
     show: Callable[[int], None]
     frames: int
     seconds: float
+    colours: Sequence[str] = ()
 
 
 class Plate(NamedTuple):
@@ -51,8 +53,7 @@ def save(plate: Plate, name: str, folder: Path) -> list[str]:
         plate.figure.savefig(place)
     with atomic(folder / names[1]) as place:
         plate.figure.savefig(place, metadata={"CreationDate": None})
-    with atomic(folder / names[2]) as place:
-        plate.data.to_csv(place, index=False)
+    write_csv(folder / names[2], plate.data)
     if plate.film is not None:
         names.append(f"{name}.gif")
         with atomic(folder / names[-1]) as place:
@@ -68,6 +69,7 @@ def _save_film(figure: Figure, film: Film, path: Path) -> None:
         frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
     # A GIF has 256 colours; thin lines would lose theirs to the shades of large areas.
     colours = [*SHAPE_COLOURS.values(), *OBSERVER_COLOURS.values()]
+    colours += [each for each in film.colours if each not in colours]
     kept = [round(255 * part) for each in colours for part in to_rgb(each)]
     common = frames[-1].quantize(256 - len(colours))
     shades = np.reshape(common.getpalette() or [], (-1, 3))[: 256 - len(colours)]

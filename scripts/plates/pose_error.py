@@ -5,7 +5,8 @@ from __future__ import annotations
 import pandas as pd
 from matplotlib.figure import Figure
 from report import ALL, SLAM, draw_curve, draw_pose, summarise
-from style import OBSERVER_NAMES, SHAPE_COLOURS
+from results import names_in
+from style import OBSERVER_NAMES, as_drawn, colours_of, titles_of
 
 from plates.plate import WIDTH, Plate
 
@@ -45,9 +46,11 @@ def draw(rows: pd.DataFrame) -> Plate:
         )
     left.set_title("Pose error after 200 ms, all shapes")
     mine = data[(data["measure"] == next(iter(relative))) & (data["observer"] == SLAM) & (data["shape"] != ALL)]
-    for shape in rows["candidates"].iloc[0].split():
+    shapes = names_in(rows["candidates"].iloc[0])
+    colours, titles = colours_of(shapes), titles_of(shapes)
+    for shape in shapes:
         line = mine[mine["shape"] == shape]
-        draw_curve(right, line, markersize=4, capsize=2, color=SHAPE_COLOURS[shape], label=shape)
+        draw_curve(right, line, markersize=4, capsize=2, color=colours[shape], label=as_drawn(titles[shape]))
     right.axhline(1, color="#777777", linestyle=":", linewidth=1)
     right.set(title="Haptic SLAM, each shape (dotted: felt)", ylabel="RMS error (multiples of σ)")
     right.set_ylim(0, 1.05)

@@ -7,6 +7,7 @@ import pandas as pd
 from calibration import numbers_of
 from matplotlib.figure import Figure
 from report import CEILING, FLOOR, SLAM, interval
+from results import names_in
 from style import OBSERVER_COLOURS, noise_colours
 from tasks import COURSE_SECONDS
 
@@ -62,7 +63,7 @@ def draw(rows: pd.DataFrame) -> Plate:
         axes.set(title=title, xlabel="exploration (s)", ylabel=axis, ylim=(0, 102))
         axes.set_xlim(left=0)
         if measure != "decided":
-            chance = 100 / len(rows["candidates"].iloc[0].split())
+            chance = 100 / len(names_in(rows["candidates"].iloc[0]))
             axes.axhline(chance, color="#777777", linestyle=":", linewidth=1, label="chance")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=(len(labels) + 1) // 2)

@@ -120,6 +120,33 @@ def test_recordings_of_other_joints_are_refused(env, tmp_path):
         agents.make("synergy", env, recordings=tmp_path / "nothing.csv")
 
 
+ZEROS = np.zeros((10, 8))
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (np.full((10, 8), 45.0), "joint_angles of .* is 45 at frame 0, beyond 12.57 rad; .* are these degrees"),
+        (np.full((10, 8), 1e300), "joint_angles of .* is 1e.300 at frame 0, beyond 12.57 rad"),
+        (np.full((10, 8), np.nan), "joint_angles of .* is nan at frame 0, which is not finite"),
+        (ZEROS + 1j, "joint_angles must be numbers, got complex128"),
+        (np.array([{}]), "recordings must be a .npy or .csv file .*it holds object"),
+        ("0,0,0,0,0,0,0,1e999\n" * 3, "joint_angles of index_dip_flexion is inf at frame 0"),
+        ("", "recordings must be finite angles"),
+        ("0,0\n0\n", "recordings must be a .npy or .csv file"),
+        (b"\xff\xfe", "not a text file"),
+    ],
+)
+def test_recordings_of_no_angles_are_refused(env, tmp_path, content, told):
+    path = tmp_path / ("angles.npy" if isinstance(content, np.ndarray) else "angles.csv")
+    if isinstance(content, np.ndarray):
+        np.save(path, content)
+    else:
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+    with pytest.raises(ValueError, match=told):
+        agents.make("synergy", env, recordings=path)
+
+
 # Exploratory procedures
 
 
@@ -207,9 +234,9 @@ def test_what_tells_candidates_apart_leaves_less_entropy():
     push = np.array([-close, close]) * hand.torque_limits
     tree, spheres, skin = tree_of(hand), lookahead.spheres_of(hand), skin_of(hand)
     line = _line(hand, np.zeros(hand.joints))
-    left = lookahead.class_entropies(
-        *(tree, spheres, skin, solids, line, push, 5, 5, np.array([0, 1]), log_weights, label, 2, 0.002, 0.001, 0.2)
-    )
+    left = np.empty((2, 2))
+    given = (tree, spheres, skin, solids, line, push, 5, 5, np.array([0, 1]), log_weights, label, 2, 0.002, 0.001, 0.2)
+    lookahead.class_entropies(0, 2, *given, left)
     assert left[0] == pytest.approx([1.0, 1.0], abs=1e-6)
     assert left[1].max() < 0.7
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from haptic_env import hands, recordings
+from haptic_env import hands, reading, recordings
 from haptic_env.recordings import Felt, Recording, Track
 from haptic_env.recordings.adroit_demonstrations import JOINTS
 
@@ -28,7 +29,8 @@ c = { offset_deg = 5 }
 def made(frames: int = 6, **changes: Any) -> Recording:
     """A recording of two joints with everything in it."""
     rng = np.random.default_rng(0)
-    track = Track(rng.standard_normal((frames, 3)), rng.standard_normal((frames, 4)))
+    turns = rng.standard_normal((frames, 4))
+    track = Track(rng.standard_normal((frames, 3)), turns / np.linalg.norm(turns, axis=1, keepdims=True))
     felt = Felt(rng.uniform(-1, 1, (frames, 2)), rng.standard_normal((frames, 2)), rng.random((frames, 3)) < 0.5)
     whole = Recording(
         source="made",
@@ -93,7 +95,7 @@ def test_what_is_not_known_is_not_written(tmp_path: Path) -> None:
         ({"time": np.array([0, 1, 2, 1, 3, 4]) * 0.02}, "frame 3 lies before"),
         ({"time": np.array([0, 1, np.inf, 3, 4, 5])}, "time is inf at frame 2"),
         ({"joint_names": ("a", "a")}, "joint a is named twice"),
-        ({"root": Track(np.zeros((6, 3)), np.zeros((6, 4)))}, "root_quaternion is zero at frame 0"),
+        ({"root": Track(np.zeros((6, 3)), np.zeros((6, 4)))}, "root_quaternion at frame 0 has length 0"),
         ({"object": Track(np.zeros((5, 3)), np.ones((6, 4)))}, r"object_position must have shape \(6, 3\)"),
     ],
 )
@@ -176,6 +178,13 @@ def test_a_glove_is_read_with_its_calibration(glove: Any) -> None:
         ([row(1, 0, 0), row(1.5, 0, 0)], "line 2 comes after a gap of more than 0.1 s"),
         ([row(1, 0, 0), row(1.02, 0, 0).replace(" 11 ", " 13 ", 1)], "line 2: .* is no date and time"),
         ([row(1, 0, 0), row(np.nan, 0, 0)], "line 2: .* is no date and time .second must be a finite number"),
+        ([row(1, 0, 0), row(1.02, 1e300, 0)], "line 2: bend is '1e.300', beyond 1e.06"),
+        (
+            [row(1, 0, 0), row(1.02, 4000, 0)],
+            "joint_angles of a is -139.45.* at line 2, beyond 12.57 rad; .* are these degrees",
+        ),
+        ([row(1, 0, 0), "", row(1.02, 200, 0)], "joint_angles of a leap from 0.1745.* to -6.8.* rad at line 3"),
+        ([row(1, 0, 0), row(1.02, 0, 0).replace(" 28 ", " 28.5 ", 1)], "line 2: .*all but the seconds must be whole"),
         ([row(1, 0, 0)], "needs two frames, got 1 lines"),
         ([], "needs two frames, got 0 lines"),
     ],
@@ -193,6 +202,12 @@ def test_a_glove_names_the_line_that_is_wrong(glove: Any, lines: list[str], told
         (("bend = -2.0", "bent = -2.0"), "unknown sensor of a 'bent' .did you mean 'bend'"),
         (("-2.0", '"two"'), "gain of bend for a must be a finite number"),
         (("offset_deg = 10", "offset = 10"), "unknown joint a keyword 'offset'"),
+        (
+            ("offset_deg = 10", "offset_deg = 1e300"),
+            r"offset_deg of a must be a finite number in \[-360, 360\] degrees",
+        ),
+        (("-2.0", "nan"), r"gain of bend for a must be a finite number in \[-1000, 1000\], got nan"),
+        (("{ bend = -2.0 }", "3"), "gains of a must be a table with a number for each sensor, got 3"),
         (("c = {", "c = 3 #"), "joint c must be a table"),
         (("[joints]", "[joints"), "Expected"),
     ],
@@ -202,6 +217,18 @@ def test_a_calibration_names_what_is_wrong(tmp_path: Path, change: tuple[str, st
     path.write_text(CALIBRATION.replace(*change))
     with pytest.raises(ValueError, match=rf"(?s)meaning\.toml.*{told}"):
         recordings.read_calibration(path)
+
+
+@pytest.mark.parametrize("name", ["it.txt", "it.toml"])
+def test_texts_have_a_size_limit(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    with path.open("wb") as file:
+        file.truncate(reading.LARGEST_TEXT + 1)  # takes no room
+    read: Any = recordings.read_calibration
+    if path.suffix == ".txt":
+        read = partial(recordings.read, calibration=recordings.calibration_for("adroit"))
+    with pytest.raises(ValueError, match=rf"{name}: the file is larger than \d+ MiB, which is the most that is read"):
+        read(path)
 
 
 def test_a_glove_needs_a_calibration(tmp_path: Path) -> None:
@@ -260,6 +287,13 @@ def test_resampling_goes_through_the_frames_and_does_not_overshoot() -> None:
     np.testing.assert_allclose(finer.root.position, 0.01 * np.arange(12)[:, None] * [1.0, -2.0, 0.0], atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(finer.root.quaternion, axis=1), 1.0)
     np.testing.assert_allclose(np.abs(finer.root.quaternion[4]), [0, 0, 0, 1], atol=1e-9)  # q and -q are one turn
+
+
+@pytest.mark.parametrize("least", [5e-324, 1e-300])
+def test_what_hardly_changes_is_resampled(least: float) -> None:
+    angles = least * np.arange(12.0).reshape(6, 2)
+    finer = recordings.resample(made(joint_angles=angles, felt=None), 100.0)
+    assert (np.abs(finer.joint_angles) <= angles.max()).all()
 
 
 def test_what_was_felt_is_not_resampled() -> None:

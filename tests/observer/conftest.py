@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
-import numba
 import numpy as np
 import pytest
 
@@ -14,23 +13,6 @@ import agents
 import haptic_env  # noqa: F401 - registers
 from haptic_env import hands
 from observer import Belief, HapticSLAM
-
-
-@pytest.fixture(autouse=True)
-def one_thread() -> Iterator[None]:
-    """Tests run side by side: each computes on one core."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    yield
-    numba.set_num_threads(before)
-
-
-@pytest.fixture
-def both_numbers_of_threads() -> tuple[int, int]:
-    """One and two threads; skipped where there are no two, for one alone would be compared with itself."""
-    if numba.config.NUMBA_NUM_THREADS < 2:
-        pytest.skip("needs two threads: NUMBA_NUM_THREADS is 1")
-    return 1, 2
 
 
 @pytest.fixture(scope="session")

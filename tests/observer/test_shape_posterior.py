@@ -323,17 +323,6 @@ def test_unknown_size_and_place_are_the_same_bits_for_the_same_seed(explore):
     assert runs[0].tobytes() != runs[2].tobytes()
 
 
-def test_any_number_of_threads_gives_the_same_bits(explore, both_numbers_of_threads):
-    trial = explore("cube", 100, sigma_deg=3.0)
-    beliefs = trial.beliefs(HapticSLAM(trial.hand, 3.0, particles=1, candidates=1))
-    posterior = ShapePosterior(trial.hand)
-    runs = []
-    for number in both_numbers_of_threads:
-        numba.set_num_threads(number)
-        runs.append(_told(posterior, beliefs).tobytes())
-    assert runs[0] == runs[1]
-
-
 def test_the_posterior_does_not_depend_on_the_observers_maps(explore):
     trial = explore("cube", 100, sigma_deg=3.0)
     posterior = ShapePosterior(trial.hand)

@@ -33,6 +33,30 @@ def test_touching_patches_and_touched_voxels_are_seen(captured: Path, tmp_path: 
     assert after.sum() > 10
 
 
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--at", "nan"], "--at must be a finite number in [0, 36000] s, got nan"),
+        (["--at", "0.1", "-1"], "--at must be a finite number in [0, 36000] s, got -1"),
+        (["--view", "0", "inf"], "--view must be a finite number in [-360, 360] degrees, got inf"),
+        (["--sigma", "nan"], "--sigma must be a finite number"),
+        (["--seed", "-1"], "--seed must be an integer"),
+        (["--out", "it.txt"], "unknown kind of picture in --out '.txt'"),
+        (["--out", "/dev/null/it.png"], "--out must be in a folder that can be written to"),
+        (["--recording", "nowhere.npz"], "nowhere.npz"),
+    ],
+)
+def test_bad_input_is_one_clear_line(
+    captured: Path, arguments: list[str], told: str, capsys: pytest.CaptureFixture
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        picture_recording.main(["--recording", str(captured), "--shape", "cube", *arguments])
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert told in error
+    assert error.count("\n") == 1
+
+
 def test_it_needs_the_pose_of_the_object(captured: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     whole = recordings.read(captured)
     alone = Recording("made", whole.time, whole.joint_names, whole.joint_angles)

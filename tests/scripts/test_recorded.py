@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 import recorded
 
 from haptic_env import recordings, shapes
-from haptic_env.recordings import Recording
+from haptic_env.recordings import Felt, Recording
 from tests.haptic_env.movements import closing
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
@@ -61,16 +62,76 @@ def test_motion_capture_is_followed_and_played_back(tmp_path: Path, captured: st
     same_beliefs(tmp_path / "a", tmp_path / "b")
 
 
-def test_a_recording_without_an_object_drives_the_hand(tmp_path: Path) -> None:
+def test_a_recording_without_an_object_drives_the_hand(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     whole = closing()
     alone = Recording("made", whole.time, whole.joint_names, whole.joint_angles)
     recordings.write(tmp_path / "alone.npz", alone)
     summary = run(tmp_path / "a", "--recording", str(tmp_path / "alone.npz"), "--shape", "sphere")
+    told = capsys.readouterr().out
     assert summary["explored_seconds"] == pytest.approx(0.5 + 39 * 0.02, abs=0.03)
     with np.load(tmp_path / "a" / "explore.npz") as trace:
         assert trace["torques"].any()
-    run(tmp_path / "b", "--recording", str(tmp_path / "a" / "recording.npz"))
+    again = run(tmp_path / "b", "--recording", str(tmp_path / "a" / "recording.npz"))
     same_beliefs(tmp_path / "a", tmp_path / "b")
+    for each, said in ((summary, told), (again, capsys.readouterr().out)):
+        assert (each["truth"], each["correct"]) == (None, None)
+        assert (each["contacts"], each["simulated_object"]) == ("simulated", "sphere")
+        assert "No object was recorded: contacts are simulated with a sphere, as you named it." in said
+        assert re.search(r"contacts are simulated with a +│ sphere", said)
+        assert "in truth" not in said
+
+
+@pytest.mark.parametrize("more", [{}, {"root": closing().root}, {"object": closing().object}])
+def test_angles_alone_are_not_put_on_an_object_that_nobody_named(
+    tmp_path: Path, more: dict[str, Any], capsys: pytest.CaptureFixture
+) -> None:
+    whole = closing()
+    alone = Recording("made", whole.time, whole.joint_names, whole.joint_angles, **more)
+    recordings.write(tmp_path / "alone.npz", alone)
+    assert explore.main(["--recording", str(tmp_path / "alone.npz"), "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert "alone.npz: it has joint angles alone, and does not tell of an object; name the one with which" in error
+    assert "--shape NAME or --mesh FILE" in error
+    assert error.count("\n") == 1
+
+
+SETTINGS: dict[str, Any] = {
+    "object": {"name": "cube", "size": [0.05] * 3, "position": [0.0] * 3, "quaternion": [1.0, 0.0, 0.0, 0.0]},
+    "in_object_frame": False,
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"object": 3}, "object must be a table of name, size, position, quaternion, got 3"),
+        ({"object": {}}, "object must be a table of name, size, position, quaternion, got {}"),
+        ({"object": {**SETTINGS["object"], "name": "cubee"}}, "unknown shape 'cubee'"),
+        ({"object": {**SETTINGS["object"], "size": [50.0] * 3}}, "object size must lie in [0.005, 0.3] m"),
+        ({"object": {**SETTINGS["object"], "position": [0.0, 1e300, 0.0]}}, "position of object must lie in [-5, 5]"),
+        ({"in_object_frame": "yes"}, "in_object_frame must be True or False, got 'yes'"),
+        ({"in_object_frame": True}, "it does not say where the hand and the object were"),
+        ({"sigma": 1e300}, "--sigma must be a finite number in [0, 90]"),
+        ({"env": "Foot"}, "unknown --env 'Foot'"),
+        ({"particles": -3}, "--particles must be an integer"),
+    ],
+)
+def test_settings_of_a_stranger_are_checked(
+    tmp_path: Path, changes: dict[str, Any], told: str, capsys: pytest.CaptureFixture
+) -> None:
+    whole = closing()
+    felt = Felt(np.zeros((40, 8)), whole.joint_angles, np.zeros((40, 50), bool))
+    played = replace(whole, root=None, object=None, felt=felt, settings={**SETTINGS, **changes})
+    recordings.write(tmp_path / "it.npz", played)
+    code = None
+    try:
+        code = explore.main(["--recording", str(tmp_path / "it.npz"), "--out", str(tmp_path / "out")])
+    except SystemExit as ended:
+        code = ended.code  # type: ignore[assignment]
+    error = capsys.readouterr().err
+    assert code == 2
+    assert told in error
+    assert error.count("\n") == 1
 
 
 @pytest.mark.parametrize(

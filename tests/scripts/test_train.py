@@ -203,7 +203,7 @@ def test_presets_make_sense(name):
         ('algorithm = "PPO"\n[learner]\n[world]\nprices = 3', "did you mean 'price'"),
         ('algorithm = "PPO"\n[learner]\n[world]\nobservation = ["poses"]', "did you mean 'pose'"),
         ('algorithm = "PPO"\n[learner]\n[world]\nsigma_deg = [5, 2]', "least and the largest"),
-        ('algorithm = "PPO"\nenvs = 0\n[learner]', "envs must be an integer of at least 1, got 0"),
+        ('algorithm = "PPO"\nenvs = 0\n[learner]', "envs must be an integer in [1, 1024], got 0"),
         ("algorithm =", "Invalid value"),
     ],
 )
@@ -214,6 +214,78 @@ def test_a_preset_that_makes_no_sense_is_told_in_a_line(tmp_path, capsys, conten
         run(path, tmp_path / "out")
     assert error.value.code == 2
     assert said in capsys.readouterr().err
+
+
+WORLD = "seconds, sigma_deg, size_jitter, yaw_jitter, position_jitter, hold, price, least, threshold, sure_seconds"
+NUMBERS = {
+    "": "seed steps envs evaluate_every checkpoint_every episodes",
+    "world": f"{WORLD} variants samples stride temper".replace(",", ""),
+    "sweep": "flexion opening sideways curl noise decisions epochs",
+    "learner": "learning_rate n_steps batch_size n_epochs gamma gae_lambda clip_range ent_coef vf_coef max_grad_norm "
+    "target_kl use_sde sde_sample_freq normalize_advantage policy_kwargs",
+}
+
+
+@pytest.mark.parametrize(("table", "key"), [(table, key) for table, keys in NUMBERS.items() for key in keys.split()])
+def test_every_number_of_a_preset_has_a_range(tmp_path, table, key):
+    path = tmp_path / "mine.toml"
+    fine = {("use_sde", "true"), ("normalize_advantage", "true"), ("policy_kwargs", "{}")}
+    for value in ("-1e300", "nan", "true", '"many"', "[]", "{}"):
+        if (key, value) in fine:
+            continue
+        tables = dict.fromkeys(NUMBERS, "") | {"learner": 'policy = "MlpPolicy"', table: f"{key} = {value}"}
+        rows = [f"[{name}]\n{row}" if name else row for name, row in tables.items()]
+        path.write_text("\n".join(['algorithm = "PPO"', *rows]))
+        with pytest.raises(ValueError, match=rf"mine.toml: .*{key}.* must be"):
+            presets.read(str(path))
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "world", "learner", "said"),
+    [
+        ("PPO", "hold = -1", "", r"hold must be an integer in \[1, 1000\], got -1"),
+        ("PPO", "sigma_deg = [3]", "", r"sigma_deg must be two numbers, the least and the largest, got \(3,\)"),
+        ("PPO", "observation = []", "", "observation must be a list of pose, .*, raw, got"),
+        ("PPO", 'observation = ["raw", "pose"]', "", "unknown entry of observation 'raw'"),
+        ("PPO", 'observation = ["raw"]', 'policy = "MlpPolicy"', "'MlpPolicy'.*; choose from MultiInputPolicy"),
+        ("PPO", "", 'policy = "MultiInputPolicy"', "'MultiInputPolicy'.*; choose from MlpPolicy"),
+        ("PPO", "", "", r"\[learner\] must set policy = \"MlpPolicy\""),
+        ("RecurrentPPO", 'observation = ["raw"]', "", 'must set policy = "MultiInputLstmPolicy"'),
+        ("PPO", "", "n_step = 3", r"unknown key of \[learner\] 'n_step' .did you mean 'n_steps'"),
+        ("SAC", "", "n_epochs = 3", r"unknown key of \[learner\] 'n_epochs'"),
+        ("PPO", "", "batch_size = 1", r"batch_size of \[learner\] must be an integer in \[2, "),
+        ("SAC", "", 'ent_coef = "auto_x"', r"what follows auto_ in ent_coef of \[learner\] must be .*, got 'x'"),
+        (
+            "PPO",
+            "",
+            "policy_kwargs = {net_arch = [0]}",
+            r"width in net_arch .* must be .* in \[1, 4096\], got 0",
+        ),
+        ("PPO", "", "policy_kwargs = {net_arch = {q = [8]}}", "unknown network of net_arch .* 'q'"),
+        ("PPO", "", "policy_kwargs = {net_arc = [8]}", "'net_arc' .did you mean 'net_arch'"),
+    ],
+)
+def test_what_a_preset_may_say(tmp_path, algorithm, world, learner, said):
+    path = tmp_path / "mine.toml"
+    path.write_text(f'algorithm = "{algorithm}"\n[world]\n{world}\n[learner]\n{learner}')
+    with pytest.raises(ValueError, match=said):
+        presets.read(str(path))
+
+
+@pytest.mark.parametrize("text", ["world = 3", "sweep = []", 'learner = "PPO"'])
+def test_tables_of_a_preset_are_tables(tmp_path, text):
+    path = tmp_path / "mine.toml"
+    path.write_text('algorithm = "PPO"\n' + text + ("" if text.startswith("learner") else "\n[learner]"))
+    with pytest.raises(ValueError, match="must be a table, got"):
+        presets.read(str(path))
+
+
+def test_a_learner_that_cannot_be_made_leaves_no_run(tmp_path, capsys):
+    path = preset(tmp_path, "SAC")
+    path.write_text(path.read_text().replace("net_arch = [8]", "net_arch = {pi = [8]}"))  # it wants qf as well
+    assert run(path, tmp_path / "out") == 2
+    assert "error: [learner] makes no SAC: " in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("algorithm", ["PPO", "SAC"])

@@ -79,7 +79,7 @@ def test_no_file_can_say_that_a_model_is_to_be_trusted(poisoned, tmp_path, capsy
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
-        ("odd.npz", b"no weights", "is no whole .npz file"),
+        ("odd.npz", b"no weights", "not a whole .npz file"),
         ("nothing.npz", None, "must be a policy's name or a model that exists"),
         ("nothing.zip", None, "must be a policy's name or a model that exists"),
     ],

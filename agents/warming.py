@@ -1,0 +1,32 @@
+"""What policies that look ahead need to have compiled (`observer.compiling`)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from agents import lookahead
+from agents.map_lookahead import expected
+from agents.reach import Reach
+from haptic_env.hand import Hand
+from observer import ShapePosterior
+from observer.forward_model import ForwardModel
+from observer.kinematics import tree_of
+from observer.solid_fields import skin_of
+
+
+def looking_ahead(hand: Hand) -> None:
+    """`information_gain`, for names and for maps."""
+    rest = hand.rest_pose.astype(np.float64)
+    Reach(hand).strokes(rest, hand.grasp_centre)
+    ahead = ForwardModel(hand, 50.0).predict(np.concatenate([rest, np.zeros(hand.joints)]), np.zeros(hand.joints))
+    low, high = (np.ascontiguousarray(each) for each in hand.joint_limits.T)
+    line = lookahead.Line(ahead.state.copy(), ahead.state, ahead.transition, ahead.torque_gain, low, high)
+    solids, log_weights, label = ShapePosterior(hand).hypotheses
+    torques, left = np.zeros((1, hand.joints)), np.empty((1, 1))
+    of_hand = tree_of(hand), lookahead.spheres_of(hand), skin_of(hand)
+    worlds = np.zeros(1, dtype=np.int64)
+    told = line, torques, 1, 1, worlds, log_weights, label, int(label.max()) + 1, 0.002, 0.001, 0.1
+    lookahead.class_entropies(0, 1, *of_hand, solids, *told, left)
+    points, body = np.zeros((1, 3)), np.zeros(1, dtype=np.int64)
+    grid = np.zeros((2, 2, 2))
+    expected(of_hand[0], points, body, body, np.tile(rest, (1, 2, 1)), np.zeros(3), 0.004, grid, grid)

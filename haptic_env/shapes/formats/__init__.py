@@ -1,0 +1,58 @@
+"""Files of meshes, one module a format: add one as a file here and a line in `READERS`.
+
+A reader takes the bytes of a file and nothing else: no file is opened that the first one names. What a file declares is
+held against its size before room is made for it. `ValueError` says why it cannot be read, `Refused` why it is not
+taken.
+"""
+
+from __future__ import annotations
+
+import stat
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.shapes.formats import obj, ply, stl
+from haptic_env.shapes.formats.polygons import Polygons, Refused, triangulate
+
+READERS: dict[str, Callable[[bytes], Polygons]] = {".stl": stl.read, ".obj": obj.read, ".ply": ply.read}
+LARGEST = 200_000_000  # bytes: as many triangles as are taken, written as text with colours and normals
+WIDTH = 1e-6, 1e9  # in the unit of the file; corners closer than 1e-8 of it are one
+AWAY = 1e5  # widths from the origin, where numbers are still exact enough
+
+__all__ = ["READERS", "Refused", "read"]
+
+
+def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Corners (V, 3), in the unit of the file, and triangles (F, 3) of the mesh file `path`.
+
+    Raises `OSError` where it cannot be opened, `ValueError` where it cannot be read as what its name ends in, `Refused`
+    where what it holds is not taken.
+    """
+    told = path.stat()
+    if not stat.S_ISREG(told.st_mode):
+        raise Refused("is no file")
+    if told.st_size > LARGEST:
+        raise Refused(f"has {told.st_size:,} bytes, at most {LARGEST:,} are taken: simplify it")
+    held = READERS[path.suffix.lower()](path.read_bytes())
+    _check_corners(held.vertices, held.corners)
+    return held.vertices, triangulate(held)
+
+
+def _check_corners(vertices: NDArray[np.float64], corners: NDArray[np.int64]) -> None:
+    """Raise `ValueError` where faces join `corners` that are not there, `Refused` where those lie nowhere."""
+    wrong = corners[(corners < 0) | (corners >= len(vertices))]
+    if len(wrong):
+        raise ValueError(f"a face names corner {wrong[0]} of {len(vertices)}, counted from 0")
+    wrong = np.intersect1d(corners, np.flatnonzero(~np.isfinite(vertices).all(axis=1)))
+    if len(wrong):
+        raise Refused(f"has {len(wrong)} corners that are not finite, e.g. {vertices[wrong[0]].tolist()}")
+    if len(corners):
+        low, high = vertices[corners].min(axis=0), vertices[corners].max(axis=0)
+        width, away = float((high - low).max()), float(np.abs([low, high]).max())
+        if not WIDTH[0] <= width <= WIDTH[1]:
+            raise Refused(f"is {width:g} wide, {WIDTH[0]:g} to {WIDTH[1]:g} are taken, in whatever unit")
+        if away > AWAY * width:
+            raise Refused(f"lies {away:g} from its origin and is {width:g} wide: move it to its origin")

@@ -1,0 +1,38 @@
+"""Lines of text as numbers; what is wrong is said with the number of the line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+LONGEST = 1_000_000  # bytes of a line
+LARGEST = 2**31  # of a whole number: no mesh has so many corners
+
+
+def words_of(line: bytes, number: int) -> list[bytes]:
+    """The words of line `number`."""
+    if len(line) > LONGEST:
+        raise ValueError(f"line {number} has {len(line):,} characters, more than {LONGEST:,}")
+    return line.split()
+
+
+def numbers(words: Sequence[bytes], count: int, number: int) -> list[float]:
+    """The first `count` of `words`, of line `number`, as numbers."""
+    try:
+        return [float(words[k]) for k in range(count)]
+    except (ValueError, IndexError):
+        raise ValueError(f"line {number}: {count} numbers are needed, got {_quoted(b' '.join(words[:5]))}") from None
+
+
+def whole(word: bytes, number: int) -> int:
+    """`word`, of line `number`, as a whole number."""
+    try:
+        value = int(word)
+    except ValueError:
+        value = LARGEST
+    if abs(value) >= LARGEST:
+        raise ValueError(f"line {number}: a whole number is needed, got {_quoted(word)}")
+    return value
+
+
+def _quoted(text: bytes) -> str:
+    return repr(text[:60].decode(errors="replace"))

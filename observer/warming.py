@@ -1,0 +1,91 @@
+"""What an exploration needs to have compiled, in parts that can be compiled side by side (`observer.compiling`).
+
+Each part calls with few numbers all that it stands for. Shapes: P patches.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+from observer import capsules, compiling, hindsight, metrics
+from observer.brackets import DeadReckoning
+from observer.compiling import Progress
+from observer.contact_model import ContactModel
+from observer.fastslam import RESOLUTION, HapticSLAM
+from observer.kinematics import tree_of
+from observer.occupancy import Maps
+from observer.pose_only import PoseOnly
+from observer.shape_posterior import ShapePosterior
+
+UNKNOWN: dict[str, Any] = {"size_jitter": 0.1, "yaw_jitter": 10.0, "variants": 8}
+
+
+def warm_up(hand: Hand, progress: Progress | None = None) -> None:
+    """Compile, or load, all that an exploration with `hand` needs, so that no step of it waits for the compiler.
+
+    Compiling takes its time once for each version of the code on each kind of processor. `progress` is called with how
+    many functions are done and how many there are; None: a line is logged where anything has to be compiled.
+    """
+    compiling.ensure(compiling.USUAL, hand, progress)
+    maps(hand)
+    pose_and_hindsight(hand)
+
+
+def maps(hand: Hand) -> None:
+    """Steps of an observer with a map."""
+    observer = DeadReckoning(hand, in_hindsight=False)
+    _explore(observer)
+    Maps(2, observer.grid, ContactModel().evidence(RESOLUTION).probability).weights_changed()
+
+
+def pose_and_hindsight(hand: Hand) -> None:
+    """The pose filter, the posterior over names, and the map in hindsight."""
+    posteriors = ShapePosterior(hand), ShapePosterior(hand, **UNKNOWN)
+    observer = PoseOnly(hand, control_hz=10.0)
+    observer.reset()
+    for contacts in _felt(hand):
+        belief = observer.step(np.zeros(hand.joints), hand.rest_pose, contacts)
+        for posterior in posteriors:
+            posterior.update(belief)
+    tree, grid = tree_of(hand), Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
+    frames = np.zeros((len(tree.parent), 3)), np.tile(np.eye(3), (len(tree.parent), 1, 1))
+    still = np.zeros(len(hand.links)), np.ones(len(hand.patches))
+    moments = [hindsight.Moment(*frames, still[0], contacts, still[1]) for contacts in _felt(hand)]
+    body = capsules.body_of(hand.patches, grid.resolution)
+    hindsight.occupancy(moments, tree.link_body, grid, body, ContactModel())
+
+
+def sampled_matching(hand: Hand) -> None:
+    """`HapticSLAM(matching="sample")`."""
+    _explore(HapticSLAM(hand, particles=2, matching="sample", lag=1))
+
+
+def smooth_motion(hand: Hand) -> None:
+    """`HapticSLAM(motion="kinematic")`."""
+    _explore(HapticSLAM(hand, particles=2, motion="kinematic", lag=1))
+
+
+def known_solids(hand: Hand) -> None:
+    """`HapticSLAM(solids=…)`."""
+    _explore(HapticSLAM(hand, particles=2, solids=ShapePosterior(hand), lag=1))
+
+
+def _explore(observer: HapticSLAM) -> None:
+    hand = observer.hand
+    observer.reset(seed=0, joint_angles=hand.rest_pose)
+    for contacts in _felt(hand):
+        observer.step(np.zeros(hand.joints), hand.rest_pose, contacts).occupancy  # noqa: B018 - computed when asked for
+    for belief in observer.flush():
+        belief.occupancy  # noqa: B018
+    metrics.swept(hand, hand.rest_pose[None], observer.grid)
+
+
+def _felt(hand: Hand) -> list[NDArray[np.bool_]]:
+    """Contacts (P,) of some steps: the same patches of all links begin to feel something and cease to."""
+    touch = np.arange(len(hand.patches)) % 3 == 0
+    return [touch, touch, ~touch, ~touch, np.zeros_like(touch), np.zeros_like(touch)]

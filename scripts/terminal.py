@@ -1,0 +1,67 @@
+"""What every command does alike at the terminal: errors of one line, paths, Ctrl-C, and words that any stream takes."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import signal
+import sys
+import unicodedata
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+from rich.console import Console
+
+NOT_IN_PATHS = ("Cc", "Cs", "Zl", "Zp")  # control characters, bytes that are no text, ends of lines
+
+
+class Parser(argparse.ArgumentParser):
+    """Tells what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        refuse(message)
+
+
+def tell_error(message: str) -> None:
+    """Say what is wrong, in one line."""
+    sys.stderr.write(f"{Path(sys.argv[0]).name}: error: {' '.join(message.splitlines())}\n")
+
+
+def refuse(message: str) -> NoReturn:
+    """End the program with code 2, and say why in one line."""
+    tell_error(message)
+    sys.exit(2)
+
+
+def as_path(text: str) -> str:
+    """The type of a flag that names a file or a folder: `~` is the home folder, also where the shell leaves it as it
+    is; raises `argparse.ArgumentTypeError` for what is no path, or can neither be printed nor be written as UTF-8."""
+    if not text.strip() or any(unicodedata.category(each) in NOT_IN_PATHS for each in text):
+        raise argparse.ArgumentTypeError(f"must be a path of printable characters, got {text!r}")
+    found = os.path.expanduser(text)
+    if found.startswith("~") and not os.path.exists(found):
+        raise argparse.ArgumentTypeError(f"no home folder is known for {text!r}; './{text}' is a path that begins so")
+    return found
+
+
+def make_console(width: int | None = None) -> Console:
+    """Where a command prints, `width` wide where that is no terminal. Names are shown as they are: in a file's name
+    brackets are no markup, and colons no emoji."""
+    return Console(width=None if sys.stdout.isatty() else width, markup=False, emoji=False)
+
+
+def program(main: Callable[[], int]) -> NoReturn:
+    """Run `main`, and end the program with its exit code; with 130 where Ctrl-C ended it."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # it was closed before the start
+            setattr(sys, name, io.StringIO())
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal that knows no σ shall not end what it is told about
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.stderr.write(f"{Path(sys.argv[0]).name}: stopped\n")
+        sys.exit(130)
