@@ -27,7 +27,7 @@ from files import write_json
 from joblib import cpu_count
 from presets import Preset
 from stopping import Stop
-from terminal import Parser, as_path, make_console, program, tell_error
+from terminal import Parser, as_path, make_console, program, refuse, tell_error
 
 from haptic_env import reading, validate
 
@@ -68,25 +68,25 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
 
 
 def check_configuration(path: Path, preset: Preset) -> None:
-    """Raise `ValueError` where the folder of `path` holds another run."""
+    """End the program with code 2 where the folder of `path` holds another run."""
     if not path.exists():
         return
     try:
         kept = json.loads(reading.text(path))
     except (OSError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path} is not whole: {error}; choose another --out") from error
+        refuse(f"{path} is not whole: {error}; choose another --out")
     for key, value in presets.configuration(preset).items():
         held = kept.get(key) if isinstance(kept, dict) else None
         if held != value:
-            raise ValueError(f"{path.parent} holds a run with {key} = {held!r}, not {value!r}; choose another --out")
+            refuse(f"{path.parent} holds a run with {key} = {held!r}, not {value!r}; choose another --out")
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     preset, given = parse(arguments)
     with claimed(given.out), Stop() as stop:
+        check_configuration(given.out / CONFIG, preset)
         try:
-            check_configuration(given.out / CONFIG, preset)
             from learning import prepare, train  # takes seconds, and needs what `parse` has looked for
 
             stop.check()
