@@ -138,6 +138,9 @@ class InformationGain(Guided):
             position=solids.position[pick],
         )
         shape = self.shape
+        tolerance = float(np.hypot(shape.tolerance, SPREAD))
+        weight = shape.temper * self.every / shape.stride
+        told = lookahead.Told(tolerance, shape.surprise, weight, shape.said, shape.alike * tolerance)
         left = lookahead.class_entropies(
             self._tree,
             self._spheres,
@@ -151,9 +154,7 @@ class InformationGain(Guided):
             log_weights,
             label,
             int(of.max()) + 1,
-            float(np.hypot(shape.tolerance, SPREAD)),
-            shape.surprise,
-            shape.temper * self.every / shape.stride,
+            told,
         )
         weights = share[worlds] / np.bincount(label[worlds])[label[worlds]]
         return np.asarray(left @ weights / weights.sum())
