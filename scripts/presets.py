@@ -127,8 +127,8 @@ def read(name: str) -> Preset:
     """The preset of this name, or of the TOML file at this path; raises `ValueError` for what makes no sense."""
     path = Path(name) if name.endswith(".toml") else FOLDER / f"{validate.choice('preset', name, names())}.toml"
     try:
-        content = tomllib.loads(path.read_text())
-    except (OSError, tomllib.TOMLDecodeError) as error:
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from error
     world, sweep = content.pop("world", {}), content.pop("sweep", None)
     tables = ("key", content, Preset), ("key of [world]", world, World), ("key of [sweep]", sweep or {}, Sweep)
