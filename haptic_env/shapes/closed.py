@@ -19,7 +19,7 @@ FLAT = 1e-6  # of its bounding box: less volume is none
 MOST = 500  # closed parts: more are the specks of a scan
 SPECK = 0.01  # of the whole's width
 FAR = 10  # widths from the origin
-SAMPLES, AGREE = 5000, 0.98  # points of the bounding box where two rules of what is inside are compared
+SAMPLES, AGREE = 5000, 0.985  # points of the bounding box where two rules of what is inside are compared
 
 
 def closed_parts(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> list[Any]:
@@ -136,7 +136,9 @@ def _apart(trimesh: Any, surface: Any, edges: Edges) -> list[Any]:
     parts = list(surface.split(only_watertight=False, adjacency=beside, repair=False))
     if touching:
         split = [each for part in parts for each in ([part] if part.is_watertight else apart(part))]
-        parts = [part for part in split if abs(_volume(part)) > FLAT * np.prod(part.extents)] or split
+        parts = [part for part in split if abs(_volume(part)) > FLAT * np.prod(part.extents)]
+    if not parts:
+        raise ValueError(f"has no volume: it is flat, {_wide(surface.vertices)} wide")
     return parts
 
 

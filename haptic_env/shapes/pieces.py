@@ -9,11 +9,10 @@ import tempfile
 from importlib import metadata
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import QhullError
+from scipy.spatial import ConvexHull, QhullError
 
 from haptic_env import cache, extras
 from haptic_env.shapes import decomposition
@@ -23,6 +22,7 @@ Array = NDArray[np.float64]
 MANY = 20_000  # triangles: what is cut in a minute
 FLAKE = 1e-8  # of the cube of a solid's width: less volume is not felt
 SAMPLES = 4000
+NEAR, ASTRAY = 0.015, 0.02  # of a solid's width: surfaces so near are one; of its bounding box: what may differ else
 
 
 def distance_from(vertices: Array, faces: NDArray[np.int64], points: Array) -> Array:
@@ -54,18 +54,40 @@ def convex_pieces(solid: Any, tolerance: float) -> list[Array]:
     hull = solid.convex_hull
     if _beyond(solid, hull) <= tolerance:
         return [np.asarray(hull.vertices)]
-    return _remembered(np.asarray(solid.vertices), np.asarray(solid.faces))
+    pieces = _remembered(np.asarray(solid.vertices), np.asarray(solid.faces))
+    wrong = _astray(solid, pieces)
+    if wrong > ASTRAY:
+        raise ValueError(
+            f"cannot be cut into convex pieces: they differ from it in {wrong:.0%} of its bounding box; it may cross "
+            "itself, repair it"
+        )
+    return pieces
+
+
+def _astray(solid: Any, pieces: list[Array]) -> float:
+    """In how much of the bounding box of `solid` its `pieces` are and it is not, or the other way round, surfaces
+    aside."""
+    width, places = (
+        float(solid.extents.max()),
+        np.random.default_rng(0).uniform(solid.bounds[0], solid.bounds[1], (SAMPLES, 3)),
+    )
+    outside = distance_from(solid.vertices, solid.faces, places)
+    beyond = np.full(len(places), np.inf)
+    for piece in felt(pieces, width):
+        planes = ConvexHull(piece).equations
+        beyond = np.minimum(beyond, (places @ planes[:, :3].T + planes[:, 3]).max(axis=1))
+    near = NEAR * width
+    return float((((outside < -near) & (beyond > 0)) | ((outside > near) & (beyond < 0))).mean())
 
 
 def felt(pieces: list[Array], width: float) -> list[Array]:
     """Those of `pieces` that are no mere flakes of a solid `width` wide: the physics takes none without a volume."""
-    trimesh = extras.load("trimesh", "meshes", "a shape from a file")
-    return [piece for piece in pieces if len(piece) > 3 and _volume(trimesh, piece) > FLAKE * width**3]
+    return [piece for piece in pieces if len(piece) > 3 and _volume(piece) > FLAKE * width**3]
 
 
-def _volume(trimesh: Any, piece: Array) -> float:
+def _volume(piece: Array) -> float:
     try:
-        return float(trimesh.convex.convex_hull(piece).volume)
+        return float(ConvexHull(piece).volume)
     except QhullError:  # all in one plane
         return 0.0
 
@@ -100,18 +122,13 @@ def _remembered(vertices: Array, faces: NDArray[np.int64]) -> list[Array]:
     name = hashlib.sha256(b"".join([told, *(each.tobytes() for each in arrays)])).hexdigest()
     place = cache.folder() / "pieces" / f"{name}.npz"
     try:
-        return _load(place)
-    except (OSError, ValueError, KeyError, BadZipFile):  # not there, or not whole
+        return decomposition.unpack_pieces(place.read_bytes())
+    except Exception:  # not there, or no answer: it is found again
         pass
     pieces = decomposition.cut(vertices, faces)
     with contextlib.suppress(OSError):  # a full disk costs the time, no more
         _save(place, pieces)
     return pieces
-
-
-def _load(place: Path) -> list[Array]:
-    kept = decomposition.unpack(place.read_bytes())
-    return np.split(kept["corners"], np.cumsum(kept["lengths"])[:-1])
 
 
 def _save(place: Path, pieces: list[Array]) -> None:
@@ -120,8 +137,7 @@ def _save(place: Path, pieces: list[Array]) -> None:
     handle, name = tempfile.mkstemp(dir=place.parent, suffix=".npz")
     try:
         with os.fdopen(handle, "wb") as file:
-            lengths = np.array([len(piece) for piece in pieces])
-            file.write(decomposition.pack(corners=np.concatenate(pieces), lengths=lengths))
+            file.write(decomposition.pack_pieces(pieces))
         os.replace(name, place)
     finally:
         Path(name).unlink(missing_ok=True)
