@@ -109,7 +109,7 @@ class Maps:
         self._last: weakref.ref[Then] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """A copy goes on as this one would, bit for bit; the last snapshot stays this one's, and is settled for that."""
+        """A copy goes on as this one would, bit for bit; the last snapshot stays this one's, settled for that."""
         last = self._held()
         if last is not None:
             last.settle()
