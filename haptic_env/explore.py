@@ -100,7 +100,31 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         )
         self._model: mujoco.MjModel | None = None
         self._data: Any = None
+        self._touch: Touch | None = None
         self._renderer: Any = None
+        self._steps = 0
+        self._command = np.zeros(joints)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy, here or in another process, goes on as this one would; its window is another."""
+        return {**vars(self), "_renderer": None, "_touch": None}  # the latter sees the memory of this one
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        if self._data is not None:
+            self._model = None if self._model is None else self._data.model
+            self._touch = Touch(self.hand, self._data.model, self._data)
+
+    @property
+    def steps(self) -> int:
+        """Control steps since the reset."""
+        return self._steps
+
+    @property
+    def commanded(self) -> NDArray[np.float64]:
+        """(J,) fractions: the torques that the last step commanded, zero after a reset. What an observer hears of them
+        (the efference copy), whatever wrappers made of an action; motor noise is no part of it."""
+        return self._command.copy()
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -121,7 +145,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         model = self._place_solid(world_rng, options or {})
         sigma = (options or {}).get("sigma_deg")
         self.felt_angles = self.felt_at(self.sigma_deg if sigma is None else sigma)
-        self._steps = 0
+        self._steps, self._command = 0, np.zeros(self.hand.joints)
         self._model = model
         observation = self._observe()
         if self.render_mode == "human":
@@ -136,8 +160,8 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         """
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before step()")
-        command = validate.array("action", action, self._joints, bound=1.0)
-        self._data.ctrl[:] = self.motor_noise.sample(self._motor_rng, command)
+        self._command = self._checked(action)
+        self._data.ctrl[:] = self.motor_noise.sample(self._motor_rng, self._command)
         # `substeps` of mj_step, cut where the torques enter: what comes before them was computed at the end of the
         # last step, so that contacts and frames are those of the state that is observed.
         mujoco.mj_step2(self._model, self._data)
@@ -149,6 +173,10 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         if self.render_mode == "human":
             self.render()
         return observation, 0.0, False, self._steps >= self.episode_steps, self._info()
+
+    def _checked(self, action: NDArray[np.float32]) -> NDArray[np.float64]:
+        """A copy of the torques (J,) of `action`."""
+        return validate.array("action", action, self._joints, bound=1.0, names=self.hand.joint_names).copy()
 
     def felt_at(self, sigma_deg: float) -> sensors.FeltAngles:
         """How the angles of this episode are felt at `sigma_deg`, to be asked from the reset on: what an episode of the
@@ -243,6 +271,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def _feel(self) -> NDArray[np.bool_]:
         """(P,): the patches that really touch the object."""
+        assert self._touch is not None
         return self._touch.feel()
 
     def _observe(self) -> Observation:

@@ -79,9 +79,17 @@ class Patches:
         return self.count
 
     def locate(self, link: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Patch indices (M,) of skin `points` (M, 3) m, each in the frame of its `link` (M,)."""
-        patch = np.empty(len(points), dtype=np.int64)
-        _locate(np.asarray(link, dtype=np.int64), np.asarray(points, dtype=np.float64), *self.layout, patch)
+        """Patch indices (M,) of skin `points` (M, 3) m, each in the frame of its `link` (M,).
+
+        Raises `ValueError` for points that are not finite, and links that there are not."""
+        places = validate.numbers("points", points, 2)
+        owner = np.asarray(link, dtype=np.int64)
+        if places.shape != (owner.size, 3):
+            raise ValueError(f"points must be of shape ({owner.size}, 3), as many as links, got shape {places.shape}")
+        if owner.size and not 0 <= owner.min() <= owner.max() < len(self.links):
+            raise ValueError(f"link must hold indices in [0, {len(self.links) - 1}], got {validate.shown(link)}")
+        patch = np.empty(len(places), dtype=np.int64)
+        _locate(owner, places, *self.layout, patch)
         return patch
 
     def surface(self, spacing: float) -> Skin:

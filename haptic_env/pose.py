@@ -11,18 +11,29 @@ from haptic_env import validate
 from haptic_env.shapes.base import rotation_matrix
 
 Array = NDArray[np.float64]
+EXACT = 1e-5  # of a rotation matrix: how far its rows may be from unit length and right angles
 
 
-class Pose(NamedTuple):
-    """A point x (3,) of the inner frame lies at `position` (3,) m + `rotation` (3, 3) · x of the outer one."""
-
+class _Frame(NamedTuple):
     position: Array
     rotation: Array
 
+
+class Pose(_Frame):
+    """A point x (3,) of the inner frame lies at `position` (3,) m + `rotation` (3, 3) · x of the outer one.
+
+    Raises `ValueError` for a position that is not finite or beyond ± `validate.FARTHEST` m, and no rotation matrix.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, position: ArrayLike, rotation: ArrayLike) -> Self:
+        return super().__new__(cls, *_checked("a pose", position, rotation))
+
     @classmethod
     def of(cls, position: ArrayLike, quaternion: ArrayLike) -> Self:
-        """From a `position` (3,) m and a `quaternion` (4,) wxyz."""
-        return cls(np.array(position, dtype=np.float64), rotation_matrix(quaternion))
+        """From a `position` (3,) m and a `quaternion` (4,) wxyz, of any length but zero."""
+        return cls(np.array(position), rotation_matrix(validate.quaternion("quaternion of a pose", quaternion)))
 
     def __matmul__(self, inner: Pose) -> Pose:
         """Of a frame at `inner` in this one: where it lies in this one's outer frame."""
@@ -33,9 +44,14 @@ class Pose(NamedTuple):
         return Pose(-self.rotation.T @ self.position, self.rotation.T.copy())
 
     def checked(self, what: str) -> Pose:
-        """A copy; raises `ValueError` that names `what` for other shapes, or a rotation that is none."""
-        position = validate.array(f"position of {what}", self.position, (3,), "m").copy()
-        rotation = validate.array(f"rotation of {what}", self.rotation, (3, 3)).copy()
-        if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6) or np.linalg.det(rotation) < 0:
-            raise ValueError(f"rotation of {what} must be a rotation matrix, got {rotation.tolist()}")
-        return Pose(position, rotation)
+        """A copy; raises `ValueError` that names `what` where the arrays have been changed into no pose."""
+        position, rotation = _checked(what, self.position, self.rotation)
+        return Pose(position.copy(), rotation.copy())
+
+
+def _checked(what: str, position: ArrayLike, rotation: ArrayLike) -> tuple[Array, Array]:
+    place = validate.place(f"position of {what}", position)
+    axes = validate.array(f"rotation of {what}", rotation, (3, 3), bound=2.0)
+    if np.abs(axes @ axes.T - np.eye(3)).max() > EXACT or np.linalg.det(axes) < 0:
+        raise ValueError(f"rotation of {what} must be a rotation matrix, got {axes.tolist()}")
+    return place, axes

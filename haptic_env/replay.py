@@ -61,9 +61,10 @@ class KinematicReplay(ExploreEnv):
         return self._touched.copy()
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Go to the next frame, whatever the `action`."""
+        """Go to the next frame, whatever the `action` (J,); raises as every environment does."""
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before step()")
+        self._command = self._checked(action)
         self._steps += 1
         self._follow()
         observation = self._observe()
@@ -113,8 +114,21 @@ class Playback(gym.Env[Observation, NDArray[np.float32]]):
         self.episode_steps = len(recording) - 1
         self.action_space = gym.spaces.Box(-1.0, 1.0, (hand.joints,), np.float32)
         self._angles = recording.angles_of(hand)
-        self._felt = recording.felt._replace(joint_angles=recording.felt.joint_angles[:, columns])
+        self._felt = recording.felt._replace(
+            joint_angles=recording.felt.joint_angles[:, columns], torques=recording.felt.torques[:, columns]
+        )
         self._roots = roots(recording, hand) if recording.root is not None else None
+        self._steps = 0
+
+    @property
+    def steps(self) -> int:
+        """Control steps since the reset."""
+        return self._steps
+
+    @property
+    def commanded(self) -> NDArray[np.float64]:
+        """(J,) fractions: what was commanded on the way to this frame, whatever an action was."""
+        return self._felt.torques[self._steps].copy()
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None

@@ -127,7 +127,7 @@ def reach_of(body, evidence, place):
             if lost == 0:
                 break
             free[link, b] = lost
-            carved[link] = np.sqrt((b + 1) * bin[link])
+            carved[link] = np.sqrt((b + 1) * bin[link]) * (1.0 - 1e-12)  # rounding leads to no bin beyond the last
     return Reach(place, free, bin, carved, fall, felt)
 
 
@@ -235,9 +235,11 @@ def ringing(body, contacts):
 @kernel()
 def room(body, lattice, reach, touched):
     """More than the number of cells at most `reach` (L,) m from the bones of the `touched` (L,) links."""
+    voxels = float(lattice.shape[0] * lattice.shape[1] * lattice.shape[2])
     most = 0.0
     for link in range(len(body.radius)):
         if touched[link]:
             radius = reach[link] + lattice.resolution
-            most += np.pi * radius**2 * (body.length[link] + 4.0 / 3.0 * radius)
-    return int(most / lattice.resolution**3) + 1
+            volume = np.pi * radius**2 * (body.length[link] + 4.0 / 3.0 * radius)
+            most += min(volume / lattice.resolution**3, voxels)
+    return int(most) + 1

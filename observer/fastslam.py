@@ -21,7 +21,7 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from observer import capsules, compiling, hindsight, resampling
+from observer import capsules, compiling, edge, hindsight, resampling
 from observer import threads as side_by_side
 from observer.belief import Belief, Transition
 from observer.contact_model import ContactModel
@@ -31,7 +31,7 @@ from observer.kinematic_pose import KinematicPose
 from observer.kinematics import placed, tree_of
 from observer.known_solids import KnownSolids
 from observer.matching import MATCHING, Cloud, Felt
-from observer.occupancy import Maps, OccupancySnapshot
+from observer.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
 from observer.pose_filter import ContactDynamics, PoseFilter
 from observer.pose_source import PoseSource
 from observer.shape_posterior import ShapePosterior
@@ -97,15 +97,20 @@ class HapticSLAM:
         sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
-        self.hand = hand
+        self.hand, self.control_hz = hand, rate
         self.n_particles = validate.integer("particles", particles, 1)
         self.n_candidates = validate.integer("candidates", candidates, 1)
         self.matching = validate.choice("matching", matching, MATCHING)
         self.threads = side_by_side.check(threads)
         self.lag = round(LAG_SECONDS * rate) if lag is None else validate.integer("lag", lag, 0)
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION) if grid is None else grid
+        validate.instance("grid", self.grid, Grid, "a haptic_env.grid.Grid")
         self.contact_model = ContactModel() if contact_model is None else contact_model
-        self.pose = MOTIONS[validate.choice("motion", motion, MOTIONS)](
+        validate.instance("contact_model", self.contact_model, ContactModel, "a ContactModel")
+        if dynamics is not None:
+            validate.instance("dynamics", dynamics, ContactDynamics, "a ContactDynamics")
+        self._check_memory(validate.choice("motion", motion, MOTIONS))
+        self.pose = MOTIONS[motion](
             hand,
             sigma=sigma,
             motor_noise=motor,
@@ -150,13 +155,12 @@ class HapticSLAM:
         """All particles at the rest pose with an empty map (step 1); the belief before the first step.
 
         `joint_angles` (J,) rad: those felt at the reset, for a `motion` that does not know where the hand begins
-        ("kinematic"); it need not be told. Raises `ValueError` where they are not finite.
+        ("kinematic"); it need not be told. Raises `ValueError` as `step` does, and for a `seed` that is none.
         """
         compiling.ensure(self._needs, self.hand)
         count, joints = self.n_particles, self.hand.joints
-        self._rng = np.random.default_rng(seed)
-        felt = None if joint_angles is None else validate.array("joint_angles", joint_angles, (joints,), "radians")
-        self.pose.reset(felt)
+        self._rng = np.random.default_rng(validate.seed(seed))
+        self.pose.reset(None if joint_angles is None else edge.angles(self.hand, joint_angles))
         self._maps = Maps(count, self.grid, self._evidence.probability, dense=self.matching == "sample")
         self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
         self._drawn = self.hand.rest_pose, np.zeros((joints, joints))  # mean and factor of the Gaussian about them
@@ -175,13 +179,12 @@ class HapticSLAM:
         `root`: where the frame in which the hand is drawn lies in the grid's, for a hand that moves as a whole about
         the object; None: where the grid is.
 
-        Raises `ValueError` before the first `reset`, after `flush`, and for what is not finite or not binary.
+        Raises `ValueError` before the first `reset`, after `flush`, and for what is not finite, not binary, or beyond
+        what can be: torques of ± 1, angles of ± 4π rad.
         """
         pending = self._running()
-        u = validate.array("torque", torque, (self.hand.joints,))
-        q = validate.array("joint_angles", joint_angles, (self.hand.joints,), "radians")
-        z = validate.binary("contacts", contacts, (len(self.hand.patches),))
-        at = None if root is None else root.checked("root")
+        u, q, z = edge.told(self.hand, torque, joint_angles, contacts)
+        at = edge.root(root)
         self.pose.step(u, q, z)
         pending.append((z, at))
         if len(pending) <= self.lag:
@@ -320,6 +323,16 @@ class HapticSLAM:
             resampled=resampled,
             moved_share=moved_share,
             snapshot=self._maps.snapshot(weights),
+        )
+
+    def _check_memory(self, motion: str) -> None:
+        """Raise `ValueError` for more particles, candidates, steps of lag or voxels than fit into the memory."""
+        count, voxels = self.n_particles, int(np.prod(self.grid.shape))
+        slots = voxels if self.matching == "sample" else FIRST_SLOTS
+        edge.memory(
+            f"particles={count}, candidates={self.n_candidates}, lag={self.lag} and {voxels} voxels",
+            edge.of_maps(self.hand, self.grid, count, self.n_candidates, slots)
+            + edge.of_poses(self.hand.joints, self.lag + 1, motion == "kinematic"),
         )
 
     def _running(self) -> deque[tuple[NDArray[np.bool_], Pose | None]]:

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import validate
 from haptic_env.compiled import kernel, part
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
@@ -127,10 +128,12 @@ def body_frames(tree, joint_angles, position, rotation):
 
 
 def link_frames(tree: Tree, joint_angles: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """World positions (L, 3) and rotations (L, 3, 3) of all links at `joint_angles` (J,)."""
+    """World positions (L, 3) and rotations (L, 3, 3) of all links at `joint_angles` (J,); raises `ValueError` where
+    those are not finite."""
+    angles = validate.array("joint_angles", joint_angles, tree.zero.shape, "radians")
     position = np.empty((len(tree.parent), 3))
     rotation = np.empty((len(tree.parent), 3, 3))
-    body_frames(tree, np.asarray(joint_angles, dtype=np.float64), position, rotation)
+    body_frames(tree, angles, position, rotation)
     return position[tree.link_body], rotation[tree.link_body]
 
 

@@ -1,11 +1,13 @@
 """How good a belief is. Metrics may read the truth; observers never do.
 
 Shapes: T steps, J joints, P patches, C labels, B bins, M places, (X, Y, Z) voxels. Angles in radians, lengths in
-metres. What cannot be said (a share of nothing) is NaN.
+metres. What cannot be said (a share of nothing) is NaN. What is given must be finite, real, of these shapes and, where
+it is a probability, in [0, 1]: else all raise `ValueError`, which quotes it.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -26,6 +28,8 @@ from observer.kinematics import Tree, placed, placed_points, tree_of
 Array = NDArray[np.float64]
 OCCUPIED = 0.5
 IMPOSSIBLE = 1e-6  # probability below which the log loss takes all for the same
+MOST_BINS = 100_000
+LEAST_SPACING = 0.0002  # metres: with less the skin has more points than fit into the memory
 TOUCH_TOLERANCE = 0.002  # metres: skin further from the surface than this rang falsely
 
 
@@ -64,7 +68,10 @@ class Share(NamedTuple):
 
 def pose_error_deg(estimate: ArrayLike, truth: ArrayLike) -> Array:
     """(T,) degrees: RMS over joints of `estimate` (T, J) rad about `truth` (T, J) rad, at each step."""
-    return np.rad2deg(np.sqrt(np.square(np.asarray(estimate) - np.asarray(truth)).mean(axis=-1)))
+    one, other = validate.together(estimate=estimate, truth=truth)
+    if one.ndim == 0 or one.shape[-1] == 0:
+        raise ValueError(f"estimate and truth must be angles of some joints (T, J), got shape {one.shape}")
+    return np.rad2deg(np.sqrt(np.square(one - other).mean(axis=-1)))
 
 
 def pose_rmse_deg(estimate: ArrayLike, truth: ArrayLike) -> float:
@@ -75,8 +82,9 @@ def pose_rmse_deg(estimate: ArrayLike, truth: ArrayLike) -> float:
 
 def credible_coverage(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, level: float = 0.9) -> float:
     """How often the central interval of probability `level` of a Gaussian of `mean` and `std` holds `truth`."""
-    reach = ndtri(0.5 + 0.5 * validate.number("level", level, 0.0, 1.0)) * np.asarray(std)
-    inside = np.abs(np.asarray(truth) - np.asarray(mean)) <= reach
+    middle, spread, true = _gaussians(mean, std, truth)
+    # Not the quantile itself, which is infinite at 1, and nothing times that is NaN.
+    inside = np.abs(true - middle) <= min(ndtri(0.5 + 0.5 * validate.number("level", level, 0.0, 1.0)), 1e9) * spread
     return float(inside.mean()) if inside.size else float("nan")
 
 
@@ -86,10 +94,11 @@ def rank_counts(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, bins: int = 4
     Flat where a belief is honest, heaped at the ends where it is too sure (Talts et al. 2018, arXiv:1804.06788); what
     is exact and said to be falls into the middle.
     """
-    error = np.asarray(truth, dtype=np.float64) - np.asarray(mean)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ranks = ndtr(np.where(error == 0, 0.0, error / np.asarray(std)))
-    return np.histogram(ranks, bins, (0.0, 1.0))[0]
+    middle, spread, true = _gaussians(mean, std, truth)
+    error = true - middle
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        ranks = ndtr(np.where(error == 0, 0.0, error / spread))
+    return np.histogram(ranks, validate.integer("bins", bins, 1, MOST_BINS), (0.0, 1.0))[0]
 
 
 # Map
@@ -109,9 +118,12 @@ def touched_places(
     nearest to the surface; a patch whose skin is further than `TOUCH_TOLERANCE` away rang falsely and is left out.
     `roots` (T): where the hand as a whole was in the frame of `solid`, if it moved.
     """
-    skin = hand.patches.surface(spacing)
-    found = []
-    for (tree, angles), rang in zip(_posed(hand, joint_angles, roots), np.asarray(contacts, dtype=bool), strict=True):
+    skin = hand.patches.surface(validate.number("spacing", spacing, LEAST_SPACING, 1.0, unit="m"))
+    validate.instance("solid", solid, Solid, "a haptic_env.shapes.Solid")
+    found, steps = [], list(_posed(hand, joint_angles, roots))
+    for (tree, angles), rang in zip(
+        steps, validate.binary("contacts", contacts, (len(steps), len(hand.patches))), strict=True
+    ):
         if not rang.any():
             continue
         mine = np.flatnonzero(rang[skin.patch])
@@ -127,20 +139,23 @@ def touched_places(
 
 def surface_precision(occupancy: Array, grid: Grid, solid: Solid, voxels: float = 1.0) -> float:
     """Share of the occupied voxels whose centre lies within `voxels` of the true surface; 0 where none is occupied."""
-    centres = grid.centres()[occupancy > OCCUPIED]
+    centres = grid.centres()[_map(occupancy, grid) > OCCUPIED]
     near = np.abs(solid.signed_distance(centres)) <= _length(voxels, grid)
     return float(near.mean()) if near.size else 0.0
 
 
 def surface_recall(occupancy: Array, grid: Grid, places: Array, voxels: float = 1.0) -> float:
     """Share of `places` (M, 3) m with the centre of an occupied voxel within `voxels`; NaN without a place."""
-    if len(places) == 0:
+    where = validate.numbers("places", places, 2)
+    if where.shape[1] != 3:
+        raise ValueError(f"places must be of shape (M, 3) in m, got shape {where.shape}")
+    occupied, near = _map(occupancy, grid) > OCCUPIED, _length(voxels, grid)
+    if len(where) == 0:
         return float("nan")
-    centres = grid.centres()[occupancy > OCCUPIED]
-    if len(centres) == 0:
+    if not occupied.any():
         return 0.0
-    distance, _ = cKDTree(centres).query(places)
-    return float((distance <= _length(voxels, grid)).mean())
+    distance, _ = cKDTree(grid.centres()[occupied]).query(where)
+    return float((distance <= near).mean())
 
 
 def surface_score(occupancy: Array, grid: Grid, solid: Solid, touched: Array, voxels: float = 1.0) -> SurfaceScore:
@@ -193,7 +208,10 @@ def _mark(points: Array, origin: Array, resolution: float, found: NDArray[np.boo
 
 def neighbourhood(cells: NDArray[np.bool_], faces: bool = False) -> NDArray[np.bool_]:
     """(X, Y, Z): `cells` and the 26 voxels about each, or only the 6 that share a face with it."""
-    return binary_dilation(cells, generate_binary_structure(3, 1 if faces else 3))
+    marked = validate.binary("cells", cells)
+    if marked.ndim != 3:
+        raise ValueError(f"cells must be of shape (X, Y, Z), got shape {marked.shape}")
+    return binary_dilation(marked, generate_binary_structure(3, 1 if faces else 3))
 
 
 def reached_into(solid: Solid, grid: Grid) -> NDArray[np.bool_]:
@@ -206,7 +224,10 @@ def reliability(occupancy: Array, truth: NDArray[np.bool_], cells: NDArray[np.bo
 
     Bins are of equal width; `predicted` and `observed` are NaN in an empty one.
     """
-    p, occupied = occupancy[cells], truth[cells].astype(np.float64)
+    told = validate.probabilities("occupancy", occupancy)
+    true, asked = validate.binary("truth", truth, told.shape), validate.binary("cells", cells, told.shape)
+    validate.integer("bins", bins, 1, MOST_BINS)
+    p, occupied = told[asked], true[asked].astype(np.float64)
     which = np.minimum((p * bins).astype(np.int64), bins - 1)
     count = np.bincount(which, minlength=bins)
     if p.size == 0:
@@ -216,7 +237,7 @@ def reliability(occupancy: Array, truth: NDArray[np.bool_], cells: NDArray[np.bo
         predicted = np.bincount(which, p, bins) / count
         observed = np.bincount(which, occupied, bins) / count
     ece = float(np.nansum(np.abs(predicted - observed) * count) / p.size)
-    log_loss = -np.log(np.maximum(np.where(truth[cells], p, 1.0 - p), IMPOSSIBLE)).mean()
+    log_loss = -np.log(np.maximum(np.where(true[asked], p, 1.0 - p), IMPOSSIBLE)).mean()
     return Reliability(predicted, observed, count, ece, float(np.square(p - occupied).mean()), float(log_loss))
 
 
@@ -226,7 +247,8 @@ def reliability(occupancy: Array, truth: NDArray[np.bool_], cells: NDArray[np.bo
 def accuracy(correct: ArrayLike, level: float = 0.95) -> Share:
     """Share of `correct` (n,) with its Wilson interval. Entries may be shares themselves (of several draws of the
     exemplars): the interval is then that of as many trials, which is wide rather than narrow."""
-    values = np.asarray(correct, dtype=np.float64)
+    values = validate.probabilities("correct", correct, 1)
+    validate.number("level", level, 0.0, 1.0)
     if values.size == 0:
         return Share(float("nan"), 0.0, 1.0, 0)
     from scipy.stats import binomtest  # which takes a second to import, and is not asked for in a trial
@@ -241,28 +263,54 @@ def time_to_decision(seconds: ArrayLike, posterior: ArrayLike, threshold: float 
 
     `posterior` (T, C). NaN where the decision is not made by the end.
     """
-    chain = np.asarray(posterior, dtype=np.float64)
-    if len(chain) == 0:
+    chain, stamps = validate.probabilities("posterior", posterior, 2), validate.numbers("seconds", seconds, 1)
+    if len(stamps) != len(chain):
+        raise ValueError(f"posterior must be of shape ({len(stamps)}, C), as long as seconds, got {chain.shape}")
+    if chain.size == 0:
         return float("nan")
-    sure = chain[:, int(np.argmax(chain[-1]))] > threshold
+    sure = chain[:, int(np.argmax(chain[-1]))] > validate.number("threshold", threshold, 0.0, 1.0)
     doubts = np.flatnonzero(~sure)
     first = doubts[-1] + 1 if doubts.size else 0
-    return float(np.asarray(seconds)[first]) if first < len(chain) else float("nan")
+    return float(stamps[first]) if first < len(chain) else float("nan")
 
 
 def closure(slam: float, floor: float, ceiling: float) -> float:
-    """(slam - floor) / (ceiling - floor): 0 at the floor, 1 at the ceiling; NaN where the two are the same."""
-    gap = ceiling - floor
-    return (slam - floor) / gap if gap != 0 else float("nan")
+    """(slam - floor) / (ceiling - floor): 0 at the floor, 1 at the ceiling; NaN where the two are the same, or where
+    any of the three could not be said."""
+    ends = {"slam": slam, "floor": floor, "ceiling": ceiling}
+    one, low, high = (
+        each if isinstance(each, float) and math.isnan(each) else validate.number(what, each, -1e300, 1e300)
+        for what, each in ends.items()
+    )
+    gap = high - low
+    return (one - low) / gap if gap != 0 else float("nan")
 
 
 def _length(voxels: float, grid: Grid) -> float:
     """Metres; a hair more, so that rounding does not decide about what is exactly so far away (neighbours are)."""
-    return voxels * grid.resolution * (1 + 1e-6)
+    return validate.number("voxels", voxels, 0.0, 1e6) * grid.resolution * (1 + 1e-6)
+
+
+def _map(occupancy: ArrayLike, grid: Grid) -> Array:
+    result = validate.probabilities("occupancy", occupancy, 3)
+    if result.shape != grid.shape:
+        raise ValueError(f"occupancy must be of the grid's shape {grid.shape}, got {result.shape}")
+    return result
+
+
+def _gaussians(mean: ArrayLike, std: ArrayLike, truth: ArrayLike) -> list[Array]:
+    found = validate.together(mean=mean, std=std, truth=truth)
+    if (found[1] < 0).any():
+        raise ValueError(f"std must not be negative, got {found[1].min():g}")
+    return found
 
 
 def _posed(hand: Hand, joint_angles: ArrayLike, roots: Sequence[Pose] | None) -> Iterator[tuple[Tree, Array]]:
     """At each step the tree of `hand` where it was, and its angles (J,)."""
-    tree, angles = tree_of(hand), np.asarray(joint_angles)
+    tree, angles = tree_of(hand), validate.numbers("joint_angles", joint_angles, 2)
+    if angles.shape[1] != hand.joints:
+        raise ValueError(f"joint_angles must be of shape (T, {hand.joints}) in rad, got shape {angles.shape}")
+    if roots is not None and len(roots) != len(angles):
+        raise ValueError(f"roots must be as many as steps, {len(angles)}, got {len(roots)}")
     for each, root in zip(angles, [None] * len(angles) if roots is None else roots, strict=True):
-        yield placed(tree, root), each
+        yield placed(tree, None if root is None else root.checked("root")), each

@@ -108,6 +108,13 @@ class Maps:
         self._next = Change()
         self._last: weakref.ref[Then] | None = None
 
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy goes on as this one would, bit for bit; the last snapshot, which stays this one's, is settled."""
+        last = self._held()
+        if last is not None:
+            last.settle()
+        return {**vars(self), "_last": None}
+
     def before_change(self) -> None:
         """Settle the last snapshot, if anyone still holds it."""
         last = self._held()

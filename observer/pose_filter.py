@@ -28,6 +28,7 @@ from observer.kinematics import tree_of
 
 Array = NDArray[np.float64]
 SKIN_SPACING = 0.001  # metres
+MANY = 256  # patches in contact: with more, what they say of the joints' speeds is put together first
 
 
 @dataclass(frozen=True)
@@ -143,9 +144,14 @@ class PoseFilter:
             along,
         )
         still = contacts[felt]
-        rows = np.zeros((3 * np.count_nonzero(still), 2 * joints))
-        rows[:, joints:] = along[still].reshape(-1, joints)
-        return rows, self._speeds[felt[still]].ravel()
+        speeds, sd = along[still].reshape(-1, joints), self._speeds[felt[still]].ravel()
+        if np.count_nonzero(still) > MANY:
+            # As many as there are joints say the same: rows of unit variance with the same sum of squares.
+            speeds = np.asarray(np.linalg.qr(speeds / sd[:, None], mode="r"))
+            sd = np.ones(len(speeds))
+        rows = np.zeros((len(speeds), 2 * joints))
+        rows[:, joints:] = speeds
+        return rows, sd
 
 
 @lru_cache(maxsize=8)

@@ -14,7 +14,7 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from observer import compiling
+from observer import compiling, edge
 from observer.belief import Belief, Transition
 from observer.fastslam import LAG_SECONDS, RESOLUTION
 from observer.occupancy import OccupancySnapshot
@@ -46,8 +46,11 @@ class PoseOnly:
         """
         self.hand = hand
         self.stride = validate.integer("stride", stride, 1)
-        rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
+        self.control_hz = rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.lag = self.stride * max(1, round(LAG_SECONDS * rate / self.stride))
+        edge.memory(f"stride={stride}", edge.of_poses(hand.joints, self.lag + self.stride))
+        if dynamics is not None:
+            validate.instance("dynamics", dynamics, ContactDynamics, "a ContactDynamics")
         self.pose = PoseFilter(
             hand,
             sigma=np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")),
@@ -62,6 +65,9 @@ class PoseOnly:
     def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
         """Start at the rest pose, as `HapticSLAM.reset`; nothing here is left to chance, nor to what is felt first."""
         compiling.ensure(compiling.USUAL, self.hand)
+        validate.seed(seed)
+        if joint_angles is not None:
+            edge.angles(self.hand, joint_angles)
         self.pose.reset()
         self._contacts = []  # of every step so far
         self._told = 0  # steps that were told of
@@ -75,9 +81,7 @@ class PoseOnly:
             raise ValueError(
                 f"PoseOnly maps nothing, so a hand that moves as a whole needs HapticSLAM; got root={root}"
             )
-        u = validate.array("torque", torque, (self.hand.joints,))
-        q = validate.array("joint_angles", joint_angles, (self.hand.joints,), "radians")
-        z = validate.binary("contacts", contacts, (len(self.hand.patches),))
+        u, q, z = edge.told(self.hand, torque, joint_angles, contacts)
         self.pose.step(u, q, z)
         felt.append(z)
         if len(felt) % self.stride == 0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -24,7 +25,7 @@ def claimed(folder: Path) -> Iterator[None]:
     operating system's: it is gone with the process, however that ends. What a killed command left half-written goes,
     and so does a folder that was made here and stayed empty.
     """
-    made = [each for each in (folder, *folder.parents) if not each.exists()]
+    made = [each for each in (folder, *folder.parents) if not os.path.exists(each)]
     lock = FileLock(folder / LOCK, timeout=0, fallback_to_soft=False)
     try:
         try:

@@ -74,7 +74,7 @@ def check_values(values: Mapping[str, Any]) -> argparse.Namespace:
 def _planned(given: argparse.Namespace) -> argparse.Namespace:
     try:
         plan(given)
-    except ValueError as error:
+    except (ValueError, OSError) as error:
         refuse(str(error))
     return given
 

@@ -14,6 +14,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules are loaded Ctrl-C ends it without a word
+
 import gymnasium as gym
 import numpy as np
 import recorded
@@ -229,7 +232,9 @@ def explore(
 
     names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
     observers: dict[str, Observer] = {}
+    rate: float = session.env.unwrapped.control_hz  # type: ignore[attr-defined]
     for name, told in names.items():
+        told = {"control_hz": rate, **told}
         observers |= make_observers((name,), session.hand, settings.sigma, settings.particles, **told)
     env = session.env
     if isinstance(session.policy, str):

@@ -9,6 +9,7 @@ single explorations, kept in --out/explorations. The same command goes on where 
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
@@ -106,7 +107,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
             validate.choice("figure", name, FIGURES)
         validate.integer("--seed", given.seed, 0, 2**32 - 1)
         validate.number("--show-seconds", given.show_seconds, 0.0, 3600.0, above=0.0, unit="s")
-        if given.trials_of is not None and not (Path(given.trials_of) / "trials.csv").exists():
+        if given.trials_of is not None and not os.path.isfile(Path(given.trials_of) / "trials.csv"):
             raise ValueError(
                 f"--trials-of must be a folder of evaluate.py, with trials.csv in it, got {given.trials_of!r}"
             )

@@ -73,7 +73,7 @@ def picture(
 ) -> None:
     """Replay `session`, and draw it at `moments` (s) from `azimuth` and `elevation` (degrees) about the object."""
     env: Any = session.env
-    told = {**session.told, **session.informed}
+    told = {"control_hz": env.unwrapped.control_hz, **session.told, **session.informed}
     observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **told)
     trial = Trial(env, session.policy, observers, session.namer, settings.seed)
     steps = {min(max(1, round(moment * env.control_hz)), trial.steps) for moment in moments}

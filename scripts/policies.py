@@ -52,7 +52,7 @@ def compare(rows: pd.DataFrame) -> pd.DataFrame:
         for measure, found in (
             (DECISION, median(times)),
             (ACCURACY, interval(group[ACCURACY].to_numpy())),
-            (NAMED, metrics.accuracy(group[NAMED].dropna().to_numpy())),
+            (NAMED, metrics.accuracy(group[NAMED].dropna().to_numpy(dtype=np.float64))),
         ):
             lines.append((*names, measure, *found, decided))
     return pd.DataFrame(lines, columns=[*groups, "measure", *ESTIMATES])

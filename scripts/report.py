@@ -50,7 +50,7 @@ def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]
     groups = [*FACTORS, "shape", "observer"]
     for names, group in pd.concat([rows, rows.assign(shape=ALL)]).groupby(groups, sort=False):
         for measure in (*measures, *correct):
-            values = group[measure].dropna().to_numpy()
+            values = group[measure].dropna().to_numpy(dtype=np.float64)
             mean, low, high, count = metrics.accuracy(values) if measure in shares else interval(values)
             lines.append((*names, measure, mean, low, high, count))
     return pd.DataFrame(lines, columns=[*groups, "measure", "mean", "low", "high", "trials"])

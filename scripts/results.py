@@ -111,12 +111,13 @@ class Results:
     def _read(self) -> bool:
         """Read the table; whether it means the same as another text: what an editor does to ends of lines is undone,
         and a half-written end is dropped."""
+        content = self.path.read_bytes()
+        whole, newline, end = content.rpartition(b"\n")  # an end is there where the last line was being written
         try:
-            text = self.path.read_bytes().decode()
+            text = (whole + newline).decode()
         except UnicodeDecodeError as error:
             raise ValueError(f"{self.path} is corrupt: {error}") from error
-        lines = text.removeprefix("\ufeff").replace("\r\n", "\n").split("\n")
-        end = lines.pop()  # nothing, but where the last line was being written
+        lines = text.removeprefix("\ufeff").replace("\r\n", "\n").split("\n")[:-1]
         if not lines or self._fields(1, lines[0]) != [*self.columns, CHECK]:
             raise ValueError(f"{self.path}, line 1: the columns are not those of this table; choose another --out")
         seen: dict[tuple[Key, str], int] = {}
@@ -125,7 +126,7 @@ class Results:
                 self._take(number, line, seen)
         if end:
             with suppress(ValueError):
-                self._take(len(lines) + 1, end, seen)
+                self._take(len(lines) + 1, end.decode(), seen)
         for key, rows in list(self.trials.items()):
             observers = [row["observer"] for row in rows]
             if observers == self.order:
@@ -133,7 +134,7 @@ class Results:
             if key != list(self.trials)[-1] or observers != self.order[: len(observers)]:
                 raise ValueError(f"{self.path} is corrupt: the trial {key} has rows of {', '.join(observers)}")
             del self.trials[key]  # the last one, cut off between two of its rows
-        return text != self._table(self.trials)
+        return content != self._table(self.trials).encode()
 
     def _take(self, number: int, line: str, seen: dict[tuple[Key, str], int]) -> None:
         """Add the row of a `line`; `seen`: in which line each row was before."""

@@ -23,6 +23,7 @@ from haptic_env.pose import Pose
 from haptic_env.shapes import Solid
 from observer import Belief, ObserverWrapper, ShapePosterior
 from observer.variants import Observer, make_observer
+from observer.wrapper import check_rate
 
 Array = NDArray[np.float64]
 GUIDE = "one_particle"  # of a policy that reads beliefs: names and poses need no more
@@ -162,6 +163,8 @@ class Trial:
         self.hand: Hand = base.hand  # type: ignore[attr-defined]
         self.step_seconds = 1.0 / base.control_hz  # type: ignore[attr-defined]
         self.steps: int = base.episode_steps  # type: ignore[attr-defined]
+        for each in observers.values():
+            check_rate(env, each)
         self._policy_seed, self._observer_seed = map(int, np.random.SeedSequence(seed).generate_state(2))
         self.policy = agents.make(policy, env, seed=self._policy_seed) if isinstance(policy, str) else policy
         # Copies share the tables of the candidates, which are never changed.
@@ -233,7 +236,7 @@ def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePo
     if not kind.guided:
         return env
     hand = env.unwrapped.hand  # type: ignore[attr-defined]
-    observer = make_observer(GUIDE, hand, sigma_deg, particles=1)
+    observer = make_observer(GUIDE, hand, sigma_deg, particles=1, control_hz=env.unwrapped.control_hz)  # type: ignore[attr-defined]
     return ObserverWrapper(env, observer, copy.copy(shape) if kind.asks_shape else None)
 
 

@@ -30,6 +30,7 @@ METRES = "places are metres; are these millimetres?"
 
 
 def frame_number(frame: int) -> str:
+    """Where a frame is, in a file that has no lines."""
     return f"frame {frame}"
 
 

@@ -53,7 +53,7 @@ def calibration_for(hand: str) -> Calibration:
     """The calibration that comes for the hand of this name; raises `ValueError` where none does."""
     names = sorted(each.name.removesuffix(".toml") for each in PACKAGED.iterdir() if each.name.endswith(".toml"))
     name = validate.choice("hand with a glove's calibration", hand, names)
-    return _calibration(f"{name}.toml", tomllib.loads((PACKAGED / f"{name}.toml").read_text()))
+    return _calibration(f"{name}.toml", tomllib.loads((PACKAGED / f"{name}.toml").read_text("utf-8")))
 
 
 def read_calibration(path: Path | str) -> Calibration:
@@ -108,10 +108,13 @@ def read(path: Path, *, part: str | None, calibration: Calibration | None, large
         lines = reading.text(path).splitlines()
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    numbers = [number for number, line in enumerate(lines, start=1) if line.strip()]
-    if len(numbers) < 2:
-        raise ValueError(f"{path}: a recording needs two frames, got {len(numbers)} lines")
-    rows = [_row(f"{path}, line {number}", lines[number - 1].split(), calibration.sensors) for number in numbers]
+    numbers, rows = [], []
+    for number, row in enumerate(lines, start=1):
+        if row.strip():
+            numbers.append(number)
+            rows.append(_row(f"{path}, line {number}", row.split(), calibration.sensors))
+    if len(rows) < 2:
+        raise ValueError(f"{path}: a recording needs two frames, got {len(rows)} lines")
     time = np.array([stamp for stamp, _ in rows])
     time -= time[0]
 

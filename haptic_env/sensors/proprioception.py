@@ -143,6 +143,8 @@ class FeltAngles:
         proprioception.reset(rng, joints)
 
     def __call__(self, joint_angles: Angles) -> NDArray[np.float32]:
+        if len(joint_angles) != self._joints:
+            raise ValueError(f"joint_angles must be of shape ({self._joints},), got shape {np.shape(joint_angles)}")
         felt = np.empty(self._joints, np.float32)
         _clip(self.proprioception.sample(self._rng, joint_angles), self.BOUND, felt)
         return felt

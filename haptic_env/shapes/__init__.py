@@ -62,10 +62,7 @@ def make(
     """
     shape = find(name)
     extents = shape.check_size(size)
-    place = validate.array("object position", position, (3,), "m")
-    turn = validate.array("object quaternion", quaternion, (4,))
-    length = float((turn @ turn) ** 0.5)
-    if length < 1e-6:
-        raise ValueError(f"object quaternion (wxyz) must not be zero, got {turn.tolist()}")
-    w, x, y, z = (turn / length).tolist()
+    place = validate.place("object position", position)
+    turn = validate.quaternion("object quaternion", quaternion)
+    w, x, y, z = (turn / float((turn @ turn) ** 0.5)).tolist()
     return Solid(name, shape, tuple(extents.tolist()), tuple(place.tolist()), (w, x, y, z))

@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import softmax
 
 from haptic_env import validate
-from observer.classifiers.base import Array, MapClassifier
+from observer.classifiers.base import WINDOW, Array, MapClassifier
 
 Real = NDArray[np.floating[Any]]
 YAW_STEP_DEG = 15.0
@@ -39,7 +39,7 @@ class AlignedNearestNeighbour(MapClassifier):
     def __init__(self, rotations: str = "yaw", reach: float = 0.25, bandwidth: float = 2.4) -> None:
         self.rotations = validate.choice("rotations", rotations, REFINEMENTS)
         self.reach = validate.number("reach", reach, 0.0, 1.0)
-        self.bandwidth = validate.number("bandwidth", bandwidth, above=0.0, unit="voxels")
+        self.bandwidth = validate.number("bandwidth", bandwidth, *WINDOW, unit="voxels")
 
     def square_distances(self, map: Array) -> Array:
         """(M,): least squared distance of `map` (X, Y, Z), probabilities, to each exemplar, however that is moved."""

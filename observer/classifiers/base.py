@@ -6,16 +6,19 @@ Shapes: M maps, C classes, (X, Y, Z) voxels. A map is an occupancy: the probabil
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from typing import Self
+from collections.abc import Iterable, Sequence
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import logit
 
+from haptic_env import validate
+
 Array = NDArray[np.float64]
 UNKNOWN = 0.5  # what a map says of a voxel that the hand never came near
 CERTAIN = 0.001, 0.999  # evidence beyond is no more
+WINDOW = 1e-6, 1e6  # of a bandwidth: beyond, squares of distances in its units are no numbers
 
 
 class MapClassifier(ABC):
@@ -24,17 +27,23 @@ class MapClassifier(ABC):
     classes_: NDArray[np.str_]
 
     def fit(self, maps: Sequence[ArrayLike], labels: Sequence[str]) -> Self:
-        """Learn from `maps` (M, X, Y, Z) and their `labels` (M,). Raises `ValueError` where they do not match."""
-        stack = np.stack([_checked(each) for each in maps]) if len(maps) else np.empty((0, 0, 0, 0))
-        if len(stack) == 0 or len(stack) != len(labels):
-            raise ValueError(f"fit needs as many labels as maps, at least one: got {len(maps)} and {len(labels)}")
-        self.classes_, index = np.unique(np.asarray(labels, dtype=str), return_inverse=True)
-        self._shape = stack.shape[1:]
-        self._fit(stack, index)
+        """Learn from `maps` (M, X, Y, Z) and their `labels` (M,). Raises `ValueError` where they do not match, for a
+        label that is no text and a map that holds no probabilities."""
+        names = _texts(labels)
+        stack = [_checked(each) for each in _several("maps", maps)]
+        if not stack or len(stack) != len(names):
+            raise ValueError(f"fit needs as many labels as maps, at least one: got {len(stack)} and {len(names)}")
+        shapes = {each.shape for each in stack}
+        if len(shapes) > 1:
+            raise ValueError(f"maps must all be of one shape, got {', '.join(map(str, sorted(shapes)))}")
+        self.classes_, index = np.unique(np.asarray(names, dtype=str), return_inverse=True)
+        (self._shape,) = shapes
+        self._fit(np.stack(stack), index)
         return self
 
     def predict_proba(self, map: ArrayLike) -> Array:
-        """Probability (C,) of each of `classes_` for one `map` (X, Y, Z). Raises `ValueError` before `fit`."""
+        """Probability (C,) of each of `classes_` for one `map` (X, Y, Z). Raises `ValueError` before `fit`, and for a
+        map of another shape or without probabilities."""
         if not hasattr(self, "classes_"):
             raise ValueError(f"this {type(self).__name__} is not fitted yet: call fit(maps, labels) first")
         probabilities = _checked(map)
@@ -67,9 +76,22 @@ def touch_evidence(map: Array, prior: float) -> Array:
 
 
 def _checked(map: ArrayLike) -> Array:
-    result = np.asarray(map, dtype=np.float64)
-    if result.ndim != 3:
-        raise ValueError(f"a map is an occupancy of shape (X, Y, Z), got shape {result.shape}")
-    if not ((result >= 0) & (result <= 1)).all():
-        raise ValueError("a map holds probabilities in [0, 1]; got values outside it or NaN")
+    result = validate.probabilities("a map, an occupancy of shape (X, Y, Z),", map, 3)
+    if result.size == 0:
+        raise ValueError(f"a map must have a voxel at least, got shape {result.shape}")
     return result
+
+
+def _several(what: str, given: Any) -> list[Any]:
+    single = isinstance(given, str | bytes) or (isinstance(given, np.ndarray) and given.ndim == 0)
+    if single or not isinstance(given, Iterable) or np.ma.is_masked(given):
+        raise ValueError(f"{what} must be a list, got {validate.shown(given)}")
+    return list(given)
+
+
+def _texts(labels: Any) -> list[str]:
+    names = _several("labels", labels)
+    for name in names:
+        if not isinstance(name, str) or "\0" in name:  # which NumPy would cut off
+            raise ValueError(f"labels must be text, got {validate.shown(name)}")
+    return names

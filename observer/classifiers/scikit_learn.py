@@ -22,8 +22,11 @@ class ScikitLearn(MapClassifier):
     """
 
     def __init__(self, estimator: Any) -> None:
-        if not hasattr(estimator, "fit") or not hasattr(estimator, "predict_proba"):
-            raise ValueError(f"estimator must have scikit-learn's fit and predict_proba, got {estimator!r}")
+        fits = hasattr(estimator, "fit") and hasattr(estimator, "predict_proba")
+        if not fits or isinstance(estimator, type):
+            raise ValueError(
+                f"estimator must be an instance with scikit-learn's fit and predict_proba, got {estimator!r}"
+            )
         self.estimator = estimator
 
     def _fit(self, maps: Array, index: NDArray[np.int64]) -> None:

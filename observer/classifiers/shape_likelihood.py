@@ -12,7 +12,7 @@ from scipy.spatial.distance import cdist
 from scipy.special import logsumexp, softmax
 
 from haptic_env import validate
-from observer.classifiers.base import Array, MapClassifier, touch_evidence
+from observer.classifiers.base import WINDOW, Array, MapClassifier, touch_evidence
 from observer.contact_model import ContactModel
 
 
@@ -26,7 +26,7 @@ class ShapeLikelihood(MapClassifier):
     """
 
     def __init__(self, bandwidth: float = 8.0, prior: float = ContactModel.prior) -> None:
-        self.bandwidth = validate.number("bandwidth", bandwidth, above=0.0, unit="log-odds")
+        self.bandwidth = validate.number("bandwidth", bandwidth, *WINDOW, unit="log-odds")
         self.prior = validate.number("prior", prior, 0.0, 0.999, above=0.0)
 
     def _fit(self, maps: Array, index: NDArray[np.int64]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from sklearn.base import clone
@@ -100,10 +102,16 @@ def test_an_unfitted_classifier_says_so(classifier):
 
 BAD_MAPS = {
     "another shape": (np.full((4, 5, 7), 0.5), r"of shape \(4, 5, 6\).*got \(4, 5, 7\)"),
-    "flat": (np.full((4, 5), 0.5), r"shape \(X, Y, Z\), got shape \(4, 5\)"),
-    "NaN": (np.full(SHAPE, np.nan), r"probabilities in \[0, 1\]"),
-    "above one": (np.full(SHAPE, 1.1), r"probabilities in \[0, 1\]"),
-    "log-odds": (np.full(SHAPE, -3.0), r"probabilities in \[0, 1\]"),
+    "flat": (np.full((4, 5), 0.5), r"shape \(X, Y, Z\), must be .* of 3 dimensions, got shape \(4, 5\)"),
+    "NaN": (np.full(SHAPE, np.nan), r"finite numbers.*, got nan at index \(0, 0, 0\)"),
+    "above one": (np.full(SHAPE, 1.1), r"probabilities in \[0, 1\], got 1\.1 at"),
+    "log-odds": (np.full(SHAPE, -3.0), r"probabilities in \[0, 1\], got -3\.0 at"),
+    "complex": (np.full(SHAPE, 0.5 + 0j), r"finite numbers.*got array.*0\.j"),
+    "masked": (np.ma.array(np.full(SHAPE, 0.5), mask=True), "finite numbers.*got masked_array"),
+    "objects": (np.full(SHAPE, None), "finite numbers.*got array.*None"),
+    "text": (np.full(SHAPE, "0.5"), "finite numbers.*got array.*'0.5'"),
+    "empty": (np.empty((0, 5, 6)), r"a voxel at least, got shape \(0, 5, 6\)"),
+    "nothing": (None, "finite numbers.*got None"),
 }
 
 
@@ -124,6 +132,57 @@ def test_maps_and_labels_that_do_not_match_are_refused(classifier, maps, labels)
         classifier.fit(maps, labels)
 
 
+NO_TEXT = {
+    "numbers": [10, 9],
+    "switches": [True, False],
+    "NaN": ["cube", float("nan")],
+    "nothing": ["cube", None],
+    "bytes": [b"cube", b"ball"],
+    "an array of numbers": np.array([1, 2]),
+    "a zero": ["cube", "ball\0"],
+}
+
+
+@pytest.mark.parametrize("case", NO_TEXT)
+def test_labels_that_are_no_text_are_refused_with_their_value(classifier, case):
+    wrong = next(each for each in NO_TEXT[case] if each != "cube")
+    with pytest.raises(ValueError, match=f"^labels must be text, got {re.escape(repr(wrong))}$"):
+        classifier.fit(_maps(2), NO_TEXT[case])
+
+
+@pytest.mark.parametrize("labels", ["ab", 2, None, np.array("a"), np.ma.array(["a", "b"], mask=[0, 1])], ids=str)
+def test_labels_are_a_list(classifier, labels):
+    with pytest.raises(ValueError, match="labels must be a list, got"):
+        classifier.fit(_maps(2), labels)
+
+
+@pytest.mark.parametrize("labels", [["a", "b"], ("a", "b"), np.array(["a", "b"]), np.array(["a", "b"], object)])
+def test_labels_come_back_as_they_were_given(classifier, labels):
+    assert classifier.fit(_maps(2), labels).classes_.tolist() == ["a", "b"]
+    assert classifier.predict(_maps(2)[1]) in ("a", "b")
+
+
+@pytest.mark.parametrize("maps", [None, 3, "maps", np.float64(0.5)])
+def test_maps_are_a_list(classifier, maps):
+    with pytest.raises(ValueError, match="maps must be a list, got"):
+        classifier.fit(maps, ["a", "b"])
+
+
+def test_maps_of_several_shapes_are_refused(classifier):
+    maps = [np.full((4, 5, 6), 0.5), np.full((4, 5, 7), 0.5)]
+    with pytest.raises(ValueError, match=r"one shape, got \(4, 5, 6\), \(4, 5, 7\)"):
+        classifier.fit(maps, ["a", "b"])
+
+
+@pytest.mark.parametrize("name", ["shape_likelihood", "aligned_nearest_neighbour"])
+@pytest.mark.parametrize("bandwidth", [1e-6, 1e6])
+def test_however_narrow_or_wide_the_window_probabilities_are_numbers(name, bandwidth):
+    model = classifiers.make(name, bandwidth=bandwidth).fit(_maps(3), ["a", "b", "c"])
+    p = model.predict_proba(_maps(1, seed=3)[0])
+    assert np.isfinite(p).all()
+    assert p.sum() == pytest.approx(1)
+
+
 def test_an_unknown_classifier_lists_the_known():
     with pytest.raises(ValueError, match=r"unknown classifier 'nearest'.*choose from") as error:
         classifiers.make("nearest")
@@ -142,6 +201,8 @@ def test_an_unknown_keyword_lists_the_known():
         ("nearest_neighbour", {"neighbours": 0}),
         ("nearest_neighbour", {"neighbours": 1.5}),
         ("shape_likelihood", {"bandwidth": 0.0}),
+        ("shape_likelihood", {"bandwidth": 1e-200}),
+        ("shape_likelihood", {"bandwidth": 1e300}),
         ("shape_likelihood", {"bandwidth": -1.0}),
         ("shape_likelihood", {"bandwidth": np.nan}),
         ("aligned_nearest_neighbour", {"rotations": "roll"}),
@@ -150,7 +211,7 @@ def test_an_unknown_keyword_lists_the_known():
     ],
 )
 def test_impossible_settings_are_refused(name, keywords):
-    with pytest.raises(ValueError, match=f"{next(iter(keywords))}.*{next(iter(keywords.values()))}"):
+    with pytest.raises(ValueError, match=f"{next(iter(keywords))}.*{re.escape(str(next(iter(keywords.values()))))}"):
         classifiers.make(name, **keywords)
 
 
@@ -228,9 +289,9 @@ def test_any_estimator_with_probabilities_will_do(estimator):
     assert not hasattr(estimator, "classes_")
 
 
-@pytest.mark.parametrize("estimator", [LinearSVC(), "svm", None])
+@pytest.mark.parametrize("estimator", [LinearSVC(), "svm", None, RandomForestClassifier])
 def test_an_estimator_without_probabilities_is_refused(estimator):
-    with pytest.raises(ValueError, match=r"fit and predict_proba, got (LinearSVC\(\)|'svm'|None)"):
+    with pytest.raises(ValueError, match=r"fit and predict_proba, got (LinearSVC\(\)|'svm'|None|<class .*Forest)"):
         ScikitLearn(estimator)
 
 

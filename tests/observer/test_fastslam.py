@@ -216,7 +216,19 @@ def test_corrupting_the_truth_changes_no_belief(bits):
 
 
 # Of haptic_env; nothing that runs.
-ALLOWED = ("compiled", "grid", "hand", "kernel_cache", "patches", "pose", "recordings", "sensors", "shapes", "validate")
+ALLOWED = (
+    "compiled",
+    "grid",
+    "hand",
+    "kernel_cache",
+    "patches",
+    "pose",
+    "reading",
+    "recordings",
+    "sensors",
+    "shapes",
+    "validate",
+)
 
 
 @pytest.mark.parametrize("package", ["observer", "agents"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -9,6 +11,7 @@ from sklearn.metrics import log_loss
 
 from haptic_env import hands, shapes
 from haptic_env.grid import Grid
+from haptic_env.pose import Pose
 from observer import metrics
 from observer.kinematics import link_frames, tree_of
 
@@ -205,3 +208,111 @@ def test_ranks_give_the_coverage_of_every_interval():
 
 def test_what_is_exact_and_said_to_be_is_in_the_middle():
     assert metrics.rank_counts(np.ones(3), np.zeros(3), np.ones(3), 5).tolist() == [0, 0, 3, 0, 0]
+
+
+HAND = hands.make("two_finger")
+REST, SILENT = HAND.rest_pose[None], np.zeros((1, 50))
+UNKNOWN = np.full(GRID.shape, 0.5)
+ONE = np.ones(GRID.shape, bool)
+CALLS = {  # each with arguments that are right, by the names that they have
+    metrics.pose_error_deg: {"estimate": np.zeros((2, 8)), "truth": np.zeros((2, 8))},
+    metrics.pose_rmse_deg: {"estimate": np.zeros((2, 8)), "truth": np.zeros((2, 8))},
+    metrics.credible_coverage: {"mean": np.zeros(3), "std": np.ones(3), "truth": np.zeros(3), "level": 0.9},
+    metrics.rank_counts: {"mean": np.zeros(3), "std": np.ones(3), "truth": np.zeros(3), "bins": 4},
+    metrics.touched_places: {
+        "hand": HAND,
+        "joint_angles": REST,
+        "contacts": SILENT,
+        "solid": CUBE,
+        "spacing": 0.002,
+    },
+    metrics.surface_precision: {"occupancy": UNKNOWN, "grid": GRID, "solid": CUBE, "voxels": 1.0},
+    metrics.surface_recall: {"occupancy": UNKNOWN, "grid": GRID, "places": np.zeros((2, 3)), "voxels": 1.0},
+    metrics.surface_score: {
+        "occupancy": UNKNOWN,
+        "grid": GRID,
+        "solid": CUBE,
+        "touched": np.zeros((2, 3)),
+        "voxels": 1.0,
+    },
+    metrics.surface_coverage: {"occupancy": UNKNOWN, "grid": GRID, "solid": CUBE, "voxels": 1.0},
+    metrics.reachable: {"hand": HAND, "joint_angles": REST, "grid": GRID},
+    metrics.swept: {"hand": HAND, "joint_angles": REST, "grid": GRID},
+    metrics.neighbourhood: {"cells": ONE},
+    metrics.reliability: {"occupancy": UNKNOWN, "truth": ONE, "cells": ONE, "bins": 4},
+    metrics.accuracy: {"correct": np.ones(3), "level": 0.95},
+    metrics.time_to_decision: {"seconds": np.arange(2.0), "posterior": np.full((2, 4), 0.25), "threshold": 0.9},
+    metrics.closure: {"slam": 0.5, "floor": 0.0, "ceiling": 1.0},
+}
+SPOILT = {
+    "NaN": lambda value: value * np.nan,
+    "infinite": lambda value: np.where(np.arange(value.size).reshape(value.shape) == 1, np.inf, value),
+    "complex": lambda value: value + 0j,
+    "masked": lambda value: np.ma.array(value, mask=np.arange(value.size).reshape(value.shape) == 1),
+    "objects": lambda value: np.full(value.shape, None),
+    "text": lambda value: np.full(value.shape, "1"),
+    "nothing": lambda value: None,
+}
+NUMBERS = [
+    (np.nan, "got nan"),
+    (np.inf, "got inf"),
+    ("1", "got '1'"),
+    (None, "got None"),
+    (1j, "got 1j"),
+    (-1e308, "got"),
+]
+ARRAYS = [
+    (call, name) for call, given in CALLS.items() for name, value in given.items() if isinstance(value, np.ndarray)
+]
+SINGLE = [
+    (call, name) for call, given in CALLS.items() for name, value in given.items() if isinstance(value, float | int)
+]
+
+
+def _named(case) -> str | None:
+    return getattr(case, "__name__", None)
+
+
+@pytest.mark.parametrize("kind", SPOILT)
+@pytest.mark.parametrize(("call", "name"), ARRAYS, ids=_named)
+def test_arrays_that_are_not_finite_and_real_are_refused(call, name, kind):
+    given = CALLS[call]
+    call(**given)
+    with pytest.raises(ValueError, match=r"must be .*got"):
+        call(**{**given, name: SPOILT[kind](given[name].astype(np.float64))})
+
+
+@pytest.mark.parametrize("value", NUMBERS)
+@pytest.mark.parametrize(("call", "name"), SINGLE, ids=_named)
+def test_numbers_that_are_none_are_refused(call, name, value):
+    if call is metrics.closure and isinstance(value, float) and np.isnan(value):
+        assert np.isnan(call(**{**CALLS[call], name: value}))  # of what could not be said
+        return
+    with pytest.raises(ValueError, match=rf"{name} must be .*got {re.escape(repr(value))}"):
+        call(**{**CALLS[call], name: value})
+
+
+@pytest.mark.parametrize(("call", "name"), ARRAYS, ids=_named)
+def test_arrays_of_another_shape_are_refused(call, name):
+    """Too long for the others, or of too many dimensions: what kernels read lies inside their arrays."""
+    given = CALLS[call]
+    for other in (np.zeros((7, 9, 4, 2)), np.zeros((7, 7))):
+        if call in (metrics.neighbourhood, metrics.accuracy) and other.ndim == given[name].ndim:
+            continue
+        with pytest.raises(ValueError, match=r"must .*shape|must be an array"):
+            call(**{**given, name: other})
+
+
+def test_a_spread_below_zero_is_refused():
+    for call in (metrics.credible_coverage, metrics.rank_counts):
+        with pytest.raises(ValueError, match="std must not be negative, got -1"):
+            call(np.zeros(3), [1.0, -1.0, 1.0], np.zeros(3))
+
+
+def test_a_whole_interval_holds_what_is_exact():
+    assert metrics.credible_coverage(np.zeros(2), [0.0, 1.0], [0.0, 5.0], level=1.0) == 1.0
+
+
+def test_roots_are_as_many_as_steps():
+    with pytest.raises(ValueError, match="roots must be as many as steps, 1, got 2"):
+        metrics.swept(HAND, REST, GRID, roots=[Pose(np.zeros(3), np.eye(3))] * 2)

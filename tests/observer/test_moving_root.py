@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from haptic_env import shapes
+from haptic_env.grid import Grid
 from haptic_env.pose import Pose
 from haptic_env.recordings import Recording, Track
 from haptic_env.replay import KinematicReplay
@@ -92,19 +93,48 @@ def test_a_belief_keeps_its_root_when_the_caller_changes_it(explore) -> None:
 
 
 @pytest.mark.parametrize(
-    ("root", "told"),
+    ("position", "rotation", "told"),
     [
-        (Pose(np.array([np.nan, 0, 0]), np.eye(3)), "position of root must be finite"),
-        (Pose(np.zeros(3), 2 * np.eye(3)), "must be a rotation matrix"),
-        (Pose(np.zeros(3), np.diag([1.0, 1.0, -1.0])), "must be a rotation matrix"),
+        ([np.nan, 0, 0], np.eye(3), "position of root must be finite .*nan"),
+        ([0, 1e17, 0], np.eye(3), r"position of root must lie in \[-100, 100\] m, got .*1e\+17"),
+        ([0, 0, 0], np.full((3, 3), np.inf), "rotation of root must be finite .*inf"),
+        ([0, 0, 0], np.diag([1.0, 1.0, -1.0]), "rotation of root must be a rotation matrix"),
     ],
 )
-def test_a_root_that_is_none_is_refused(two_finger, root: Pose, told: str) -> None:
+def test_a_root_that_became_none_is_refused(two_finger, position, rotation, told: str) -> None:
+    """A pose is checked when it is made; its arrays may be written to."""
     slam = HapticSLAM(two_finger, particles=1)
     slam.reset()
-    joints, patches = two_finger.joints, len(two_finger.patches)
+    root = Pose(np.zeros(3), np.eye(3))
+    root.position[:], root.rotation[:] = position, rotation
     with pytest.raises(ValueError, match=told):
-        slam.step(np.zeros(joints), np.zeros(joints), np.zeros(patches), root)
+        slam.step(np.zeros(8), np.zeros(8), np.zeros(50), root)
+
+
+@pytest.mark.parametrize("root", ["here", (np.zeros(3), np.eye(3)), 0])
+def test_a_root_that_is_no_pose_is_refused(two_finger, root) -> None:
+    slam = HapticSLAM(two_finger, particles=1)
+    slam.reset()
+    with pytest.raises(ValueError, match=r"root must be a haptic_env\.pose\.Pose, or None .*, got"):
+        slam.step(np.zeros(8), np.zeros(8), np.zeros(50), root)
+
+
+@pytest.mark.parametrize("far", [100.0, -100.0])
+@pytest.mark.parametrize("matching", ["mean", "sample"])
+@pytest.mark.parametrize("where", ["hand", "grid", "both", "opposite"])
+def test_a_hand_as_far_away_as_it_may_be_maps_what_is_there(two_finger, far: float, matching: str, where: str) -> None:
+    """Nothing where the grid is elsewhere, and no voxel beyond it."""
+    grid_at, root_at = {"hand": (0, far), "grid": (far, 0), "both": (far, far), "opposite": (-far, far)}[where]
+    at = 0.999 * np.full(3, grid_at)
+    grid = Grid.around(at, (0.1, 0.1, 0.1), 0.004)
+    slam = HapticSLAM(two_finger, particles=2, lag=0, matching=matching, grid=grid)
+    slam.reset(seed=0)
+    root = Pose(0.999 * np.full(3, root_at), np.eye(3))
+    for _ in range(6):
+        belief = slam.step(np.zeros(8), two_finger.rest_pose, np.arange(50) < 4, root)
+    met = (belief.occupancy != 0.5).any()
+    assert met == (where == "both")
+    assert ((slam.flush() or [belief])[-1].occupancy != 0.5).any() == (where == "both")
 
 
 def test_metrics_follow_the_root(explore) -> None:

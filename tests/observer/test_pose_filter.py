@@ -8,8 +8,9 @@ import pytest
 from scipy import stats
 
 from haptic_env import hands
+from observer import pose_filter
 from observer.pose_filter import ContactDynamics, PoseFilter
-from tests.observer.hands import pointer, random_tree
+from tests.observer.hands import many_patches, pointer, random_tree
 
 HANDS = {**hands.HANDS, "tree": lambda: random_tree(0), "two_hinges": lambda: pointer(2)}
 SIGMA = np.deg2rad(3.0)
@@ -239,3 +240,19 @@ def test_simulation_based_calibration():
             assert stats.chisquare(counts).pvalue > 1e-4 / ranks.shape[1], f"joint {joint}, lag {ago}: {counts}"
         inside = np.abs(ranks - 0.5) < 0.45
         assert 0.88 < inside.mean() < 0.92
+
+
+def test_many_contacts_put_together_say_what_they_say_one_by_one(monkeypatch):
+    hand = many_patches()
+    rng = np.random.default_rng(0)
+    contacts = rng.random(len(hand.patches)) < 0.2
+    told = []
+    for most in (0, 10**6):
+        monkeypatch.setattr(pose_filter, "MANY", most)
+        pose = _filter(hand, lag=1)
+        for step in range(3):
+            pose.step(np.full(8, 0.3), hand.rest_pose + 0.02 * step, contacts)
+        told.append((pose.mean, pose.covariance, pose.log_evidence))
+    for together, apart in zip(*told, strict=True):
+        np.testing.assert_allclose(together, apart, rtol=1e-6, atol=1e-12)
+    assert np.count_nonzero(contacts) > 200

@@ -11,7 +11,10 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import haptic_env
-from observer import Belief, HapticSLAM, ObserverWrapper
+from haptic_env import hands, shapes
+from haptic_env.recordings import Felt, Recording
+from haptic_env.replay import Playback
+from observer import OBSERVERS, Belief, HapticSLAM, ObserverWrapper, PoseOnly, ShapePosterior
 from observer.variants import NAMES, make_observer
 from tests.observer.hands import pointer
 
@@ -145,3 +148,151 @@ def test_an_observer_of_another_hand_is_refused(other):
     with pytest.raises(ValueError, match=rf"knows hand '{hand.name}' with {len(hand.patches)} patches.*'two_finger'"):
         ObserverWrapper(inner, HapticSLAM(hand, particles=4))
     inner.close()
+
+
+def test_a_namer_of_another_hand_is_refused():
+    inner = gym.make("HapticSLAM/TwoFinger-v0")
+    hand = inner.unwrapped.hand
+    for other in (hands.make("two_finger", patches_around=6), pointer()):
+        solids = {"cube": [shapes.make("cube", position=hand.grasp_centre)]}
+        with pytest.raises(ValueError, match=rf"the shape knows hand '{other.name}' with {len(other.patches)} patches"):
+            ObserverWrapper(inner, PoseOnly(hand), ShapePosterior(other, solids))
+    inner.close()
+
+
+@pytest.mark.parametrize("make", [HapticSLAM, PoseOnly, HapticSLAM.paper, *(OBSERVERS[n] for n in ("floor", "kalman"))])
+@pytest.mark.parametrize("rate", [100.0, 25.0])
+def test_another_control_rate_is_refused_with_both(make, rate):
+    inner = gym.make("HapticSLAM/TwoFinger-v0", control_hz=rate)
+    hand = inner.unwrapped.hand
+    with pytest.raises(ValueError, match=rf"control_hz=50, the environment has control_hz={rate:g};"):
+        ObserverWrapper(inner, make(hand))
+    ObserverWrapper(inner, make(hand, control_hz=rate))
+    inner.close()
+
+
+def test_observations_without_what_is_felt_are_refused():
+    inner = gym.make("HapticSLAM/TwoFinger-v0")
+    with pytest.raises(ValueError, match=r"hears joint_angles and contacts, got a space Box; put the Observer"):
+        ObserverWrapper(gym.wrappers.FlattenObservation(inner), PoseOnly(inner.unwrapped.hand))
+    inner.close()
+
+
+CHANGES = {
+    "nothing": lambda env: env,
+    "rescaled": lambda env: gym.wrappers.RescaleAction(env, np.float32(-10), np.float32(10)),
+    "clipped": gym.wrappers.ClipAction,
+    "sticky": lambda env: gym.wrappers.StickyAction(env, 0.5),
+    "turned round": lambda env: gym.wrappers.TransformAction(env, np.negative, env.action_space),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_the_observer_hears_the_torque_that_was_commanded(name, bits):
+    """Whatever wrappers between it and the hand make of an action."""
+    inner = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", episode_seconds=1.0)
+    env = ObserverWrapper(CHANGES[name](inner), HapticSLAM(inner.unwrapped.hand, particles=2, lag=0))
+    alone = HapticSLAM(inner.unwrapped.hand, particles=2, lag=0)
+    env.reset(seed=1)
+    alone.reset(seed=int(np.random.SeedSequence(1).generate_state(1)[0]))
+    env.action_space.seed(0)
+    differs = False
+    for _ in range(10):
+        action = env.action_space.sample().clip(-10, 10)
+        seen, *_, info = env.step(action)
+        torque = inner.unwrapped.commanded
+        differs |= not np.array_equal(torque, action)
+        belief = alone.step(torque, seen["joint_angles"], seen["contacts"])
+        assert bits(belief) == bits(info["belief"])
+    assert differs == (name != "nothing")
+    env.close()
+
+
+def test_the_torque_that_was_commanded_has_no_motor_noise():
+    env = gym.make("HapticSLAM/TwoFinger-v0", motor_noise=1.0).unwrapped
+    env.reset(seed=0)
+    assert not env.commanded.any()
+    action = np.float32([0.1, -0.2, 0.3, -0.4, 0.5, -0.6, 0.7, -0.8])
+    env.step(action)
+    np.testing.assert_array_equal(env.commanded, action)
+    assert np.abs(env._data.ctrl - action).max() > 0.01
+    env.commanded[:] = 7.0
+    np.testing.assert_array_equal(env.commanded, action)
+    env.reset()
+    assert not env.commanded.any()
+
+
+def test_a_playback_tells_the_torque_of_the_recording(two_finger):
+    torques = np.random.default_rng(0).uniform(-1, 1, (5, 8))
+    rest = np.tile(two_finger.rest_pose, (5, 1))
+    felt = Felt(torques, rest, np.zeros((5, 50), bool))
+    recording = Recording("it", 0.02 * np.arange(5), two_finger.joint_names[::-1], rest[:, ::-1], felt=felt)
+    env = Playback(two_finger, recording, shapes.make("cube"))
+    env.reset(seed=0)
+    for step in range(1, 5):
+        env.step(np.zeros(8))
+        np.testing.assert_array_equal(env.commanded, torques[step, ::-1])
+
+
+class Twice(gym.Wrapper):
+    """Takes two steps at once."""
+
+    def step(self, action):
+        self.env.step(action)
+        return self.env.step(action)
+
+
+@pytest.mark.parametrize("wrap", [Twice, gym.wrappers.Autoreset])
+def test_steps_that_the_observer_does_not_hear_of_are_refused(wrap):
+    inner = gym.make("HapticSLAM/TwoFinger-v0", episode_seconds=0.06)
+    env = ObserverWrapper(wrap(inner), PoseOnly(inner.unwrapped.hand))
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"went from control step \d to \d at once"):  # noqa: PT012 - the fourth, of Autoreset
+        for _ in range(4):
+            if not env.step(np.zeros(8))[3]:
+                continue
+            env.observer.reset()
+    env.close()
+
+
+def _watched_by(observer, shape=None) -> ObserverWrapper:
+    return ObserverWrapper(gym.make("HapticSLAM/TwoFinger-v0", episode_seconds=0.1), observer, shape)
+
+
+@pytest.mark.parametrize("shared", ["HapticSLAM", "PoseOnly", "ShapePosterior"])
+def test_one_observer_in_two_environments_is_refused(two_finger, shared):
+    made = {"HapticSLAM": lambda: HapticSLAM(two_finger, particles=2), "PoseOnly": lambda: PoseOnly(two_finger)}
+    if shared == "ShapePosterior":
+        shape = ShapePosterior(two_finger)
+        first, second = (_watched_by(PoseOnly(two_finger), shape) for _ in range(2))
+    else:
+        observer = made[shared]()
+        first, second = (_watched_by(observer) for _ in range(2))
+    first.reset(seed=0)
+    first.step(np.zeros(8))
+    second.reset(seed=0)
+    second.step(np.zeros(8))
+    with pytest.raises(ValueError, match=f"this {shared} has begun a trial in another environment .* one of its own"):
+        first.step(np.zeros(8))
+    second.step(np.zeros(8))
+    first.close()
+    second.close()
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_an_observer_may_watch_one_environment_after_the_other(two_finger, closed):
+    """Whether or not the first one was closed, or its episode ended."""
+    observer, shape = HapticSLAM(two_finger, particles=2), ShapePosterior(two_finger)
+    for steps in (5, 2, 5):
+        env = _watched_by(observer, shape)
+        env.reset(seed=0)
+        for _ in range(steps):
+            env.step(np.zeros(8))
+        if closed:
+            env.close()
+    again = ObserverWrapper(env.env, observer, shape)  # about the same environment
+    again.reset(seed=0)
+    again.step(np.zeros(8))
+    env.reset(seed=0)
+    env.step(np.zeros(8))
+    env.close()

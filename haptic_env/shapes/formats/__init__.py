@@ -1,7 +1,8 @@
 """Files of meshes, one module a format: add one as a file here and a line in `READERS`.
 
 A reader takes the bytes of a file and nothing else: no file is opened that the first one names. What a file declares is
-held against its size before room is made for it. `ValueError` says why it cannot be read, `Refused` why it is not taken.
+held against its size before room is made for it. `ValueError` says why it cannot be read, `Refused` why it is not
+taken.
 """
 
 from __future__ import annotations

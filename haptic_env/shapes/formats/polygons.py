@@ -79,8 +79,8 @@ def _of_equal_length(vertices: NDArray[np.float64], faces: NDArray[np.int64], ex
     if (~thin & (uneven > FLAT * extent)).any():
         worst = int(np.argmax(np.where(thin, 0.0, uneven)))
         raise Refused(
-            f"has a face of {length} corners that is not flat: one lies {uneven[worst] / extent:.2g} of the object's width off "
-            "its plane; triangulate it"
+            f"has a face of {length} corners that is not flat: one lies {uneven[worst] / extent:.2g} of the object's "
+            "width off its plane; triangulate it"
         )
     following = np.roll(edges, -1, axis=1)
     turn = (np.cross(edges, following) * normal[:, None]).sum(axis=-1)

@@ -1,0 +1,78 @@
+"""What an observer is told, checked at its edge: what comes further is inside the arrays of its kernels.
+
+Shapes: J joints, P patches, N particles, K candidates, V voxels.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from haptic_env import validate
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+from haptic_env.pose import Pose
+from haptic_env.sensors import FeltAngles
+
+Array = NDArray[np.float64]
+WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
+MEMORY = 4 * 2**30  # bytes that an observer may need
+GIB = 2**30
+
+
+class Told(NamedTuple):
+    """One turn: the `torque` (J,) commanded, the `joint_angles` (J,) rad and `contacts` (P,) felt."""
+
+    torque: Array
+    joint_angles: Array
+    contacts: NDArray[np.bool_]
+
+
+def told(hand: Hand, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Told:
+    """What an observer of `hand` is told at a step. Raises `ValueError` that names the joint for a torque beyond ± 1 of
+    its limit, an angle beyond ± 4π rad, and what is not finite; and for contacts that are not 0 or 1."""
+    return Told(
+        validate.array("torque", torque, (hand.joints,), bound=1.0, names=hand.joint_names),
+        angles(hand, joint_angles),
+        validate.binary("contacts", contacts, (len(hand.patches),)),
+    )
+
+
+def angles(hand: Hand, joint_angles: ArrayLike) -> Array:
+    """Felt `joint_angles` (J,) rad; raises `ValueError` as `told` does."""
+    return validate.array("joint_angles", joint_angles, (hand.joints,), "radians", bound=WIDEST, names=hand.joint_names)
+
+
+def root(given: Pose | None) -> Pose | None:
+    """A copy of the pose of a hand as a whole; raises `ValueError` for what is none."""
+    if given is None:
+        return None
+    validate.instance("root", given, Pose, "a haptic_env.pose.Pose, or None for a hand that does not move as a whole")
+    return given.checked("root")
+
+
+def memory(told: str, needed: float) -> None:
+    """Raise `ValueError` where what is `told` needs more than `MEMORY` bytes."""
+    if needed > MEMORY:
+        raise ValueError(
+            f"{told} would need {needed / GIB:.3g} GiB of memory, more than the {MEMORY / GIB:g} GiB that an observer "
+            "may take"
+        )
+
+
+def of_poses(joints: int, lag: int, kinematic: bool = False) -> float:
+    """Bytes that a Gaussian over the angles of `lag` steps takes, with what is made of it at a step."""
+    size = (lag + 3) * joints
+    return 8.0 * (3 * size**2 + (10 * joints**2 * (lag + 3) ** 2 if kinematic else 0))
+
+
+def of_maps(hand: Hand, grid: Grid, particles: int, candidates: int, slots: int) -> float:
+    """Bytes that the maps of `particles` take, each with its own `slots` of voxels, and what is made of them at a step:
+    `candidates` of each particle, and the voxels about the links."""
+    voxels = float(np.prod(grid.shape))
+    radius = np.array([link.radius for link in hand.links]) + 2.0 * grid.resolution
+    length = np.array([link.length for link in hand.links])
+    about = np.minimum(voxels, np.pi * radius**2 * (length + 4.0 / 3.0 * radius) / grid.resolution**3).sum()
+    return 32.0 * (voxels + about) + particles * (slots + 8.0 * hand.joints * (candidates + 4))

@@ -1,0 +1,144 @@
+"""What an observer refuses: what cannot be, before anything is done with it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from haptic_env.grid import Grid
+from observer import ContactDynamics, ContactModel, DeadReckoning, HapticSLAM, Kalman, PoseOnly
+from observer.kinematics import link_frames, tree_of
+
+OBSERVERS = {
+    "haptic_slam": lambda hand: HapticSLAM(hand, particles=2, lag=1),
+    "sample": lambda hand: HapticSLAM(hand, particles=2, lag=1, matching="sample"),
+    "kinematic": lambda hand: HapticSLAM(hand, particles=2, lag=1, motion="kinematic"),
+    "paper": lambda hand: HapticSLAM.paper(hand, particles=2),
+    "floor": DeadReckoning,
+    "kalman": Kalman,
+    "pose_only": PoseOnly,
+}
+
+
+@pytest.fixture(params=OBSERVERS)
+def watching(request, two_finger):
+    """Each kind of observer, at the start of a trial."""
+    made = OBSERVERS[request.param](two_finger)
+    made.reset(seed=0)
+    return made
+
+
+TOO_MUCH = {
+    "a million radians": (0, 1e6, r"joint_angles must lie in \[-12\.5664, 12\.5664\] radians, got 1000000\.0 at '{}'"),
+    "degrees": (0, -45.0, r"joint_angles must lie in .* radians, got -45\.0 at '{}'"),
+    "an angle beyond all": (0, 1e300, r"joint_angles must lie in .* radians, got 1e\+300 at '{}'"),
+    "an angle that is none": (0, np.nan, "joint_angles must be finite .* got nan at '{}'"),
+    "a torque": (1, 1.5, r"torque must lie in \[-1, 1\], got 1\.5 at '{}'"),
+    "a torque beyond all": (1, -1e300, r"torque must lie in \[-1, 1\], got -1e\+300 at '{}'"),
+    "a torque that is none": (1, np.inf, r"torque must be finite .* got inf at '{}'"),
+}
+
+
+@pytest.mark.parametrize("case", TOO_MUCH)
+def test_what_no_hand_feels_or_does_is_refused_by_joint_value_and_range(watching, case):
+    which, value, message = TOO_MUCH[case]
+    angles, torque = watching.hand.rest_pose.copy(), np.zeros(8)
+    (angles, torque)[which][3] = value
+    with pytest.raises(ValueError, match=message.format(watching.hand.joint_names[3])):
+        watching.step(torque, angles, np.zeros(50))
+    if which == 0:
+        with pytest.raises(ValueError, match=message.format(watching.hand.joint_names[3])):
+            watching.reset(seed=0, joint_angles=angles)
+
+
+KINDS = {
+    "complex": lambda value: value + 0j,
+    "masked": lambda value: np.ma.array(value, mask=np.arange(len(value)) == 1),
+    "objects": lambda value: np.asarray(value, object),
+    "text": lambda value: [str(each) for each in value],
+    "of another shape": lambda value: value[:-1],
+    "of more dimensions": lambda value: value[None],
+    "a number": lambda value: 0.0,
+    "nothing": lambda value: None,
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("which", range(3), ids=["torque", "joint_angles", "contacts"])
+def test_arrays_of_other_kinds_are_refused(two_finger, which, kind):
+    slam = HapticSLAM(two_finger, particles=1, lag=0)
+    slam.reset(seed=0)
+    given = [np.zeros(8), two_finger.rest_pose, np.zeros(50)]
+    given[which] = KINDS[kind](given[which])
+    name = ("torque", "joint_angles", "contacts")[which]
+    with pytest.raises(ValueError, match=f"{name} must be (finite numbers|0 or 1) .*got"):
+        slam.step(*given)
+
+
+def test_angles_that_the_observation_space_allows_are_heard(watching):
+    """At its very bound, as float32 as the environment has it."""
+    for sign in (1, -1):
+        belief = watching.step(np.zeros(8), np.float32(sign * np.full(8, 4 * np.pi)), np.zeros(50))
+        assert np.isfinite(belief.joint_angles).all()
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, "1", np.nan, [1]])
+def test_a_seed_that_is_none_is_refused(watching, seed):
+    with pytest.raises(ValueError, match="seed must be an integer of at least 0, got"):
+        watching.reset(seed=seed)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "told"),
+    [
+        ({"particles": 10**9}, "particles=1000000000"),
+        ({"candidates": 10**9}, "candidates=1000000000"),
+        ({"candidates": 10**9, "matching": "sample"}, "candidates=1000000000"),
+        ({"lag": 10**5}, "lag=100000"),
+        ({"lag": 3000, "motion": "kinematic"}, "lag=3000"),
+        ({"particles": 10**30}, "particles=1" + "0" * 30),
+        ({"grid": Grid((0, 0, 0), 0.004, (256, 256, 256)), "matching": "sample", "particles": 300}, "16777216 voxels"),
+    ],
+)
+def test_what_does_not_fit_into_the_memory_is_refused(two_finger, keywords, told):
+    with pytest.raises(ValueError, match=rf"{told}.* would need .* GiB of memory, more than the 4 GiB"):
+        HapticSLAM(two_finger, **keywords)
+
+
+@pytest.mark.parametrize("stride", [10**5, 10**30])
+def test_a_stride_that_does_not_fit_into_the_memory_is_refused(two_finger, stride):
+    with pytest.raises(ValueError, match=f"stride={stride} would need .* of memory"):
+        PoseOnly(two_finger, stride=stride)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "told"),
+    [
+        ({"grid": (32, 32, 32)}, r"grid must be a haptic_env\.grid\.Grid, got \(32, 32, 32\)"),
+        ({"contact_model": ContactDynamics()}, "contact_model must be a ContactModel, got ContactDynamics"),
+        ({"dynamics": ContactModel()}, "dynamics must be a ContactDynamics, got ContactModel"),
+    ],
+)
+def test_parts_of_another_kind_are_refused(two_finger, keywords, told):
+    with pytest.raises(ValueError, match=told):
+        HapticSLAM(two_finger, **keywords)
+
+
+@pytest.mark.parametrize("angles", [np.zeros(7), np.zeros(9), np.full(8, np.nan), np.zeros((8, 1)), "rest"])
+def test_kinematics_of_angles_that_are_none_are_refused(two_finger, angles):
+    with pytest.raises(ValueError, match="joint_angles must be finite numbers"):
+        link_frames(tree_of(two_finger), angles)
+
+
+@pytest.mark.parametrize(
+    ("link", "points", "told"),
+    [
+        ([0, 6], np.zeros((2, 3)), r"link must hold indices in \[0, 5\]"),
+        ([-1], np.zeros((1, 3)), r"link must hold indices in \[0, 5\]"),
+        ([0], np.zeros((2, 3)), r"points must be of shape \(1, 3\)"),
+        ([0], np.full((1, 3), np.nan), "points must be an array of finite numbers"),
+    ],
+)
+def test_patches_of_no_point_are_refused(two_finger, link, points, told):
+    with pytest.raises(ValueError, match=told):
+        two_finger.patches.locate(np.array(link), points)
