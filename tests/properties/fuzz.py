@@ -1,7 +1,7 @@
 """Inputs by the hundred thousand against the rule: `make fuzz`, or by hand
 
     python -m tests.properties.fuzz --examples 1000 --areas observers
-    python -m tests.properties.fuzz --entry observer.HapticSLAM --seed 3 --index 17     one input again
+    python -m tests.properties.fuzz --again observer.HapticSLAM 0.3.17          one input once more
 
 Each area runs in a process of its own, so that a signal, a hang or memory that runs out is the fault of an input and
 not the end of the run. The same seed is the same inputs. Bounded by `--examples` for all areas together, and
@@ -22,12 +22,15 @@ import subprocess
 import sys
 import tempfile
 import time
+import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
+
+import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES, MINUTES, JOBS = 100_000, 30.0, 2
@@ -35,7 +38,6 @@ BATCH = 50  # inputs of an entry from one seed: what a signal ends, and what is 
 LONGEST = 20  # seconds that an input may take
 HOPELESS = 3 * LONGEST  # after which a process that hangs in compiled code is ended
 ROOM = 6 * 2**30  # bytes of address space above those at the start
-MOST_BATCHES = 100_000  # of an entry
 SHOWN = 400  # characters of an input that are shown
 
 
@@ -43,14 +45,14 @@ class Hang(BaseException):
     """An input that takes too long; no `Exception`, which somebody might catch."""
 
 
-def inputs_of(entry: Any, seed: int, count: int = BATCH) -> Iterator[Any]:
-    """The same inputs for the same `seed`, `count` at most."""
+def inputs_of(name: str, entry: Any, seed: int, turn: int = 0, count: int = BATCH) -> list[Any]:
+    """`count` inputs at most, the same for the same `seed` and `turn`, and others for each entry."""
     from hypothesis import HealthCheck, Phase, Verbosity, given, settings
     from hypothesis import seed as seeded
 
     drawn: list[Any] = []
 
-    @seeded(seed)
+    @seeded(zlib.crc32(f"{name} {seed} {turn}".encode()))
     @settings(
         max_examples=count,
         database=None,
@@ -64,13 +66,14 @@ def inputs_of(entry: Any, seed: int, count: int = BATCH) -> Iterator[Any]:
         drawn.append(arguments)
 
     draw()
-    yield from drawn
+    return drawn
 
 
 def shown(arguments: Any) -> str:
     """`arguments` in one line."""
     try:
-        text = " ".join(repr(arguments).split())
+        with np.printoptions(threshold=6, edgeitems=1, precision=3):
+            text = " ".join(repr(arguments).split())
     except Exception as error:  # of an int of thousands of digits
         text = f"<{error}>"
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
@@ -109,9 +112,8 @@ def child(area: str, share: int, seed: int, minutes: float, done: Mapping[str, i
         for name, entry in entries.items():
             if not done.get(name, 0) <= turn < batches[name]:
                 continue
-            mine = MOST_BATCHES * seed + turn
-            log.write(json.dumps({"entry": name, "turn": turn, "seed": mine}) + "\n")
-            for index, arguments in enumerate(inputs_of(entry, mine)):
+            log.write(json.dumps({"entry": name, "turn": turn, "seed": seed}) + "\n")
+            for index, arguments in enumerate(inputs_of(name, entry, seed, turn)):
                 log.write(json.dumps({"index": index, "input": shown(arguments)}) + "\n")
                 log.flush()
                 kind, told = _try(entry, arguments)
@@ -129,6 +131,7 @@ class Account:
     area: str
     kinds: Counter[str] = field(default_factory=Counter)
     examples: dict[str, str] = field(default_factory=dict)
+    entries: dict[str, set[str]] = field(default_factory=dict)
     seconds: float = 0.0
 
     @property
@@ -141,9 +144,9 @@ class Account:
         if kind in ("accepted", "refused"):
             self.kinds[kind] += 1
             return
-        kind = f"{where['entry']}: {kind}"
         self.kinds[kind] += 1
-        again = f"--entry '{where['entry']}' --seed {where['seed']} --index {where['index']}"
+        self.entries.setdefault(kind, set()).add(where["entry"])
+        again = f"--again '{where['entry']}' {where['seed']}.{where['turn']}.{where['index']}"
         self.examples.setdefault(kind, f"{again}\n      {where['input']}\n      {told}")
 
 
@@ -231,7 +234,9 @@ def table(accounts: list[Account]) -> str:
     lines.append(f"{'all':12} {total[0]:8} {'':9} {'':8} {total[1]:7}")
     for each in accounts:
         for kind, count in each.faults.items():
-            lines.append(f"\n{count:6} × {kind}\n      {each.examples[kind]}")
+            number = len(each.entries.get(kind, ()))
+            of = f" ({number} entry points)" if number > 1 else ""
+            lines.append(f"\n{count:6} × {each.area}: {kind}{of}\n      {each.examples[kind]}")
     return "\n".join(lines)
 
 
@@ -252,13 +257,14 @@ def run(examples: int, minutes: float, seed: int, areas: list[str], jobs: int, t
     return int(any(each.faults for each in accounts))
 
 
-def again(name: str, seed: int, index: int) -> int:
-    """One input once more, with its whole traceback."""
+def again(name: str, which: str) -> int:
+    """One input once more, with its whole traceback; `which`: its seed, turn and index."""
     from tests.properties.files import put
     from tests.properties.registry import ENTRIES
 
     entry = ENTRIES[name]
-    arguments = list(inputs_of(entry, seed))[index]
+    seed, turn, index = map(int, which.split("."))
+    arguments = inputs_of(name, entry, seed, turn)[index]
     print(shown(arguments))
     faulthandler.enable()
     print(*_try(entry, arguments), sep=": ")
@@ -274,8 +280,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=int(os.environ.get("FUZZ_JOBS", JOBS)))
     parser.add_argument("--seed", type=int, default=int(os.environ.get("FUZZ_SEED", 0)))
     parser.add_argument("--areas", nargs="+")
-    parser.add_argument("--entry")
-    parser.add_argument("--index", type=int)
+    parser.add_argument("--again", nargs=2, metavar=("ENTRY", "SEED.TURN.INDEX"))
     parser.add_argument("--child", help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)
     if given.child is not None:
@@ -283,8 +288,8 @@ def main(arguments: list[str] | None = None) -> int:
         with Path(told.pop("log")).open("w") as log:
             child(**told, log=log)
         return 0
-    if given.entry is not None:
-        return again(given.entry, given.seed, given.index)
+    if given.again is not None:
+        return again(*given.again)
     from tests.properties.registry import AREAS
 
     return run(given.examples, given.minutes, given.seed, given.areas or list(AREAS), given.jobs)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import agents
 from agents.hold_action import HoldAction
 from agents.sb3 import Sb3
+from agents.synergy import posture_basis
 from observer import (
     BeliefFeatures,
     BeliefObservation,
@@ -144,7 +145,31 @@ WRAPPERS: dict[str, tuple[Any, dict[str, Parameter]]] = {
 }
 OTHERS = odd_numbers | odd_names
 
+class Commands:
+    """A policy of somebody's own, who commands whatever it is made of."""
+
+    def __init__(self, action: Any) -> None:
+        self.action, self.joints, self.name = action, J, "mine"
+
+    def predict(self, *_: Any) -> Any:
+        return self.action, None
+
+
 ENTRIES: dict[str, Entry] = {
+    "agents.act": Entry(
+        lambda action: agents.act(Commands(action), {})[0],  # type: ignore[arg-type]
+        {"action": fixed((J,)).always},
+        Allowed(words=("policy",)),
+    ),
+    "agents.act[of no policy]": Entry(
+        lambda policy: agents.act(policy, {}), {"policy": Parameter(OTHERS, OTHERS, needed=True)}, weight=0.3
+    ),
+    "agents.synergy.posture_basis": Entry(
+        lambda path: posture_basis(samples.hand(), path),
+        {"path": Parameter(file(".npy", samples.npy()).valid, file(".npy", samples.npy()).odd | file(".csv", samples.csv()).odd, True)},
+        POLICY,
+        weight=2,
+    ),
     **{
         f"agents.POLICIES[{kind}].predict": Entry(partial(_predict, kind), PREDICT, POLICY, weight=1)
         for kind in agents.POLICIES

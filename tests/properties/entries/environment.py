@@ -55,6 +55,7 @@ KEYWORDS: dict[str, Parameter] = {
     "patches_around": integer(1, 4),
     "no_such_keyword": one_of(1),
 }
+BY_MAKE = {key: each for key, each in KEYWORDS.items() if key != "render_mode"}  # which Gymnasium looks at first
 OPTIONS: dict[str, Parameter] = {
     "shape": name(shapes.SHAPES),
     "position": fixed((3,), -0.005, 0.005),
@@ -86,7 +87,7 @@ def _make(env_id: str, **keywords: Any) -> list[Any]:
 
 
 def _reset(env_id: str, **call: Any) -> list[Any]:
-    env = _env(env_id)
+    env = _env(env_id).unwrapped  # what is odd about Gymnasium's own wrappers is theirs
     seen = [env.reset(**call)]
     return [*seen, env.step(np.zeros(env.action_space.shape, np.float32))]
 
@@ -166,13 +167,10 @@ WORDS = {"fraction": ("motor_noise",), "miss": ("contact_miss",), "false_alarm":
 ENTRIES: dict[str, Entry] = {
     **{
         f"haptic_env.ENVIRONMENTS[{env_id}]": Entry(
-            partial(_make, env_id), KEYWORDS, Allowed(words=("mesh", "object")), weight=1 if "Two" in env_id else 0.2
+            partial(_make, env_id), BY_MAKE, Allowed(words=("mesh", "object")), weight=1 if "Two" in env_id else 0.2
         )
         for env_id in haptic_env.ENVIRONMENTS
     },
-    "haptic_env.ENVIRONMENTS[by any id]": Entry(
-        lambda id: _begin(gym.make(id)), {"id": name(haptic_env.ENVIRONMENTS).always}, Allowed(errors=GYMNASIUM)
-    ),
     "haptic_env.explore.ExploreEnv": Entry(
         lambda hand, **keywords: _begin(ExploreEnv(hand, **keywords)),
         {"hand": name(["two_finger"]).always, **KEYWORDS},
@@ -213,6 +211,16 @@ ENTRIES: dict[str, Entry] = {
         )
         for kind, (made, keywords) in SENSORS.items()
     },
+    "haptic_env.sensors.Proprioception.log_prob": Entry(
+        lambda **call: sensors.Proprioception([sensors.White(3.0), sensors.Proportional(0.1)]).log_prob(**call),
+        {"felt": fixed((samples.JOINTS,)).always, "joint_angles": fixed((samples.JOINTS,)).always},
+        Allowed(infinite=True),
+    ),
+    "haptic_env.sensors.MotorNoise.log_prob": Entry(
+        lambda **call: sensors.MotorNoise(0.1).log_prob(**call),
+        {"torque": fixed((samples.JOINTS,)).always, "command": fixed((samples.JOINTS,)).always},
+        Allowed(infinite=True),
+    ),
     "haptic_env.sensors.ContactDetection.log_prob": Entry(
         lambda **call: sensors.ContactDetection(0.1, 0.1).log_prob(**call),
         {"contacts": binary((samples.PATCHES,)).always, "touch_probability": fixed((samples.PATCHES,), 0, 1).always},

@@ -212,6 +212,11 @@ ENTRIES: dict[str, Entry] = {
         OBSERVER,
     ),
     "observer.variants.check": Entry(lambda name: variants.check("name", name), {"name": NAMED}),
+    "observer.warm_up": Entry(
+        lambda hand, progress: observer.warm_up(hand, progress),
+        {"hand": Parameter(odd_numbers, odd_numbers | odd_names, needed=True), "progress": one_of(None).always},
+        weight=0.3,
+    ),
     "observer.ContactModel": Entry(
         lambda **call: _made(HapticSLAM, contact_model=ContactModel(**call), particles=3, grid=samples.grid(), lag=1),
         MODEL,

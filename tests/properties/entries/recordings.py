@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from agents.follow_recording import FollowRecording
 from agents.repeat_torques import RepeatTorques
-from haptic_env import recordings
-from haptic_env.recordings import Calibration, Felt, Recording, Track
+from haptic_env import reading, recordings
+from haptic_env.recordings import Calibration, Recording
 from haptic_env.replay import KinematicReplay, Playback, roots
 from tests.properties import samples
 from tests.properties.entry import Entry
 from tests.properties.files import archives, file, out
-from tests.properties.parameters import Parameter, array, binary, name, number, one_of, path, switch
+from tests.properties.parameters import Parameter, array, binary, name, number, one_of, path
 from tests.properties.rule import Allowed
 from tests.properties.strategies import odd_names, odd_numbers, odd_paths
 
@@ -126,7 +126,31 @@ def _of_parts(then: Any) -> Any:
     return run
 
 
+def _arrays(path: Any) -> Any:
+    read = reading.npz(path)
+    return {name: read[name] for name in read if read[name].dtype.kind != "f"}
+
+
+NPZ = file(".npz", *samples.recordings_npz(), also=archives(samples.arrays())).always
+
 ENTRIES: dict[str, Entry] = {
+    "haptic_env.reading.content": Entry(lambda path: len(reading.content(path)), {"path": NPZ}, FILE, weight=0.3),
+    "haptic_env.reading.text": Entry(
+        lambda path: len(reading.text(path)), {"path": file(".txt", samples.glove_txt()).always}, FILE, weight=0.3
+    ),
+    "haptic_env.reading.toml": Entry(
+        lambda path: len(reading.toml(path)), {"path": file(".toml", samples.calibration_toml()).always}, FILE, weight=0.3
+    ),
+    "haptic_env.reading.npz": Entry(_arrays, {"path": NPZ}, FILE),
+    "haptic_env.reading.Arrays": Entry(
+        lambda whole: list(reading.Arrays(whole, "input")),
+        {"whole": Parameter(st.just(samples.recordings_npz()[0]), st.binary(max_size=60), needed=True)},
+        FILE,
+        weight=0.3,
+    ),
+    "haptic_env.reading.npy": Entry(
+        lambda path: reading.npy(path).shape, {"path": file(".npy", samples.npy()).always}, FILE
+    ),
     "haptic_env.recordings.READERS[.npz]": Entry(
         _read,
         {
@@ -193,4 +217,3 @@ ENTRIES: dict[str, Entry] = {
         lambda torques: RepeatTorques(_env(), torques).predict(None), {"torques": array((3, J)).always}
     ),
 }
-__all__ = ["ENTRIES", "Felt", "Track", "switch"]
