@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from tests.properties.files import put, put_away
@@ -19,7 +19,7 @@ class Entry:
 
     call: Callable[..., Any]
     parameters: Mapping[str, Parameter]
-    allowed: Allowed = Allowed()
+    allowed: Allowed = field(default_factory=Allowed)
     weight: float = 1.0
 
     @property

@@ -22,7 +22,20 @@ from tests.properties.parameters import Parameter
 from tests.properties.strategies import ARRAYS, SEEDS, Strategy, build_array, odd_paths
 
 TOKENS = (
-    *(b"nan", b"inf", b"-inf", b"1e300", b"-1e300", b"1e17", b"1e-300", b"0", b"-1", b"1", b"2147483648", b"4294967295"),
+    *(
+        b"nan",
+        b"inf",
+        b"-inf",
+        b"1e300",
+        b"-1e300",
+        b"1e17",
+        b"1e-300",
+        b"0",
+        b"-1",
+        b"1",
+        b"2147483648",
+        b"4294967295",
+    ),
     *(b"99999999999999999999", b"1/1/1", b"1//", b"//", b"x", b"", b"\xff", b"\x00", b"1,5", b"0x10", b"1_0", b"-0"),
     *(b"true", b"[]", b"{}", b'""', b"[[1]]", b"2020-01-01", b"1e400", b"' '", b"\xc3\xbc", b"[red]", b"~", b".."),
 )
@@ -158,7 +171,9 @@ DAMAGES = {
     "without a line": _without_a_line,
     "random": lambda rng, data, other: rng.bytes(int(rng.integers(300))),
     "something before": lambda rng, data, other: rng.bytes(int(rng.integers(1, 20))) + data,
-    "text": lambda rng, data, other: "ein Stück Text: [x] ~ 3,5\n".encode(("utf-8", "utf-16", "latin-1")[rng.integers(3)]),
+    "text": lambda rng, data, other: "ein Stück Text: [x] ~ 3,5\n".encode(
+        ("utf-8", "utf-16", "latin-1")[rng.integers(3)]
+    ),
 }
 
 

@@ -13,9 +13,9 @@ from __future__ import annotations
 import argparse
 import contextlib
 import faulthandler
+import importlib
 import json
 import os
-import re
 import resource
 import signal
 import subprocess
@@ -23,22 +23,33 @@ import sys
 import tempfile
 import time
 import zlib
-from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import IO, Any
 
-import numpy as np
+from tests.properties.accounts import ROOT, SHOWN, Account, death, shown, table
 
-ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES, MINUTES, JOBS = 100_000, 30.0, 2
 BATCH = 50  # inputs of an entry from one seed: what a signal ends, and what is drawn to come to a single one again
-LONGEST = 20  # seconds that an input may take
-HOPELESS = 3 * LONGEST  # after which a process that hangs in compiled code is ended
+LONGEST = 20.0  # seconds that an input may take
+HOPELESS = 3  # times that, after which a process that hangs in compiled code is ended
+START = 120.0  # seconds that a process may take to begin
+REGISTRY = "tests.properties.registry"
 ROOM = 6 * 2**30  # bytes of address space above those at the start
-SHOWN = 400  # characters of an input that are shown
+
+
+@dataclass(frozen=True)
+class Run:
+    """How much is tried: `examples` of all areas, in so many `minutes` at most, by `jobs` processes, each input for as
+    many seconds as the `longest` may take. Environment variables of these names, FUZZ_EXAMPLES, set them too."""
+
+    examples: int = 100_000
+    minutes: float = 30.0
+    jobs: int = 2
+    seed: int = 0
+    longest: float = LONGEST
+    registry: str = REGISTRY
 
 
 class Hang(BaseException):
@@ -69,43 +80,32 @@ def inputs_of(name: str, entry: Any, seed: int, turn: int = 0, count: int = BATC
     return drawn
 
 
-def shown(arguments: Any) -> str:
-    """`arguments` in one line."""
-    try:
-        with np.printoptions(threshold=6, edgeitems=1, precision=3):
-            text = " ".join(repr(arguments).split())
-    except Exception as error:  # of an int of thousands of digits
-        text = f"<{error}>"
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
-
-
-def _try(entry: Any, arguments: Any) -> tuple[str, str]:
-    """Kind and words of what comes of one input."""
+def _try(entry: Any, arguments: Any, longest: float) -> tuple[str, str]:
+    """Kind and words of what comes of one input, which may take so many seconds."""
 
     def ring(*_: object) -> None:
         raise Hang
 
     signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, LONGEST)
+    signal.setitimer(signal.ITIMER_REAL, longest)
     try:
         return entry.try_with(arguments)
     except Hang:
-        return f"takes more than {LONGEST} s", ""
+        return f"takes more than {longest:g} s", ""
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
 
 
-def child(area: str, share: int, seed: int, minutes: float, done: Mapping[str, int], log: IO[str]) -> None:
-    """Run the inputs of `area`; each is announced before it runs, and what came of it follows. `done`: how many seeds of
-    each entry an earlier process has used up."""
-    from tests.properties.registry import AREAS
-
+def child(run: Run, area: str, share: int, minutes: float, done: Mapping[str, int], log: IO[str]) -> None:
+    """Run `share` inputs of `area`; each is announced before it runs, and what came of it follows. `done`: how many
+    batches of each entry an earlier process has used up."""
+    seed, areas = run.seed, importlib.import_module(run.registry).AREAS
     faulthandler.enable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if sys.platform == "linux":
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + ROOM, used + ROOM))
-    end, entries = time.monotonic() + 60 * minutes, AREAS[area]
+    end, entries = time.monotonic() + 60 * minutes, areas[area]
     total = sum(entry.weight for entry in entries.values())
     batches = {name: max(1, round(share * entry.weight / total / BATCH)) for name, entry in entries.items()}
     for turn in range(max(batches.values())):
@@ -116,7 +116,7 @@ def child(area: str, share: int, seed: int, minutes: float, done: Mapping[str, i
             for index, arguments in enumerate(inputs_of(name, entry, seed, turn)):
                 log.write(json.dumps({"index": index, "input": shown(arguments)}) + "\n")
                 log.flush()
-                kind, told = _try(entry, arguments)
+                kind, told = _try(entry, arguments, run.longest)
                 log.write(json.dumps({"kind": kind, "told": told[:SHOWN]}) + "\n")
                 if time.monotonic() > end:
                     log.write(json.dumps({"ended": True}) + "\n")
@@ -124,39 +124,14 @@ def child(area: str, share: int, seed: int, minutes: float, done: Mapping[str, i
     log.write(json.dumps({"ended": True}) + "\n")
 
 
-@dataclass
-class Account:
-    """What came of the inputs of an area: how many there were of each kind, and an example of each fault."""
-
-    area: str
-    kinds: Counter[str] = field(default_factory=Counter)
-    examples: dict[str, str] = field(default_factory=dict)
-    entries: dict[str, set[str]] = field(default_factory=dict)
-    seconds: float = 0.0
-
-    @property
-    def faults(self) -> dict[str, int]:
-        """How often each fault happened."""
-        return {kind: count for kind, count in self.kinds.most_common() if kind not in ("accepted", "refused")}
-
-    def add(self, where: Mapping[str, Any], kind: str, told: str) -> None:
-        """One more input, of the entry and the number that `where` says."""
-        if kind in ("accepted", "refused"):
-            self.kinds[kind] += 1
-            return
-        self.kinds[kind] += 1
-        self.entries.setdefault(kind, set()).add(where["entry"])
-        again = f"--again '{where['entry']}' {where['seed']}.{where['turn']}.{where['index']}"
-        self.examples.setdefault(kind, f"{again}\n      {where['input']}\n      {told}")
-
-
-def watch(area: str, share: int, seed: int, minutes: float, folder: Path) -> Account:
+def watch(run: Run, area: str, share: int, minutes: float, folder: Path) -> Account:
     """Run `area` in processes until all of its inputs are done: a new one after each that is ended by an input."""
-    account, start, done, starts = Account(area), time.monotonic(), {}, 0
+    account, start, starts = Account(area), time.monotonic(), 0
+    done: dict[str, int] = {}
     while True:
         left = minutes - (time.monotonic() - start) / 60
         log = folder / f"{area}-{starts}.jsonl"
-        told = {"area": area, "share": share, "seed": seed, "minutes": left, "done": done, "log": str(log)}
+        told = {"run": asdict(run), "area": area, "share": share, "minutes": left, "done": done, "log": str(log)}
         with (folder / f"{area}-{starts}.err").open("w") as errors:
             process = subprocess.Popen(
                 [sys.executable, "-m", "tests.properties.fuzz", "--child", json.dumps(told)],
@@ -164,12 +139,12 @@ def watch(area: str, share: int, seed: int, minutes: float, folder: Path) -> Acc
                 stdout=subprocess.DEVNULL,
                 stderr=errors,
             )
-            _wait(process, log)
-        ended, current = _read(log, account, done)
+            _wait(process, log, HOPELESS * run.longest)
+        ended, current = account.read(log, done)
         starts += 1
         if not ended and current:
             crash = (folder / f"{area}-{starts - 1}.err").read_text(errors="replace")
-            account.add(current, _death(process.returncode, crash), crash[-SHOWN:] if process.returncode > 0 else "")
+            account.add(current, death(process.returncode, crash), crash[-SHOWN:] if process.returncode > 0 else "")
         if ended or left <= 0.1 or starts > 500 or (not ended and not current):
             if not ended and not current:
                 account.kinds["the fuzzer itself: did not start"] += 1
@@ -178,81 +153,35 @@ def watch(area: str, share: int, seed: int, minutes: float, folder: Path) -> Acc
             return account
 
 
-def _wait(process: subprocess.Popen[bytes], log: Path) -> None:
-    """Until `process` has ended; it is ended where it writes nothing for long."""
+def _wait(process: subprocess.Popen[bytes], log: Path, hopeless: float) -> None:
+    """Until `process` has ended; it is ended where it writes nothing for so many seconds."""
+    start = time.time()
     while True:
         with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(timeout=5)
+            process.wait(timeout=2)
             return
-        written = log.stat().st_mtime if log.exists() else time.time()
-        if time.time() - written > HOPELESS + (120 if not log.exists() or log.stat().st_size == 0 else 0):
+        begun = log.exists() and log.stat().st_size > 0
+        silent = time.time() - (log.stat().st_mtime if begun else start)
+        if silent > hopeless + (0.0 if begun else START):
             process.send_signal(signal.SIGABRT)  # faulthandler then says where it was
             process.wait()
             return
 
 
-def _read(log: Path, account: Account, done: dict[str, int]) -> tuple[bool, dict[str, Any]]:
-    """Add what `log` says to `account`, and to `done`; whether it ended as it should, and the input under way."""
-    where: dict[str, Any] = {}
-    current: dict[str, Any] = {}
-    for line in log.read_text().splitlines() if log.exists() else ():
-        try:
-            said = json.loads(line)
-        except ValueError:  # the last one, cut off
-            continue
-        if "ended" in said:
-            return True, {}
-        if "entry" in said:
-            where = said
-            done[said["entry"]] = said["turn"] + 1
-        elif "index" in said:
-            current = {**where, **said}
-        else:
-            account.add(current, said["kind"], said["told"])
-            current = {}
-    return False, current
-
-
-def _death(code: int, crash: str) -> str:
-    """Of which kind an end by an input was."""
-    if code == -signal.SIGABRT and "Fatal Python error: Aborted" in crash and "Current thread" in crash:
-        kind = "hangs or aborts"
-    else:
-        kind = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit {code}"
-    frame = re.search(r'File "[^"]*?((?:[\w.]+/)?[\w.]+)", line \d+ in (\w+)', crash)
-    return f"{kind} at {frame[1]}:{frame[2]}" if frame else kind
-
-
-def table(accounts: list[Account]) -> str:
-    """What is printed in the end."""
-    lines = [f"{'area':12} {'inputs':>8} {'accepted':>9} {'refused':>8} {'faults':>7} {'minutes':>8}"]
-    for each in accounts:
-        wrong = sum(each.faults.values())
-        right, no = each.kinds["accepted"], each.kinds["refused"]
-        lines.append(f"{each.area:12} {right + no + wrong:8} {right:9} {no:8} {wrong:7} {each.seconds / 60:8.1f}")
-    total = [sum(sum(each.kinds.values()) for each in accounts), sum(sum(each.faults.values()) for each in accounts)]
-    lines.append(f"{'all':12} {total[0]:8} {'':9} {'':8} {total[1]:7}")
-    for each in accounts:
-        for kind, count in each.faults.items():
-            number = len(each.entries.get(kind, ()))
-            of = f" ({number} entry points)" if number > 1 else ""
-            lines.append(f"\n{count:6} × {each.area}: {kind}{of}\n      {each.examples[kind]}")
-    return "\n".join(lines)
-
-
-def run(examples: int, minutes: float, seed: int, areas: list[str], jobs: int, tell: Callable[[str], Any] = print) -> int:
-    """All `areas`, `jobs` side by side; tells the table, and returns 1 where there is any fault."""
-    from tests.properties.registry import AREAS
-
-    weights = {area: sum(entry.weight for entry in AREAS[area].values()) for area in areas}
-    total = sum(weights.values())
-    with tempfile.TemporaryDirectory(prefix="fuzz-") as folder, ThreadPoolExecutor(jobs) as pool:
-        share = minutes * jobs / len(areas)  # an area is one process
-        runs = [
-            pool.submit(watch, area, round(examples * weights[area] / total), seed, max(share, 0.5), Path(folder))
-            for area in areas
+def fuzz(run: Run, areas: Sequence[str] = (), tell: Callable[[str], Any] = print) -> int:
+    """Run `areas`, all where there is none; tells the table, and returns 1 where there is any fault."""
+    weights = {
+        area: sum(entry.weight for entry in entries.values())
+        for area, entries in importlib.import_module(run.registry).AREAS.items()
+        if not areas or area in areas
+    }
+    minutes = max(run.minutes * run.jobs / len(weights), 0.5)  # of an area, which is one process
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as folder, ThreadPoolExecutor(run.jobs) as pool:
+        watched = [
+            pool.submit(watch, run, area, round(run.examples * weight / sum(weights.values())), minutes, Path(folder))
+            for area, weight in weights.items()
         ]
-        accounts = [each.result() for each in runs]
+        accounts = [each.result() for each in watched]
     tell(table(accounts))
     return int(any(each.faults for each in accounts))
 
@@ -267,7 +196,7 @@ def again(name: str, which: str) -> int:
     arguments = inputs_of(name, entry, seed, turn)[index]
     print(shown(arguments))
     faulthandler.enable()
-    print(*_try(entry, arguments), sep=": ")
+    print(*_try(entry, arguments, LONGEST), sep=": ")
     entry.call(**{key: put(value) for key, value in arguments.items()})
     return 0
 
@@ -275,24 +204,20 @@ def again(name: str, which: str) -> int:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--examples", type=int, default=int(os.environ.get("FUZZ_EXAMPLES", EXAMPLES)))
-    parser.add_argument("--minutes", type=float, default=float(os.environ.get("FUZZ_MINUTES", MINUTES)))
-    parser.add_argument("--jobs", type=int, default=int(os.environ.get("FUZZ_JOBS", JOBS)))
-    parser.add_argument("--seed", type=int, default=int(os.environ.get("FUZZ_SEED", 0)))
-    parser.add_argument("--areas", nargs="+")
+    for name, value in asdict(Run()).items():
+        usual = type(value)(os.environ.get(f"FUZZ_{name.upper()}", value))
+        parser.add_argument(f"--{name}", type=type(value), default=usual)
+    parser.add_argument("--areas", nargs="+", default=[])
     parser.add_argument("--again", nargs=2, metavar=("ENTRY", "SEED.TURN.INDEX"))
     parser.add_argument("--child", help=argparse.SUPPRESS)
-    given = parser.parse_args(arguments)
-    if given.child is not None:
-        told = json.loads(given.child)
-        with Path(told.pop("log")).open("w") as log:
-            child(**told, log=log)
+    given = vars(parser.parse_args(arguments))
+    told, areas, once = given.pop("child"), given.pop("areas"), given.pop("again")
+    if told is not None:
+        how = json.loads(told)
+        with Path(how.pop("log")).open("w") as log:
+            child(**{**how, "run": Run(**how["run"])}, log=log)
         return 0
-    if given.again is not None:
-        return again(*given.again)
-    from tests.properties.registry import AREAS
-
-    return run(given.examples, given.minutes, given.seed, given.areas or list(AREAS), given.jobs)
+    return fuzz(Run(**given), areas) if once is None else again(*once)
 
 
 if __name__ == "__main__":

@@ -62,7 +62,21 @@ PATHS: tuple[Any, ...] = tuple(
     f"{stem}{suffix}"
     for stem in ("", "missing", "~/missing", "../missing", "no/folder", "a\x00b", "x" * 300, "[x]", "ü", "\ud800")
     for suffix in (".stl", ".obj", ".ply", ".npz", ".txt", ".toml", ".zip", ".npy", ".csv", "")
-) + ("/dev/null", "/proc/self/mem", "/tmp", "/", ".", "", "/dev/full", "/dev/stdin/x", Path("/tmp"), 3, None, b"x.stl", 3.5)
+) + (
+    "/dev/null",
+    "/proc/self/mem",
+    "/tmp",
+    "/",
+    ".",
+    "",
+    "/dev/full",
+    "/dev/stdin/x",
+    Path("/tmp"),
+    3,
+    None,
+    b"x.stl",
+    3.5,
+)
 
 odd_numbers: Strategy = st.one_of(st.sampled_from(NUMBERS), st.floats(), st.integers())
 odd_names: Strategy = st.one_of(st.sampled_from(NAMES), st.text(max_size=6))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.properties.fuzz import inputs_of, shown
+from tests.properties.accounts import shown
+from tests.properties.fuzz import inputs_of
 from tests.properties.registry import ENTRIES
 
 INPUTS = 24

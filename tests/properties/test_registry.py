@@ -36,7 +36,9 @@ def test_every_public_name_has_an_entry_or_a_reason(module):
     missing = [
         name
         for name in _names_of(module)
-        if not any(each == f"{module}.{name}" or each.startswith((f"{module}.{name}.", f"{module}.{name}[")) for each in known)
+        if not any(
+            each == f"{module}.{name}" or each.startswith((f"{module}.{name}.", f"{module}.{name}[")) for each in known
+        )
     ]
     assert not missing, f"give {module} an entry in tests/properties/entries for {', '.join(missing)}"
 

@@ -73,7 +73,10 @@ def _observation() -> Parameter:
     strange = st.sampled_from([{}, {"joint_angles": np.zeros(J)}, {"contacts": np.zeros(P)}, [], np.zeros(J)])
     return Parameter(
         st.builds(build, angles.valid, contacts.valid),
-        st.builds(build, angles.odd, contacts.odd) | st.builds(build, angles.odd, contacts.valid) | strange | odd_numbers,
+        st.builds(build, angles.odd, contacts.odd)
+        | st.builds(build, angles.odd, contacts.valid)
+        | strange
+        | odd_numbers,
     )
 
 
@@ -145,6 +148,7 @@ WRAPPERS: dict[str, tuple[Any, dict[str, Parameter]]] = {
 }
 OTHERS = odd_numbers | odd_names
 
+
 class Commands:
     """A policy of somebody's own, who commands whatever it is made of."""
 
@@ -166,7 +170,13 @@ ENTRIES: dict[str, Entry] = {
     ),
     "agents.synergy.posture_basis": Entry(
         lambda path: posture_basis(samples.hand(), path),
-        {"path": Parameter(file(".npy", samples.npy()).valid, file(".npy", samples.npy()).odd | file(".csv", samples.csv()).odd, True)},
+        {
+            "path": Parameter(
+                file(".npy", samples.npy()).valid,
+                file(".npy", samples.npy()).odd | file(".csv", samples.csv()).odd,
+                True,
+            )
+        },
         POLICY,
         weight=2,
     ),

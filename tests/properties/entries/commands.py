@@ -26,7 +26,9 @@ from tests.properties.strategies import NAMES, NUMBERS, PATHS
 
 sys.path.insert(0, str(samples.ROOT / "scripts"))
 
-WORDS = sorted({str(each) for each in (*NUMBERS, *NAMES, *PATHS) if isinstance(each, str | int | float | Path)}, key=ascii)
+WORDS = sorted(
+    {str(each) for each in (*NUMBERS, *NAMES, *PATHS) if isinstance(each, str | int | float | Path)}, key=ascii
+)
 odd_words = st.lists(st.sampled_from([word for word in WORDS if len(word) < 5000]) | st.text(max_size=4), max_size=2)
 COMMAND = Allowed(exits=True, words=("--", "error"))
 FILE = Allowed(files=True, words=("input", "config", "trials"))
@@ -182,9 +184,14 @@ ENTRIES: dict[str, Entry] = {
     },
     "scripts.evaluate": Entry(_command("command_line", "check"), FLAGS["evaluate"], COMMAND, weight=2),
     "scripts.evaluate[config]": Entry(
-        _command("command_line", "check"), {"config": file(".toml", SWEEP).always, "trials": words("3")}, COMMAND, weight=2
+        _command("command_line", "check"),
+        {"config": file(".toml", SWEEP).always, "trials": words("3")},
+        COMMAND,
+        weight=2,
     ),
-    "scripts.train": Entry(lambda **flags: _run("train", "parse", {**flags, "out": [out("run")]}), FLAGS["train"], COMMAND),
+    "scripts.train": Entry(
+        lambda **flags: _run("train", "parse", {**flags, "out": [out("run")]}), FLAGS["train"], COMMAND
+    ),
     "scripts.train[preset]": Entry(
         lambda preset: _run("train", "parse", {"preset": preset, "out": [out("run")]}),
         {"preset": file(".toml", *PRESETS).always},
@@ -193,7 +200,10 @@ ENTRIES: dict[str, Entry] = {
     ),
     "scripts.explore[recording]": Entry(
         partial(_begin),
-        {"path": file(".npz", *samples.recordings_npz(), also=archives(samples.arrays())).always, "shape": Parameter(st.just("sphere"), st.sampled_from([w for w in WORDS if len(w) < 5000]))},
+        {
+            "path": file(".npz", *samples.recordings_npz(), also=archives(samples.arrays())).always,
+            "shape": Parameter(st.just("sphere"), st.sampled_from([w for w in WORDS if len(w) < 5000])),
+        },
         COMMAND,
         weight=0.3,
     ),
@@ -204,5 +214,7 @@ ENTRIES: dict[str, Entry] = {
     "scripts.results.Results": Entry(
         _results, {"path": file(".csv", TABLE).always, "config": file(".json", b'{"trials": 1}')}, FILE, weight=2
     ),
-    "scripts.showing.read": Entry(_showing, {"path": file(".npz", samples.npz(SHOWING), also=archives(SHOWING)).always}, FILE),
+    "scripts.showing.read": Entry(
+        _showing, {"path": file(".npz", samples.npz(SHOWING), also=archives(SHOWING)).always}, FILE
+    ),
 }

@@ -195,8 +195,12 @@ ENTRIES: dict[str, Entry] = {
         )
         for kind in hands.HANDS
     },
-    "haptic_env.hands.make": Entry(lambda name: _hand(name), {"name": name(["two_finger"]).always}, Allowed(words=("hand",))),
-    "haptic_env.hands.keywords_of": Entry(hands.keywords_of, {"name": name(hands.HANDS).always}, Allowed(words=("hand",))),
+    "haptic_env.hands.make": Entry(
+        lambda name: _hand(name), {"name": name(["two_finger"]).always}, Allowed(words=("hand",))
+    ),
+    "haptic_env.hands.keywords_of": Entry(
+        hands.keywords_of, {"name": name(hands.HANDS).always}, Allowed(words=("hand",))
+    ),
     "haptic_env.hand.Hand": Entry(
         _hand_answers,
         {
@@ -207,7 +211,9 @@ ENTRIES: dict[str, Entry] = {
     ),
     **{
         f"haptic_env.sensors.{kind}": Entry(
-            partial(_sensor, made), keywords, Allowed(infinite=True, words=sum((WORDS.get(k, ()) for k in keywords), ()))
+            partial(_sensor, made),
+            keywords,
+            Allowed(infinite=True, words=sum((WORDS.get(k, ()) for k in keywords), ())),
         )
         for kind, (made, keywords) in SENSORS.items()
     },

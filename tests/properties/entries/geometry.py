@@ -13,8 +13,7 @@ from haptic_env.pose import Pose
 from tests.properties import samples
 from tests.properties.entry import Entry
 from tests.properties.files import file
-from tests.properties.parameters import Parameter, array, fixed, name, number, one_of, several
-from tests.properties.parameters import integer
+from tests.properties.parameters import Parameter, array, fixed, integer, name, number, one_of, several
 from tests.properties.rule import Allowed
 from tests.properties.strategies import odd_names, odd_paths
 
@@ -49,7 +48,7 @@ def _solid(points: Any = None, **call: Any) -> Any:
 
 
 def _mesh(path: Any, **call: Any) -> Any:
-    return _solid(name=path if not isinstance(path, bytes) else path, **call)
+    return _solid(name=path, **call)
 
 
 ENTRIES: dict[str, Entry] = {
@@ -58,7 +57,11 @@ ENTRIES: dict[str, Entry] = {
         {
             "origin": fixed((3,)).always,
             "resolution": number(0.001, 0.1).always,
-            "shape": Parameter(one_of((4, 5, 6), [2, 2, 2], np.array([3, 3, 3])).valid, fixed((3,)).odd | several(integer(1, 2)).odd, True),
+            "shape": Parameter(
+                one_of((4, 5, 6), [2, 2, 2], np.array([3, 3, 3])).valid,
+                fixed((3,)).odd | several(integer(1, 2)).odd,
+                True,
+            ),
         },
         Allowed(words=("grid",)),
     ),
@@ -67,9 +70,7 @@ ENTRIES: dict[str, Entry] = {
         {"centre": PLACE.always, "extent": SIZE.always, "resolution": number(0.002, 0.1).always},
         Allowed(words=("grid",)),
     ),
-    "haptic_env.grid.Grid.index": Entry(
-        lambda points: samples.grid().index(points), {"points": array((5, 3)).always}
-    ),
+    "haptic_env.grid.Grid.index": Entry(lambda points: samples.grid().index(points), {"points": array((5, 3)).always}),
     "haptic_env.pose.Pose": Entry(
         lambda position, rotation: _pose(Pose(position, rotation)),
         {"position": PLACE.always, "rotation": Parameter(one_of(lambda: np.eye(3)).valid, fixed((3, 3)).odd, True)},
@@ -82,9 +83,7 @@ ENTRIES: dict[str, Entry] = {
         lambda what, name: shapes.check("shape", name), {"what": one_of("shape"), "name": NAMED}, OBJECT
     ),
     "haptic_env.shapes.find": Entry(lambda name: shapes.find(name).default_size, {"name": NAMED}, OBJECT),
-    "haptic_env.shapes.default_size": Entry(
-        shapes.default_size, {"name": NAMED, "scale": number(0.1, 2.0)}, OBJECT
-    ),
+    "haptic_env.shapes.default_size": Entry(shapes.default_size, {"name": NAMED, "scale": number(0.1, 2.0)}, OBJECT),
     **{
         f"haptic_env.shapes.SHAPES[{kind}]": Entry(
             partial(_solid, name=kind), {"size": SIZE, "position": PLACE, "quaternion": TURN}, OBJECT

@@ -166,7 +166,9 @@ ENTRIES: dict[str, Entry] = {
         for kind, build in CLASSIFIERS.items()
     },
     "observer.classifiers.make": Entry(
-        lambda name: _fitted(classifiers.make(name)), {"name": name(set(CLASSIFIERS) - {"random_forest"}).always}, CLASSIFIER
+        lambda name: _fitted(classifiers.make(name)),
+        {"name": name(set(CLASSIFIERS) - {"random_forest"}).always},
+        CLASSIFIER,
     ),
     "observer.classifiers.ScikitLearn": Entry(
         lambda estimator: _fitted(ScikitLearn(estimator)), {"estimator": KEYWORDS["estimator"].always}, CLASSIFIER

@@ -11,7 +11,6 @@ import numpy as np
 from hypothesis import strategies as st
 
 import observer
-from haptic_env import shapes
 from haptic_env.grid import Grid
 from haptic_env.pose import Pose
 from observer import ContactDynamics, ContactModel, HapticSLAM, PoseOnly, ShapePosterior, variants
@@ -29,7 +28,6 @@ from tests.properties.parameters import (
     number,
     one_of,
     seed,
-    several,
     switch,
 )
 from tests.properties.rule import Allowed
@@ -131,7 +129,7 @@ def _update(steps: Any) -> list[Any]:
 
 GRIDS = one_of(samples.grid, lambda: Grid.around((0.01, 0, 0), (0.03, 0.05, 0.02), 0.004))
 ODD_GRIDS = st.builds(
-    lambda far, resolution: (lambda: Grid.around(far, (0.05,) * 3, resolution)),
+    lambda far, resolution: lambda: Grid.around(far, (0.05,) * 3, resolution),
     st.sampled_from([(5.0, 5.0, 5.0), (90.0, 0.0, 0.0)]),
     st.sampled_from([0.001, 0.05, 0.5]),
 ).map(lambda make: make())
@@ -160,7 +158,16 @@ POSTERIOR: dict[str, Parameter] = {
     "candidates": Parameter(
         one_of(lambda: {"ball": [samples.solid()]}, lambda: {"a": [samples.solid()] * 2, "b": [samples.solid()]}).valid,
         st.sampled_from(
-            [{}, {"a": []}, {"a": None}, {"a": 3}, {"a": [3]}, {"a": "cube"}, {3: ["cube"]}, {"none": [samples.solid()]}]
+            [
+                {},
+                {"a": []},
+                {"a": None},
+                {"a": 3},
+                {"a": [3]},
+                {"a": "cube"},
+                {3: ["cube"]},
+                {"none": [samples.solid()]},
+            ]
         )
         | odd_numbers
         | odd_names,
@@ -201,7 +208,10 @@ ENTRIES: dict[str, Entry] = {
     **{
         f"observer.OBSERVERS[{kind}]": Entry(
             partial(_made, build),
-            {key: SLAM[key] for key in ("sigma_deg", "control_hz", "grid", "motor_noise", "contact_model", "no_such_keyword")},
+            {
+                key: SLAM[key]
+                for key in ("sigma_deg", "control_hz", "grid", "motor_noise", "contact_model", "no_such_keyword")
+            },
             OBSERVER,
         )
         for kind, build in observer.OBSERVERS.items()
@@ -223,7 +233,9 @@ ENTRIES: dict[str, Entry] = {
         weight=2,
     ),
     "observer.ContactModel.evidence": Entry(
-        lambda resolution: ContactModel().evidence(resolution), {"resolution": number(0.001, 0.1).always}, Allowed(infinite=True)
+        lambda resolution: ContactModel().evidence(resolution),
+        {"resolution": number(0.001, 0.1).always},
+        Allowed(infinite=True),
     ),
     "observer.ContactDynamics": Entry(
         lambda **call: _made(PoseOnly, dynamics=ContactDynamics(**call)), {**DYNAMICS, "constrained": switch()}

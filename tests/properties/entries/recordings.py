@@ -102,7 +102,9 @@ RECORDING: dict[str, Parameter] = {
     "torques": array((T, J)),
     "felt_angles": array((T, J), -0.2, 1.0),
     "contacts": binary((T, samples.PATCHES)),
-    "settings": Parameter(st.just({"seed": 1}), odd_names | odd_numbers | st.just({"a": object()}) | st.just({1: float("nan")})),
+    "settings": Parameter(
+        st.just({"seed": 1}), odd_names | odd_numbers | st.just({"a": object()}) | st.just({1: float("nan")})
+    ),
 }
 MADE = Allowed(words=("recording", "root", "object", "frame", "time", "joint", "settings"))
 
@@ -119,7 +121,8 @@ def _of_parts(then: Any) -> Any:
         made = _made(**call)
         if not felt:
             made = samples.recording(
-                **{key: getattr(made, key) for key in ("time", "joint_names", "joint_angles", "root", "object")}, felt=None
+                **{key: getattr(made, key) for key in ("time", "joint_names", "joint_angles", "root", "object")},
+                felt=None,
             )
         return then(made) if extra is None else then(made, extra)
 
@@ -139,7 +142,10 @@ ENTRIES: dict[str, Entry] = {
         lambda path: len(reading.text(path)), {"path": file(".txt", samples.glove_txt()).always}, FILE, weight=0.3
     ),
     "haptic_env.reading.toml": Entry(
-        lambda path: len(reading.toml(path)), {"path": file(".toml", samples.calibration_toml()).always}, FILE, weight=0.3
+        lambda path: len(reading.toml(path)),
+        {"path": file(".toml", samples.calibration_toml()).always},
+        FILE,
+        weight=0.3,
     ),
     "haptic_env.reading.npz": Entry(_arrays, {"path": NPZ}, FILE),
     "haptic_env.reading.Arrays": Entry(
