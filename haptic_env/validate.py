@@ -141,8 +141,11 @@ def quaternion(what: str, value: ArrayLike) -> NDArray[np.float64]:
     return result
 
 
-def numbers(what: str, value: ArrayLike, dimensions: int | None = None) -> NDArray[np.float64]:
-    """Return `value` as a finite float64 array of any shape, or of any of so many `dimensions`; else `ValueError`."""
+def numbers(
+    what: str, value: ArrayLike, dimensions: int | None = None, *, bound: float = LARGEST
+) -> NDArray[np.float64]:
+    """Return `value` as a finite float64 array of any shape, or of any of so many `dimensions`, none beyond ± `bound`;
+    else `ValueError`."""
     many = "" if dimensions is None else f" of {dimensions} dimension{'s' * (dimensions != 1)}"
     given = real(value)
     if given is None:
@@ -153,12 +156,16 @@ def numbers(what: str, value: ArrayLike, dimensions: int | None = None) -> NDArr
     wrong = ~np.isfinite(result)
     if wrong.any():
         raise ValueError(f"{what} must be an array of finite numbers{many}, got {_first(given, wrong)}")
+    wrong = np.abs(result) > bound
+    if wrong.any():
+        raise ValueError(f"{what} must lie in [{-bound:g}, {bound:g}], got {_first(given, wrong)}")
     return result
 
 
-def together(**arrays: ArrayLike) -> list[NDArray[np.float64]]:
-    """Return `arrays` of finite numbers, all of the one shape that they can be broadcast to; else `ValueError`."""
-    checked = {what: numbers(what, value) for what, value in arrays.items()}
+def together(bound: float = LARGEST, /, **arrays: ArrayLike) -> list[NDArray[np.float64]]:
+    """Return `arrays` of finite numbers, none beyond ± `bound`, all of the one shape that they can be broadcast to; else
+    `ValueError`."""
+    checked = {what: numbers(what, value, bound=bound) for what, value in arrays.items()}
     try:
         return list(np.broadcast_arrays(*checked.values()))
     except ValueError:

@@ -15,11 +15,17 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.sensors import FeltAngles
+from haptic_env.shapes import Solid
 
 Array = NDArray[np.float64]
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
 MEMORY = 4 * 2**30  # bytes that an observer may need
 GIB = 2**30
+WORLD: dict[str, tuple[type, str]] = {
+    "hand": (Hand, "a Hand, as haptic_env.hands.make gives"),
+    "grid": (Grid, "a haptic_env.grid.Grid"),
+    "solid": (Solid, "a Solid, as haptic_env.shapes.make gives"),
+}
 
 
 class Told(NamedTuple):
@@ -51,6 +57,12 @@ def root(given: Pose | None) -> Pose | None:
         return None
     validate.instance("root", given, Pose, "a haptic_env.pose.Pose, or None for a hand that does not move as a whole")
     return given.checked("root")
+
+
+def world(**given: object) -> None:
+    """Raise `ValueError` where a `hand`, a `grid` or a `solid` is `given` that is none."""
+    for what, value in given.items():
+        validate.instance(what, value, *WORLD[what])
 
 
 def memory(told: str, needed: float) -> None:

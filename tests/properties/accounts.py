@@ -43,7 +43,8 @@ class Account:
         self.examples.setdefault(kind, f"{again}\n      {where['input']}\n      {told}")
 
     def read(self, log: Path, done: dict[str, int]) -> tuple[bool, dict[str, Any]]:
-        """Add what `log` says, and to `done` how many batches of each entry began; whether it ended as it should, and the input under way."""
+        """Add what `log` says, and to `done` how many batches of each entry began; whether it ended as it should, and
+        the input under way."""
         where: dict[str, Any] = {}
         current: dict[str, Any] = {}
         for line in log.read_text().splitlines() if log.exists() else ():
