@@ -21,6 +21,7 @@ if __name__ == "__main__":
 
 import ablation
 import calibration
+import gymnasium as gym
 import pandas as pd
 import policies
 from claim import claimed
@@ -28,6 +29,7 @@ from command_line import check, open_results
 from conditions import Condition
 from executors import Workers, WorkersLostError, workers
 from files import atomic, write_csv
+from getting_ready import get_ready
 from report import parts, print_report, save_picture, summarise
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -56,6 +58,8 @@ def sweep(
         console.print(f"{len(trials) - len(missing)} of {len(trials)} trials are in {results.path} already")
     if not missing:
         return
+    if who is None and given.cluster is None:
+        get_ready(console, gym.make(settings.env).unwrapped.hand, load=False)  # type: ignore[attr-defined]
     conditions = list(dict.fromkeys(task.condition for task in missing))
     exemplars = [task for each in conditions for draw in exemplar_tasks(settings, each) for task in draw]
     with progress_on(console) as progress, who or workers(given.jobs, given.cluster) as team:

@@ -23,6 +23,7 @@ import recorded
 from claim import claimed
 from drawing import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
 from files import atomic, write_json
+from getting_ready import get_ready
 from matplotlib.figure import Figure
 from rich.bar import Bar
 from rich.console import Console, Group
@@ -47,7 +48,6 @@ from observer.variants import Observer
 EXAMPLE = """examples: python scripts/explore.py --shape pyramid --sigma 5 --seed 3 --out out/pyramid
           python scripts/explore.py --recording inspect.npz --mesh cube.stl
           python scripts/explore.py --recording glove.txt --hand adroit --shape sphere"""
-READY = "Getting ready (the first time ever, this compiles for about a minute) …"
 OBSERVER, RAW = "haptic_slam", "floor"
 HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, or the id of an environment"
 SECONDS = 10.0
@@ -167,10 +167,7 @@ class Screen:
 
     def __enter__(self) -> Screen:
         if self.live is not None:
-            self.live.update(READY)
             self.live.start()
-        else:
-            self.console.print(READY)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -428,6 +425,7 @@ def run(settings: Settings, recording: Recording | None) -> int:
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
         tell_error(str(error))
         return 2
+    get_ready(console, session.env.unwrapped.hand)  # type: ignore[attr-defined]
     what = "a hidden object"
     if settings.shape:
         what = f"a {titles_of((*session.candidates, settings.shape))[settings.shape]}"

@@ -27,6 +27,7 @@ import pandas as pd
 from claim import claimed
 from evaluate import WIDTH, make_files, progress_on, run, sweep
 from executors import workers
+from getting_ready import get_ready
 from joblib import cpu_count
 from plates import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, Plate, pose_error, save
 from plates.figure6 import TITLES
@@ -142,11 +143,13 @@ def explorations(given: argparse.Namespace, names: Iterable[str], console: Conso
 
     wanted = {name: FROM_EXPLORATIONS[name].wanted(settings.shapes) for name in names}
     tasks = dict(place(*each) for several in wanted.values() for each in several)
+    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
     if not all(path.exists() for path in tasks):
+        if sweep.cluster is None:
+            get_ready(console, hand, load=False)
         with progress_on(console) as progress, workers(sweep.jobs, sweep.cluster) as team:
             console.print(f"Run by {team.told}", highlight=False)
             make_files(team, progress, "explorations", run_showings, tasks)
-    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
     for name, several in wanted.items():
         yield name, FROM_EXPLORATIONS[name].draw(several, find, hand)
 

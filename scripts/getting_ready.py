@@ -5,19 +5,25 @@ from __future__ import annotations
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-import observer
 from haptic_env.hand import Hand
+from observer import compiling, warm_up
+
+WHAT = "Compiling, once for this version on this machine"
 
 
-def get_ready(console: Console, hand: Hand) -> None:
-    """Compile what an exploration with `hand` needs (`observer.warm_up`); with a bar, where that is yet to be done."""
+def get_ready(console: Console, hand: Hand, *, load: bool = True) -> None:
+    """Compile what an exploration with `hand` needs, with a bar, where that is yet to be done; with `load`, this
+    process will need it itself (`observer.warm_up`)."""
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} of {task.total}")
     with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:
-        task = bar.add_task("Compiling, once for this version on this machine", total=None, visible=False)
+        task = bar.add_task(WHAT, total=None, visible=False)
 
         def tell(done: int, total: int) -> None:
             if not console.is_terminal and not bar.tasks[0].visible:
-                console.print("Compiling, once for this version on this machine (some 20 s on two idle cores) …")
+                console.print(f"{WHAT} (some 20 s on two idle cores) …")
             bar.update(task, completed=done, total=total, visible=True)
 
-        observer.warm_up(hand, tell)
+        if load:
+            warm_up(hand, tell)
+        else:
+            compiling.ensure(compiling.USUAL, hand, tell)
