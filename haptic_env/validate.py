@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import difflib
 import math
+import os
 import sys
 from collections.abc import Collection, Iterable, Sequence
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,7 @@ LARGEST = sys.float_info.max
 FARTHEST = 100.0  # metres along each axis: nothing that a hand explores lies further away
 LONGEST = 1e6  # of a quaternion's numbers: their squares are numbers too
 REAL = "biuf"  # kinds of arrays that are numbers: no complex ones, no text, no times, no objects
+NO_NUMBERS = (bool, np.timedelta64)  # which count as integers all the same
 QUOTED = 300  # characters of a value that an error quotes
 
 
@@ -58,7 +61,7 @@ def number(
     """Return `value` as a finite float in [low, high] (and > `above`); else `ValueError`."""
     bounds = f"[{low:g}, {high:g}]" if above is None else f"({above:g}, {high:g}]"
     valid = f"a finite number in {bounds}" + (f" {unit}" if unit else "")
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if isinstance(value, NO_NUMBERS) or not isinstance(value, Real):
         raise ValueError(f"{what} must be {valid}, got {shown(value)}")
     try:
         result = float(value)
@@ -72,7 +75,7 @@ def number(
 def integer(what: str, value: Any, low: int, high: int | None = None) -> int:
     """Return `value` as an int in [low, high]; else raise `ValueError`."""
     valid = f"an integer of at least {low}" if high is None else f"an integer in [{low}, {high}]"
-    if isinstance(value, bool) or not isinstance(value, Integral):
+    if isinstance(value, NO_NUMBERS) or not isinstance(value, Integral):
         raise ValueError(f"{what} must be {valid}, got {shown(value)}")
     result = int(value)
     if result < low or (high is not None and result > high):
@@ -90,6 +93,17 @@ def instance(what: str, value: object, kind: type | tuple[type, ...], hint: str)
     """Raise `ValueError` with the `hint` where `value` is none of `kind`."""
     if not isinstance(value, kind):
         raise ValueError(f"{what} must be {hint}, got {shown(value)}")
+
+
+def path(what: str, value: object) -> Path:
+    """Return `value` as a path that a file can have; else raise `ValueError`."""
+    text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    try:
+        if isinstance(text, str) and "\0" not in text and os.fsencode(text):
+            return Path(text)
+    except UnicodeEncodeError:
+        pass
+    raise ValueError(f"{what} must be the path of a file, got {shown(value)}")
 
 
 def boolean(what: str, value: object) -> bool:

@@ -5,6 +5,7 @@ Shapes: J joints, P patches, N particles, K candidates, V voxels.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -63,6 +64,19 @@ def world(**given: object) -> None:
     """Raise `ValueError` where a `hand`, a `grid` or a `solid` is `given` that is none."""
     for what, value in given.items():
         validate.instance(what, value, *WORLD[what])
+
+
+def candidates(given: object) -> None:
+    """Raise `ValueError` unless labels, which are texts, are `given`, and for each of them solids, one at least."""
+    wrong: object = given
+    if isinstance(given, Mapping) and given:
+        wrong = next((pair for pair in given.items() if not isinstance(pair[0], str) or not _solids(pair[1])), None)
+    if wrong is not None:
+        raise ValueError(f"candidates must give each label at least one solid, got {validate.shown(wrong)}")
+
+
+def _solids(given: object) -> bool:
+    return isinstance(given, Sequence) and len(given) > 0 and all(isinstance(each, Solid) for each in given)
 
 
 def memory(told: str, needed: float) -> None:

@@ -41,7 +41,7 @@ NAMES = (*OBSERVERS, *VARIANTS, *WITHOUT_MAP)
 
 def check(what: str, name: str) -> str:
     """Return `name` if it is that of an observer or a variant, or several that add up; else raise `ValueError`."""
-    base, *changes = name.split("+")
+    base, *changes = name.split("+") if isinstance(name, str) else [name]
     validate.choice(what, base, (*WITH_PARTICLES, *VARIANTS) if changes else NAMES)
     for change in changes:
         validate.choice(what, change, VARIANTS)

@@ -212,9 +212,11 @@ def _packed(content: Mapping[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def file(suffix: str, *whole: bytes, also: Strategy | None = None) -> Parameter:
-    """A file, of which `whole` are valid contents; `also`: other odd ones."""
+def file(suffix: str, *whole: bytes, also: Strategy | None = None, there: bool = False) -> Parameter:
+    """A file, of which `whole` are valid contents; `also`: other odd ones. `there`: it is one, whatever it holds."""
     valid = st.sampled_from(whole).map(lambda data: Content(suffix, data))
+    odd_contents = [spoilt(suffix, *whole)] * 4 + ([also] * 4 if also is not None else [])
+    if there:
+        return Parameter(valid, st.one_of(*odd_contents))
     misnamed = st.builds(Content, st.sampled_from(ENDINGS), st.sampled_from([*whole, None]))
-    odd = [spoilt(suffix, *whole)] * 4 + ([also] * 4 if also is not None else [])
-    return Parameter(valid, st.one_of(*odd, misnamed, odd_paths))
+    return Parameter(valid, st.one_of(*odd_contents, misnamed, odd_paths))

@@ -99,13 +99,14 @@ def _try(entry: Any, arguments: Any, longest: float) -> tuple[str, str]:
 def child(run: Run, area: str, share: int, minutes: float, done: Mapping[str, int], log: IO[str]) -> None:
     """Run `share` inputs of `area`; each is announced before it runs, and what came of it follows. `done`: how many
     batches of each entry an earlier process has used up."""
-    seed, areas = run.seed, importlib.import_module(run.registry).AREAS
+    seed, registry = run.seed, importlib.import_module(run.registry)
     faulthandler.enable()
+    registry.prepare(area)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if sys.platform == "linux":
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + ROOM, used + ROOM))
-    end, entries = time.monotonic() + 60 * minutes, areas[area]
+    end, entries = time.monotonic() + 60 * minutes, registry.AREAS[area]
     total = sum(entry.weight for entry in entries.values())
     batches = {name: max(1, round(share * entry.weight / total / BATCH)) for name, entry in entries.items()}
     for turn in range(max(batches.values())):

@@ -6,6 +6,8 @@ are gone through by themselves.
 
 from __future__ import annotations
 
+import observer
+from tests.properties import samples
 from tests.properties.entries import agents, commands, environment, geometry, naming, observers, recordings
 from tests.properties.entry import Entry
 
@@ -19,6 +21,15 @@ AREAS: dict[str, dict[str, Entry]] = {
     "commands": commands.ENTRIES,
 }
 ENTRIES: dict[str, Entry] = {name: entry for area in AREAS.values() for name, entry in area.items()}
+
+
+def prepare(area: str) -> None:
+    """Compile what the entries of `area` need, which takes longer than any input may."""
+    if area not in ("shapes", "recordings", "commands"):
+        observer.warm_up(samples.hand())
+        observers.prepare()
+
+
 MODULES = (
     "haptic_env.explore",
     "haptic_env.grid",
@@ -52,6 +63,9 @@ LEFT_OUT: dict[str, str] = {
     "haptic_env.patches.row_at": "compiled, within the bounds that Patches keeps",
     "haptic_env.recordings.Felt": "a tuple of arrays, which Recording checks",
     "haptic_env.recordings.Track": "a tuple of arrays, which Recording checks",
+    "haptic_env.reading.npy": "whoever asks says which file it was: agents.synergy.posture_basis",
+    "haptic_env.reading.text": "whoever asks says which file it was: recordings.read",
+    "haptic_env.reading.toml": "whoever asks says which file it was: recordings.read_calibration, presets.read",
     "haptic_env.replay.roots": "asked by Playback and KinematicReplay, which have entries",
     "haptic_env.sensors.FeltAngles": "made by ExploreEnv.felt_at, of sensors that have entries",
     "haptic_env.shapes.Shape": "abstract; SHAPES has them all",

@@ -72,14 +72,14 @@ def judge(call: Callable[[], Any], given: Mapping[str, Any], allowed: Allowed) -
         return _of_exit(error, said.getvalue(), given, allowed)
     except ImportError as error:
         return Outcome(REFUSED, str(error)) if "pip install" in str(error) else _of_error(error)
-    except TypeError as error:
-        return Outcome(REFUSED, str(error)) if CALLED_WRONGLY.search(str(error)) else _of_error(error)
     except OSError as error:
         return Outcome(REFUSED, str(error)) if allowed.files else _of_error(error)
     except allowed.errors as error:
         return Outcome(REFUSED, str(error))
     except ValueError as error:
         return _of_message(str(error), given, allowed, _where(error))
+    except TypeError as error:
+        return Outcome(REFUSED, str(error)) if CALLED_WRONGLY.search(str(error)) else _of_error(error)
     except Exception as error:
         return _of_error(error)
     return Outcome(ACCEPTED) if wrong is None else Outcome(f"not finite: {wrong}")
@@ -154,7 +154,7 @@ def _words(given: Mapping[str, Any]) -> Iterator[str]:
     """By which an error may name something of what was `given`."""
     for name, value in given.items():
         yield from (name, name.replace("_", " "))
-        if isinstance(value, Path):
+        if isinstance(value, Path) or (isinstance(value, str) and len(value) > 3):
             yield str(value)
         with contextlib.suppress(Exception):  # of an int of thousands of digits
             yield repr(value)[:40]

@@ -183,7 +183,7 @@ ENTRIES: dict[str, Entry] = {
         f"haptic_env.explore.ExploreEnv.reset[{env_id}]": Entry(
             partial(_reset, env_id),
             {"options": _options(), "seed": seed()},
-            Allowed(words=("object", "reset option", "sigma_deg", "shape", "mesh"), errors=GYMNASIUM),
+            Allowed(words=("object", "reset option", "sigma_deg", "shape", "mesh", "size"), errors=GYMNASIUM),
             weight=2 if "Two" in env_id else 0.2,
         )
         for env_id in haptic_env.ENVIRONMENTS

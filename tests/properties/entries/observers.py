@@ -82,6 +82,13 @@ def _observer(kind: str) -> Any:
     return variants.make_observer(kind, samples.hand(), 3.0, 4, **how)
 
 
+def prepare() -> None:
+    """Compile what observers of any name need."""
+    for kind in NAMES:
+        _steps(kind, ("limits", 0))
+    _made(HapticSLAM, solids=samples.namer(), particles=2)
+
+
 def _explore(made: Any, steps: Any, **reset: Any) -> list[Any]:
     """A trial; a step that is refused changes nothing, so that the trial goes on."""
     beliefs = [made.reset(**{"seed": 0, **reset})]
