@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,11 @@ import gymnasium as gym
 
 from agents.contour_following import ContourFollowing
 from agents.enclosure import Enclosure
+from agents.exporting import export
 from agents.information_gain import InformationGain
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
-from agents.sb3 import Sb3, Trained
+from agents.sb3 import Sb3, Trained, is_model, load_model
 from agents.synergy import Synergy
 from haptic_env import validate
 
@@ -27,31 +29,31 @@ POLICIES: dict[str, type[Policy]] = {
     "trained": Trained,
 }
 
-__all__ = ["POLICIES", "Guided", "Policy", "act", "find", "make"]
+__all__ = ["POLICIES", "Guided", "Policy", "act", "export", "find", "is_model", "load_model", "make"]
 
 
-def find(name: str, called: str = "policy") -> type[Policy]:
-    """The policy `name`; `Sb3` for the path of a saved model (*.zip). Raises `ValueError` for neither; `called`: what
-    the name is called there."""
-    if not name.endswith(".zip"):
+def find(name: str | os.PathLike[str], called: str = "policy") -> type[Policy]:
+    """The policy `name`; `Sb3` for the path of a trained model (*.npz, or *.zip, which may run code: see `Sb3`). Raises
+    `ValueError` for neither; `called`: what the name is called there."""
+    if not is_model(name):
         return POLICIES[validate.choice(called, name, POLICIES)]
     if not Path(name).is_file():
-        raise ValueError(f"{called} must be a policy's name or a model that exists, got {name!r}")
+        raise ValueError(f"{called} must be a policy's name or a model that exists, got {str(name)!r}")
     return Sb3
 
 
-def make(name: str, env: gym.Env[Any, Any], seed: int | None = None, **keywords: Any) -> Policy:
-    """Make the policy `name`, or that of the saved model (*.zip) at the path `name`, for `env`; raises `ValueError` for
-    an unknown name or keyword.
+def make(name: str | os.PathLike[str], env: gym.Env[Any, Any], seed: int | None = None, **keywords: Any) -> Policy:
+    """Make the policy `name`, or that of the trained model (*.npz, *.zip) at the path `name`, for `env`; raises
+    `ValueError` for an unknown name or keyword.
 
     Policies that are `guided` need an `env` with an `ObserverWrapper` (`agents.policy.Guided`).
     """
     policy = find(name)
-    if name.endswith(".zip"):
+    if is_model(name):
         keywords = {"path": name, **keywords}
     parameters = inspect.signature(policy).parameters.values()
     valid = [each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY]
     validate.keywords(f"{name} policy", keywords, valid)
     made = policy(env, seed, **keywords)
-    made.name = name
+    made.name = str(name)
     return made

@@ -13,7 +13,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import EpisodeStart, Guided, State, starts
+from agents.policy import Guided, State
 from agents.reach import Reach
 from haptic_env import validate
 
@@ -40,14 +40,12 @@ class ContourFollowing(Guided):
         self._reach = Reach(self.hand)
         self._strokes = self._reach.strokes(self.hand.rest_pose, self.hand.grasp_centre)
 
-    def predict(
-        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
-    ) -> tuple[NDArray[np.float32], State]:
+    def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state`: of each finger (F,) how it presses, its heading (rad), steps on it and whether it
         felt contact, and the last pose (J,)."""
         pose = self.belief.joint_angles
         fingers = self._reach.fingers
-        if state is None or starts(episode_start):
+        if state is None:
             heading = self.rng.uniform(0.0, 2.0 * np.pi, fingers)
             state = np.full(fingers, 0.5), heading, np.zeros(fingers), np.zeros(fingers, dtype=bool), pose
         press, heading, steps, touched, before = state

@@ -12,7 +12,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import EpisodeStart, Guided, State, starts
+from agents.policy import Guided, State
 from agents.reach import Reach
 from haptic_env import validate
 
@@ -36,12 +36,10 @@ class Enclosure(Guided):
         self._reach = Reach(self.hand)
         self._strokes = self._reach.strokes(self.hand.rest_pose, self.hand.grasp_centre)
 
-    def predict(
-        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
-    ) -> tuple[NDArray[np.float32], State]:
+    def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state`: steps since the grasp began, how it is shifted (2, F) and the last pose (J,)."""
         pose = self.belief.joint_angles
-        if state is None or starts(episode_start):
+        if state is None:
             state = np.array(0), self._shift(), pose
         step, shift, before = state
         fastest = np.abs(pose - before).max() * self._rate

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from agents.policy import EpisodeStart, Policy, State, starts
+from agents.policy import Policy, State
 from haptic_env import validate
 from haptic_env.recordings import Recording, resample
 
@@ -52,11 +52,9 @@ class FollowRecording(Policy):
         self.steps = len(self.reference) - 1
         self._keep = float(np.exp(-1.0 / (rate * SENSE_SECONDS)))
 
-    def predict(
-        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
-    ) -> tuple[NDArray[np.float32], State]:
+    def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         felt = np.asarray(observation["joint_angles"], dtype=np.float64)
-        if state is None or starts(episode_start):
+        if state is None:
             step, error = 0, np.zeros(self.joints)
         else:
             step, error = int(state[0]), state[1]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from agents import lookahead
 from agents.map_lookahead import MapLookahead
-from agents.policy import EpisodeStart, Guided, State, starts
+from agents.policy import Guided, State
 from agents.reach import Reach
 from haptic_env import validate
 from observer import compiling
@@ -75,12 +75,10 @@ class InformationGain(Guided):
         self._tree, self._skin, self._spheres = tree_of(self.hand), skin_of(self.hand), lookahead.spheres_of(self.hand)
         self._map = MapLookahead(self.hand)
 
-    def predict(
-        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
-    ) -> tuple[NDArray[np.float32], State]:
+    def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state` holds the torques in force, how long they stay, and the last pose (J,) rad."""
         pose = self.belief.joint_angles
-        if state is None or starts(episode_start):
+        if state is None:
             state = np.zeros(self.joints, np.float32), np.array(0), pose
         torque, left, before = state
         if left == 0:

@@ -5,23 +5,34 @@ Shapes: J joints.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+import haptic_env
+from agents import observations
+from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.belief import Belief
 from observer.shape_posterior import ShapePosterior
 
-State = tuple[NDArray[Any], ...] | None
+State = tuple[Any, ...] | None
 EpisodeStart = NDArray[np.bool_] | bool | None
 
 
-class Policy(ABC):
-    """A policy for `env`, whose hand (`env.unwrapped.hand`) and control rate it may read, never its truth."""
+def check_env(env: gym.Env[Any, Any]) -> None:
+    """Raise `ValueError` unless `env` is one environment, and has a hand."""
+    if not isinstance(env, gym.Env) or not isinstance(getattr(env.unwrapped, "hand", None), Hand):
+        raise ValueError(f"env must be one environment with a hand ({', '.join(haptic_env.ENVIRONMENTS)}), got {env!r}")
+
+
+class Policy:
+    """A policy for `env`, whose hand (`env.unwrapped.hand`) and control rate it may read, never its truth.
+
+    A new one has `decide`, which is asked at every step; `predict` is what others call.
+    """
 
     guided: ClassVar[bool] = False
     """Whether it reads beliefs, so that `env` must have an `ObserverWrapper` (see `Guided`)."""
@@ -31,15 +42,55 @@ class Policy(ABC):
     """Whether it commands the same whatever is felt."""
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
+        """Raises `ValueError` for an environment without a hand, or a seed that is none."""
+        check_env(env)
         self.joints: int = env.action_space.shape[0]  # type: ignore[index]
-        self.rng = np.random.default_rng(seed)
+        # None: an environment that is played back need not say what it shows.
+        self.observation_space: gym.Space[Any] | None = getattr(env, "observation_space", None)
+        self.rng = np.random.default_rng(None if seed is None else validate.integer("seed", seed, 0))
         self.name = type(self).__name__  # `agents.make` puts the registered name here
 
-    @abstractmethod
+    def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
+        """Action (J,) in [-1, 1] for one environment, and the state to hand to the next call; None starts anew."""
+        raise NotImplementedError(f"{type(self).__name__} must have `decide`")
+
     def predict(
         self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
-        """Action (J,) in [-1, 1], and the state to hand to the next call; None or `episode_start` starts anew."""
+        """Action (J,) in [-1, 1], and the state to hand to the next call; None or `episode_start` starts anew.
+
+        As Stable-Baselines3 does it, also for E environments at once: entries of `observation` (E, ...), actions
+        (E, J), `episode_start` (E,), and a state of each; a policy that reads beliefs reads those of its own
+        environment, so that E is 1. Raises `ValueError` for an observation that `env` cannot have given.
+        """
+        count = observations.count(observation, self.observation_space)
+        if state is not None and not isinstance(state, tuple):
+            raise ValueError(f"state must be None or what the last call returned, got {state!r}")
+        if count is None:
+            return self._checked(observation, None if starts(episode_start) else state, deterministic)
+        if self.guided and count != 1:
+            raise ValueError(
+                f"policy {self.name!r} reads the beliefs about its own environment alone, got observations of {count}"
+            )
+        began = np.ravel(False if episode_start is None else episode_start)
+        if len(began) not in (1, count) or (state is not None and len(state) != count):
+            raise ValueError(
+                f"episode_start and state must be of {count} environments, as the observations are, got "
+                f"{len(began)} and {0 if state is None else len(state)}"
+            )
+        began = np.broadcast_to(began, count)
+        states: Any = (None,) * count if state is None else state
+        actions, after = np.zeros((count, self.joints), np.float32), []
+        for i in range(count):
+            mine = None if began[i] else states[i]
+            actions[i], kept = self._checked(observations.row(observation, i), mine, deterministic)
+            after.append(kept)
+        return actions, tuple(after)
+
+    def _checked(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
+        if not self.blind:
+            observations.check(observation, self.observation_space)
+        return self.decide(observation, state, deterministic)
 
 
 class Guided(Policy):
@@ -86,8 +137,18 @@ def starts(episode_start: EpisodeStart) -> bool:
 def act(
     policy: Policy, observation: Any, state: State = None, episode_start: EpisodeStart = None
 ) -> tuple[NDArray[np.float32], State]:
-    """What `policy` predicts, for whoever runs it; raises `ValueError` with its name for what is not finite."""
+    """What `policy` predicts, for whoever runs it; raises `ValueError` with its name for torques that are of another
+    shape, or not finite."""
+    if not callable(getattr(policy, "predict", None)):
+        raise ValueError(f"policy must have `predict`, as those of agents.make have, got {policy!r}")
     action, state = policy.predict(observation, state, episode_start)
-    if not np.isfinite(action).all():
-        raise ValueError(f"policy {policy.name!r} commands torques that are not finite: {np.asarray(action).tolist()}")
+    name, joints = getattr(policy, "name", type(policy).__name__), getattr(policy, "joints", None)
+    try:
+        finite = bool(np.isfinite(action).all())
+    except TypeError as error:
+        raise ValueError(f"policy {name!r} commands no torques, but {action!r}") from error
+    if joints is not None and np.shape(action)[-1:] != (joints,):
+        raise ValueError(f"policy {name!r} commands torques of shape {np.shape(action)}; the hand has {joints} joints")
+    if not finite:
+        raise ValueError(f"policy {name!r} commands torques that are not finite: {np.asarray(action).tolist()}")
     return action, state

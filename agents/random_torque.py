@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import EpisodeStart, Policy, State
+from agents.policy import Policy, State
 from agents.smooth_chance import SmoothChance
 
 
@@ -27,8 +27,6 @@ class RandomTorque(Policy):
         super().__init__(env, seed)
         self.drive = SmoothChance(env, self.joints, sd=sd, seconds=seconds)
 
-    def predict(
-        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
-    ) -> tuple[NDArray[np.float32], State]:
-        drive = self.drive.next(self.rng, state, episode_start, deterministic)
+    def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
+        drive = self.drive.next(self.rng, state, deterministic)
         return np.tanh(drive).astype(np.float32), (drive,)

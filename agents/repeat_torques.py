@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from agents.policy import EpisodeStart, Policy, State, starts
+from agents.policy import Policy, State
 
 
 class RepeatTorques(Policy):
@@ -21,9 +21,7 @@ class RepeatTorques(Policy):
         super().__init__(env)
         self.torques = np.asarray(torques, dtype=np.float32).reshape(-1, self.joints)
 
-    def predict(
-        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
-    ) -> tuple[NDArray[np.float32], State]:
-        step = 0 if state is None or starts(episode_start) else int(state[0])
+    def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
+        step = 0 if state is None else int(state[0])
         torque = self.torques[step] if step < len(self.torques) else np.zeros(self.joints, dtype=np.float32)
         return torque.copy(), (np.array(step + 1),)

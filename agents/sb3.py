@@ -1,8 +1,8 @@
-"""A trained model of Stable-Baselines3 or sb3-contrib as a policy."""
+"""A trained model as a policy: the weights that `agents.export` has written, or what Stable-Baselines3 has saved."""
 
 from __future__ import annotations
 
-import zipfile
+import os
 from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar
@@ -11,37 +11,57 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import EpisodeStart, Guided, Policy, State, starts
+from agents import network
+from agents.network import Network
+from agents.policy import Guided, Policy, State, check_env
+from agents.saved_model import WHY, SavedModel
+from haptic_env import validate
 from observer.belief_observation import features_of
 
-SHIPPED = Path(str(resources.files("agents"))) / "trained.zip"
+SHIPPED = Path(str(resources.files("agents"))) / "trained.npz"
+WEIGHTS, SAVED = ".npz", ".zip"
 
 
 class Sb3(Guided):
-    """The policy that any algorithm of Stable-Baselines3 or sb3-contrib has saved at `path`; None: the shipped one.
+    """The policy of a model that was trained with Stable-Baselines3 or sb3-contrib; `path` None: the shipped one.
+
+    An .npz file is what `scripts/train.py` or `agents.export` has written, numbers and a description: nothing in it can
+    run, and torch is not needed. A .zip is what any algorithm has saved. It holds pickles, which can run any code when
+    they are read, so that it is opened with `trust=True` alone: as you would run a program of whoever made it.
 
     A model that was trained on `BeliefObservation` by `scripts/train.py` says which entries it was shown and for how
     many steps it holds an action; `env` may then be an `ObserverWrapper` with a `ShapePosterior`, of any observation.
-    Any other model is used where `env` has the observations and actions that it was trained with.
+    Any other model is used where `env` has the observations and actions that it was trained with. One that was trained
+    under `VecNormalize` needs its statistics: `normalize`, that object, or the file where it was saved, a pickle
+    likewise. In an .npz they are included.
     """
 
     asks_shape = True
     noiseless: ClassVar[bool] = False
     """Whether it acts without the noise with which it learnt, whatever `deterministic` says."""
 
-    def __init__(self, env: gym.Env[Any, Any], seed: int | None = None, *, path: str | Path | None = None) -> None:
-        """Raises `ValueError` for a file that is no model, or is one for other observations or actions than `env` has;
-        `ImportError` without Stable-Baselines3."""
-        self._network, told = _load(SHIPPED if path is None else Path(path))
-        spaces = {"action": (self._network.action_space, env.action_space)}
-        self._features = None
-        if told.get("entries") and self._network.observation_space != env.observation_space:
+    def __init__(
+        self,
+        env: gym.Env[Any, Any],
+        seed: int | None = None,
+        *,
+        path: str | os.PathLike[str] | None = None,
+        normalize: Any = None,
+        trust: bool = False,
+    ) -> None:
+        """Raises `ValueError` for a file that is no model, that is not to be trusted, or is one for other observations
+        or actions than `env` has; `ImportError` for a .zip without Stable-Baselines3."""
+        check_env(env)
+        model = load_model(SHIPPED if path is None else path, normalize, trust=trust)
+        spaces = {"action": (model.action_space, env.action_space)}
+        self._model, self._features = model, None
+        if model.told.get("entries") and model.observation_space != env.observation_space:
             super().__init__(env, seed)
-            self._features = features_of(env, told["entries"])
-            spaces["observation"] = (self._network.observation_space, self._features.space)
+            self._features = features_of(env, model.told["entries"])
+            spaces["observation"] = (model.observation_space, self._features.space)
         else:
             Policy.__init__(self, env, seed)
-            spaces["observation"] = (self._network.observation_space, env.observation_space)
+            spaces["observation"] = (model.observation_space, env.observation_space)
         wrong = [
             f"{what} {trained}, and here the {what} is {here}"
             for what, (trained, here) in sorted(spaces.items())
@@ -51,37 +71,24 @@ class Sb3(Guided):
             raise ValueError(
                 f"the model {path or SHIPPED.name} was trained for another hand or observation: {'; '.join(wrong)}"
             )
-        self._hold = 1 if env.has_wrapper_attr("held") else told.get("hold", 1)
+        self._hold = 1 if env.has_wrapper_attr("held") else model.told.get("hold", 1)
 
-    def predict(
-        self,
-        observation: Any,
-        state: State = None,
-        episode_start: EpisodeStart = None,
-        deterministic: bool = False,
-    ) -> tuple[NDArray[np.float32], State]:
-        import torch
-
-        step, held, *memory = (np.zeros((), dtype=np.int64), None) if state is None or starts(episode_start) else state
+    def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
+        """As every policy's; `state`: steps of the episode, the action in force, and what the network remembers."""
+        step, held, *memory = (np.zeros((), dtype=np.int64), None) if state is None else state
         assert step is not None
         if int(step) % self._hold == 0:
             if self._features is not None:
                 posterior = self.shape.posterior
                 observation = self._features.vector(self.belief, observation["contacts"], posterior, int(step))
-            with torch.random.fork_rng(devices=[]):  # sampling has no generator of its own
-                torch.manual_seed(int(self.rng.integers(2**63)))
-                if int(step) == 0 and getattr(self._network, "use_sde", False):
-                    self._network.reset_noise()
-                try:
-                    held, after = self._network.predict(
-                        observation,
-                        tuple(memory) or None,
-                        np.array([int(step) == 0]),
-                        deterministic or self.noiseless,
-                    )
-                except ValueError as error:  # a distribution of what is not finite
-                    raise ValueError(f"policy {self.name!r} has no finite torques to command: {error}") from error
-            memory = list(after or ())
+            quiet, began = deterministic or self.noiseless, int(step) == 0
+            try:
+                held, after = self._model.predict(observation, tuple(memory), began, quiet, self.rng)
+                if not np.isfinite(held).all():
+                    raise ValueError(f"got {held.tolist()}")
+            except ValueError as error:
+                raise ValueError(f"policy {self.name!r} has no finite torques to command: {error}") from error
+            memory = list(after)
         assert held is not None
         return held.astype(np.float32), (step + 1, held, *memory)
 
@@ -96,29 +103,22 @@ class Trained(Sb3):
         super().__init__(env, seed)
 
 
-def _load(path: Path) -> tuple[Any, dict[str, Any]]:
-    """The network saved at `path`, and what `scripts/train.py` told of how it was trained.
+def is_model(name: object) -> bool:
+    """Whether `name` is the path of a model, by how it ends, rather than the name of a policy."""
+    return isinstance(name, str | os.PathLike) and Path(name).suffix in (WEIGHTS, SAVED)
 
-    The network alone, so that it does not matter which algorithm has trained it.
-    """
-    try:
-        import torch
-        from stable_baselines3.common.save_util import load_from_zip_file
-    except ImportError as error:
-        raise ImportError(
-            "trained policies need Stable-Baselines3, which is not installed: pip install 'haptic-slam[train]'"
-        ) from error
-    try:
-        data, parameters, _ = load_from_zip_file(path, device="cpu")
-        if data is None:
-            raise ValueError("it tells nothing of how it was made")
-        keywords = dict(data["policy_kwargs"])
-        if "gae_lambda" in data:  # on-policy algorithms tell it apart
-            keywords["use_sde"] = data["use_sde"]
-        with torch.random.fork_rng(devices=[]):  # it begins with weights of chance
-            network = data["policy_class"](data["observation_space"], data["action_space"], lambda _: 0.0, **keywords)
-        network.load_state_dict(parameters["policy"])
-    except (OSError, zipfile.BadZipFile, ValueError, KeyError, EOFError) as error:
-        raise ValueError(f"{path} is no whole model of Stable-Baselines3 or sb3-contrib: {error}") from error
-    network.set_training_mode(False)
-    return network, data.get("exploration", {})
+
+def load_model(path: str | os.PathLike[str], normalize: Any = None, *, trust: bool = False) -> Network | SavedModel:
+    """The model at `path`; raises `ValueError` for a file that is none, or that is not to be trusted."""
+    if not is_model(path):
+        raise ValueError(f"the path of a model must end in {WEIGHTS} or {SAVED}, got {path!r}")
+    if not Path(path).is_file():
+        raise ValueError(f"the path of a model must be a file that exists, got {str(path)!r}")
+    validate.boolean("trust", trust)
+    if Path(path).suffix == SAVED:
+        if not trust:
+            raise ValueError(f"{path} is not read: {WHY}")
+        return SavedModel(Path(path), normalize)
+    if normalize is not None:
+        raise ValueError(f"normalize is for a {SAVED} file; {str(path)!r} holds its own statistics if it has any")
+    return network.read(Path(path))

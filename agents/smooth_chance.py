@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import EpisodeStart, State, starts
+from agents.policy import State
 from haptic_env import validate
 
 Array = NDArray[np.float64]
@@ -25,9 +25,9 @@ class SmoothChance:
         tau = validate.number("seconds", seconds, above=0.0, unit="s")
         self.decay = float(np.exp(-1.0 / (tau * env.unwrapped.control_hz)))  # type: ignore[attr-defined]
 
-    def next(self, rng: np.random.Generator, state: State, episode_start: EpisodeStart, deterministic: bool) -> Array:
+    def next(self, rng: np.random.Generator, state: State, deterministic: bool) -> Array:
         """The numbers (size,) after those in `state`, or the first ones; `deterministic`: the mean of them."""
         fresh = rng.standard_normal(self.size) * (not deterministic)
-        if state is None or starts(episode_start):
+        if state is None:
             return self.sd * fresh
         return np.asarray(self.decay * state[0] + self.sd * np.sqrt(1 - self.decay**2) * fresh)

@@ -17,7 +17,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.policy import EpisodeStart, Policy, State
+from agents.policy import Policy, State
 from agents.reach import Reach
 from agents.smooth_chance import SmoothChance
 from haptic_env import reading, validate
@@ -54,7 +54,7 @@ class Synergy(Policy):
     ) -> None:
         super().__init__(env, seed)
         hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
-        basis = opposition_basis(hand) if recordings is None else posture_basis(hand, Path(recordings))
+        basis = opposition_basis(hand) if recordings is None else posture_basis(hand, recordings)
         count = validate.integer("synergies", len(basis) if synergies is None else synergies, 1, self.joints)
         if recordings is None and count > len(basis):
             raise ValueError(f"the hand {hand.name!r} has {len(basis)} synergies without recordings, got {synergies!r}")
@@ -63,11 +63,9 @@ class Synergy(Policy):
         self.mean[0] = validate.number("flexion", flexion, -1.0, 1.0)
         self.drive = SmoothChance(env, len(self.basis), sd=sd, seconds=seconds)
 
-    def predict(
-        self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
-    ) -> tuple[NDArray[np.float32], State]:
+    def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state` holds the process (S,). `deterministic` takes its mean step."""
-        drive = self.drive.next(self.rng, state, episode_start, deterministic)
+        drive = self.drive.next(self.rng, state, deterministic)
         torque = np.clip((self.mean + drive) @ self.basis, -1.0, 1.0)
         return torque.astype(np.float32), (drive,)
 
@@ -82,7 +80,7 @@ def opposition_basis(hand: Hand) -> Array:
     return _scaled(np.array([together, *against, *across, *curl]))
 
 
-def posture_basis(hand: Hand, path: Path) -> Array:
+def posture_basis(hand: Hand, path: str | os.PathLike[str]) -> Array:
     """(S, J), the largest entry of each 1: the principal components of the recorded angles in the file at `path`, all
     of those that are needed to hold `EXPLAINED` of the variance."""
     told = _read(path)
@@ -101,7 +99,10 @@ def posture_basis(hand: Hand, path: Path) -> Array:
     return _scaled(basis)
 
 
-def _read(path: Path) -> NDArray[Any]:
+def _read(recordings: str | os.PathLike[str]) -> NDArray[Any]:
+    if not isinstance(recordings, str | os.PathLike):
+        raise ValueError(f"recordings must be a .npy or .csv file of joint angles, got {recordings!r}")
+    path = Path(recordings)
     try:
         if path.suffix == ".npy":
             return np.atleast_2d(reading.npy(path))

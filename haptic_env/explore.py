@@ -306,6 +306,8 @@ def _shape_names(shape: str | Path | Sequence[str | Path] | None, scale: float) 
         raise ValueError(f"shape must name at least one of {', '.join(shapes.SHAPES)}, got an empty list")
     for name in names:
         shapes.default_size(name, scale)
+    if len(names) == 1:  # each reset needs it; of several, those that are drawn
+        shapes.find(names[0]).prepare()
     return names
 
 

@@ -12,8 +12,8 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from conditions import DEFAULTS, FACTORS, Condition
-from explore import HANDS_OR_IDS, environment
+from conditions import DEFAULTS, FACTORS, Condition, check_policy
+from explore import HANDS_OR_IDS, TRUST, environment
 from joblib import cpu_count
 from results import Results
 from tasks import Settings, columns, files_of, versions
@@ -32,6 +32,7 @@ FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
 NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the paper's, and what touch has added
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
 KINDS: dict[Any, str] = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
+TRUSTED = ["--trust"]
 MOST_CONDITIONS = 10_000
 Options = Mapping[str, argparse.Action]
 
@@ -54,21 +55,21 @@ def check(description: str | None, arguments: list[str] | None) -> argparse.Name
     if given.config is not None:
         try:
             file = read(Path(given.config), options)
-            plan(settle(parser, [], file))
+            plan(settle(parser, TRUSTED if given.trust else [], file))
         except (ValueError, OSError) as error:
             told = re.sub(r"--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), str(error))  # a flag's key
             parser.error(f"{given.config}: {told}")
     return _planned(settle(parser, arguments, file))
 
 
-def check_values(values: Mapping[str, Any]) -> argparse.Namespace:
-    """The same, where another command says what its flags would: `values` by their keys."""
+def check_values(values: Mapping[str, Any], *, trust: bool = False) -> argparse.Namespace:
+    """The same, where another command says what its flags would: `values` by their keys, and `trust`."""
     parser, options = make_parser(None)
     several = {name for name, option in options.items() if option.nargs in ("+", "*")}
     lists = {
         name: [value] if name in several and not isinstance(value, list) else value for name, value in values.items()
     }
-    return _planned(settle(parser, [], lists))
+    return _planned(settle(parser, TRUSTED if trust else [], lists))
 
 
 def _planned(given: argparse.Namespace) -> argparse.Namespace:
@@ -98,6 +99,8 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     parser.add_argument(
         "--config", type=as_path, metavar="FILE", help="TOML: any of these, first_seed = 20 for --first-seed 20"
     )
+    # No key of a file, which may be a stranger's too.
+    parser.add_argument("--trust", action="store_true", help=TRUST)
     options: dict[str, argparse.Action] = {}
 
     def add(*flags: str, **keywords: Any) -> None:
@@ -122,7 +125,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         nargs="+",
         type=as_path,
         default=["random_torque"],
-        help=f"{', '.join(agents.POLICIES)}, or a saved model.zip (default random_torque)",
+        help=f"{', '.join(agents.POLICIES)}, or a trained model.npz; a .zip needs --trust (default random_torque)",
     )
     add("--seconds", nargs="+", type=float, default=[10.0], help="of an exploration, one or more (default 10)")
     add(
@@ -212,6 +215,8 @@ def plan(given: argparse.Namespace) -> None:
         raise ValueError(f"a sweep has {MOST_CONDITIONS} combinations at most, these are more: {counts}")
     product = itertools.product(*values.values())
     given.conditions = [Condition(**dict(zip(FACTORS, each, strict=True))) for each in product]
+    for policy in values["policy"]:
+        check_policy(policy, given.trust)
     most = values["sigma_deg"][-1] * given.settings.believed_sigma
     validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
     validate.integer("--trials", given.trials, 1, 100_000)

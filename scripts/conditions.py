@@ -13,6 +13,17 @@ from haptic_env.explore import ExploreEnv
 _DEFAULTS = {name: each.default for name, each in inspect.signature(ExploreEnv).parameters.items()}
 
 
+def check_policy(name: str, trust: bool) -> None:
+    """Raise `ValueError` unless `name` is a policy, or the path of a model that can be read and, where it may run code,
+    is to be trusted."""
+    agents.find(name, "--policy")
+    if agents.is_model(name):
+        try:
+            agents.load_model(name, trust=trust)
+        except ImportError as error:
+            raise ValueError(f"--policy {name}: {error}") from error
+
+
 @dataclass(frozen=True)
 class Condition:
     """Noise, policy and duration of an exploration; the noises are the environment's keyword arguments."""

@@ -21,6 +21,7 @@ import gymnasium as gym
 import numpy as np
 import recorded
 from claim import claimed
+from conditions import check_policy
 from drawing import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
 from files import atomic, write_json
 from getting_ready import get_ready
@@ -50,6 +51,7 @@ EXAMPLE = """examples: python scripts/explore.py --shape pyramid --sigma 5 --see
           python scripts/explore.py --recording glove.txt --hand adroit --shape sphere"""
 OBSERVER, RAW = "haptic_slam", "floor"
 HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, or the id of an environment"
+TRUST = "run what a model.zip has in it, as you would run a program of whoever made it (docs/learning.md)"
 SECONDS = 10.0
 DEFAULTS: dict[str, Any] = {
     "env": "HapticSLAM/TwoFinger-v0",
@@ -75,6 +77,7 @@ class Settings:
     policy: str
     seed: int
     out: str
+    trust: bool = False
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
@@ -85,7 +88,7 @@ class Settings:
         if self.seconds is not None:
             validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
         validate.integer("--particles", self.particles, 1, 100_000)
-        agents.find(self.policy, "--policy")
+        check_policy(self.policy, self.trust)
         validate.integer("--seed", self.seed, 0, 2**32 - 1)
 
 
@@ -115,8 +118,9 @@ def parse(arguments: list[str] | None) -> tuple[Settings, Recording | None]:
         "--policy",
         type=as_path,
         default="random_torque",
-        help=f"{', '.join(agents.POLICIES)}, or a saved model.zip (default random_torque)",
+        help=f"{', '.join(agents.POLICIES)}, or a trained model.npz; a .zip needs --trust (default random_torque)",
     )
+    add("--trust", action="store_true", help=TRUST)
     add("--seed", type=int, help="the same seed is the same exploration (default 0)")
     add(
         "--recording",
@@ -236,7 +240,9 @@ def explore(
     env = session.env
     if isinstance(session.policy, str):
         env = guided(env, session.policy, settings.sigma, session.namer)
-    trial = Trial(env, session.policy, observers, session.namer, settings.seed, naming=(OBSERVER,))
+    trial = Trial(
+        env, session.policy, observers, session.namer, settings.seed, naming=(OBSERVER,), trust=settings.trust
+    )
     usual = signal.signal(signal.SIGINT, interrupt)
     try:
         with Screen(console, trial) as screen:

@@ -87,6 +87,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add("--show-seconds", type=float, default=30.0, help="how long they are (default 30, the paper's)")
     add("--particles", type=int, help="of the observer (default 200)")
     add("--policy", type=as_path, help="as evaluate.py's (default random_torque)")
+    add("--trust", action="store_true", help="as evaluate.py's")
     add("--env", help="as evaluate.py's")
     add("--jobs", type=int, help="processes of this machine (default: one a core)")
     add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
@@ -100,7 +101,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     told = {name: getattr(given, name) for name in DEFAULTS} | {"out": str(Path(given.out) / "trials")}
     if given.cluster is not None:
         told["cluster"] = given.cluster
-    given.sweep = command_line.check_values(told)
+    given.sweep = command_line.check_values(told, trust=given.trust)
     given.out = Path(given.out)
     try:
         given.names = list(dict.fromkeys(given.names)) or list(FIGURES)
@@ -119,7 +120,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         given.sweeps.append(given.sweep)
         if POSE in given.names and {"kalman", "smoother"}.isdisjoint(given.observers):
             own = {"observers": [pose_error.SMOOTHER], "classifiers": [], "out": str(given.out / "poses")}
-            given.poses = command_line.check_values(told | own)
+            given.poses = command_line.check_values(told | own, trust=given.trust)
             given.sweeps.append(given.poses)
     return given
 

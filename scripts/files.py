@@ -5,36 +5,16 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 import re
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from haptic_env.files import UNFINISHED as UNFINISHED
+from haptic_env.files import atomic as atomic
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-
-
-UNFINISHED = ".unfinished-"  # how the names of files begin that are being written
-
-
-@contextmanager
-def atomic(path: Path) -> Iterator[Path]:
-    """A place beside `path` to write to; what was written there becomes `path` when all went well."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=UNFINISHED, suffix=path.suffix)
-    os.close(handle)
-    place = Path(name)
-    try:
-        yield place
-        with place.open("rb") as written:
-            os.fsync(written.fileno())
-        place.chmod(0o644)
-        place.replace(path)
-    finally:
-        place.unlink(missing_ok=True)
 
 
 def write_table(folder: Path, name: str, table: pd.DataFrame, picture: Figure) -> list[str]:

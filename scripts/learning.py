@@ -3,39 +3,35 @@
 from __future__ import annotations
 
 import shutil
-import sys
 import time
 import warnings
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import checkpoints
-import gymnasium as gym
+import learners
 import numpy as np
-import stable_baselines3
 import torch
-from files import write_json
-from imitation import imitate
+from files import UNFINISHED, atomic, write_json
+from learners import ALGORITHMS as ALGORITHMS
 from learning_curve import draw
-from presets import RAW, Preset, configuration
+from numpy.typing import NDArray
+from presets import Preset
 from rich.console import Console
-from sb3_contrib import RecurrentPPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
 from stable_baselines3.common.vec_env import VecEnv
+from stopping import Stop
 from tasks import versions
-from training_env import make_vector
+from training_env import close, make_env, make_vector
 
+import agents
 from haptic_env import reading
 
-ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
-    "PPO": stable_baselines3.PPO,
-    "SAC": stable_baselines3.SAC,
-    "RecurrentPPO": RecurrentPPO,
-}
 EVALUATION_SEED = 5_000  # the same explorations at every evaluation
-EVALUATIONS = "evaluations.npz"
+EVALUATIONS, CHECKPOINTS, BEST = "evaluations.npz", "checkpoints", "best_model"
+OF_EVALUATIONS = ("timesteps", "results", "ep_lengths", "successes")
 
 
 class HeldOutEvaluation(EvalCallback):
@@ -47,10 +43,12 @@ class HeldOutEvaluation(EvalCallback):
             n_eval_episodes=preset.episodes,
             eval_freq=max(1, preset.evaluate_every // (preset.world.hold * preset.envs)),
             log_path=str(out),
-            best_model_save_path=str(out),
+            callback_on_new_best=_Keep(out),
             deterministic=True,
             verbose=0,
         )
+        self._table, self._written = out / EVALUATIONS, out / f"{UNFINISHED}{EVALUATIONS}"
+        self.log_path = str(self._written)
 
     def _on_training_start(self) -> None:
         if not self.evaluations_timesteps:
@@ -59,14 +57,18 @@ class HeldOutEvaluation(EvalCallback):
     def _on_step(self) -> bool:
         if self.n_calls % self.eval_freq == 0:
             self.eval_env.seed(EVALUATION_SEED)
-        return super()._on_step()
+        go_on = super()._on_step()
+        if self._written.exists():  # else it was no turn of evaluation
+            self._written.replace(self._table)
+        return go_on
 
     def restore(self, path: Path, best: float, decisions: int) -> None:
-        """Go on from what was evaluated within the first `decisions`."""
+        """Go on from what was evaluated within the first `decisions`; raises `ValueError` where `path` is no such
+        table."""
         self.best_mean_reward = best
         if not path.exists():
             return
-        kept = reading.npz(path)
+        kept = read_evaluations(path)
         upto = kept["timesteps"] <= decisions
         self.evaluations_timesteps = list(kept["timesteps"][upto])
         self.evaluations_results = list(kept["results"][upto])
@@ -74,12 +76,25 @@ class HeldOutEvaluation(EvalCallback):
         self.evaluations_successes = list(kept["successes"][upto])
 
 
+class _Keep(BaseCallback):
+    """Keeps the model that was best in evaluation."""
+
+    def __init__(self, out: Path) -> None:
+        super().__init__()
+        self.out = out
+
+    def _on_step(self) -> bool:
+        keep(self.model, self.out, BEST)
+        return True
+
+
 class Save(BaseCallback):
     """Saves a checkpoint every so often, and says at which speed the environment runs."""
 
-    def __init__(self, evaluation: HeldOutEvaluation, preset: Preset, folder: Path, seconds: float) -> None:
+    def __init__(self, evaluation: HeldOutEvaluation, preset: Preset, folder: Path, seconds: float, stop: Stop) -> None:
         super().__init__()
-        self.evaluation, self.folder, self.before = evaluation, folder, seconds
+        self.evaluation, self.folder, self.before, self.stop = evaluation, folder, seconds, stop
+        self.began = time.monotonic()
         self.hold = preset.world.hold
         self.every = max(1, preset.checkpoint_every // preset.world.hold)
 
@@ -88,6 +103,7 @@ class Save(BaseCallback):
         self.saved = self.model.num_timesteps
 
     def _on_step(self) -> bool:
+        self.stop.check()
         if self.model.num_timesteps - self.saved >= self.every:
             self.save()
         return True
@@ -108,72 +124,67 @@ class Save(BaseCallback):
         self.saved = self.model.num_timesteps
 
 
-def prepare(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, log: str | None) -> BaseAlgorithm:
-    """The learner: a new one, or that of a checkpoint."""
-    algorithm = ALGORITHMS[preset.algorithm]
-    if found is not None:
-        model = algorithm.load(found.folder / checkpoints.MODEL, env=env, device="cpu", tensorboard_log=log)
-        if (found.folder / checkpoints.REPLAY).exists():
-            model.load_replay_buffer(found.folder / checkpoints.REPLAY)  # type: ignore[attr-defined]
-        model.set_random_seed(preset.seed + model.num_timesteps)  # not the episodes that it began with
-        return model
-    keywords = {**preset.learner, "policy_kwargs": dict(preset.learner.get("policy_kwargs", {}))}
-    try:
-        model = algorithm(env=env, seed=preset.seed, device="cpu", tensorboard_log=log, **keywords)
-    except (AssertionError, TypeError, ValueError) as error:  # of values that do not go together
-        raise ValueError(f"[learner] makes no {preset.algorithm}: {error}") from error
-    # Saved with the model: what the policy "sb3" must know to show it the same again.
-    model.exploration = {  # type: ignore[attr-defined]
-        "env": preset.world.env,
-        "entries": [] if preset.world.observation == (RAW,) else list(preset.world.observation),
-        "hold": preset.world.hold,
-    }
-    if preset.sweep is not None:
-        assert isinstance(model, stable_baselines3.PPO | stable_baselines3.SAC)
-        hand = gym.make(preset.world.env).unwrapped.hand  # type: ignore[attr-defined]
-        imitate(model, env, preset.sweep, hand, _decision_seconds(preset))
-    return model
+class Ready(NamedTuple):
+    """What a run is made of, before it begins; `seconds` and `best` are of what a checkpoint had behind it."""
+
+    preset: Preset
+    out: Path
+    env: VecEnv
+    held_out: VecEnv
+    model: BaseAlgorithm
+    evaluation: HeldOutEvaluation
+    seconds: float
+
+    def close(self) -> None:
+        """End the environments."""
+        close(self.env)
+        close(self.held_out)
 
 
-def _decision_seconds(preset: Preset) -> float:
-    base: Any = gym.make(preset.world.env).unwrapped
-    return preset.world.hold / base.control_hz
-
-
-def train(preset: Preset, jobs: int, out: Path, console: Console) -> int:
-    """Train from the last whole checkpoint in `out` to the end, in `jobs` processes; returns the exit code."""
+def prepare(preset: Preset, jobs: int, out: Path, stop: Stop, console: Console) -> Ready:
+    """Everything for a run from the last whole checkpoint in `out` on, in `jobs` processes; raises `ValueError` where
+    the preset or what is in `out` makes no sense, and has written nothing then."""
     torch.set_num_threads(1)
-    folder = out / "checkpoints"
-    found, broken = checkpoints.newest(folder)
+    found, broken = checkpoints.newest(out / CHECKPOINTS)
+    began = time.monotonic()
+    if jobs > 1:  # a worker could not say what is wrong with a world
+        make_env(preset.world).close()
+    env = make_vector(preset.world, preset.envs, jobs)
+    held_out = None
+    try:
+        held_out = make_vector(preset.world, min(4, preset.envs), jobs, held_out=True)
+        model = learners.make(preset, env, found, str(out / "tensorboard"))
+        evaluation = HeldOutEvaluation(held_out, preset, out)
+        seconds = time.monotonic() - began
+        if found is not None:
+            seconds += found.state["seconds"]
+            best = found.state.get("best")
+            evaluation.restore(out / EVALUATIONS, -np.inf if best is None else best, model.num_timesteps)
+            console.print(f"Going on after {preset.world.hold * model.num_timesteps} steps")
+        stop.check()
+    except BaseException:
+        close(env)
+        if held_out is not None:
+            close(held_out)
+        raise
     for place in broken:
         console.print(f"{place} was cut short and is removed", style="yellow")
         shutil.rmtree(place)
-    env = make_vector(preset.world, preset.envs, jobs)
-    held_out = make_vector(preset.world, min(4, preset.envs), jobs, held_out=True)
-    began = time.monotonic()
-    try:
-        model = prepare(preset, env, found, str(out / "tensorboard"))
-    except ValueError as error:
-        env.close()
-        held_out.close()
-        sys.stderr.write(f"train.py: error: {error}\n")
-        return 2
-    write_json(out / "config.json", configuration(preset))
-    evaluation = HeldOutEvaluation(held_out, preset, out)
-    seconds = time.monotonic() - began
-    if found is not None:
-        seconds += found.state["seconds"]
-        best = found.state["best"]
-        evaluation.restore(out / EVALUATIONS, -np.inf if best is None else best, model.num_timesteps)
-        console.print(f"Going on after {preset.world.hold * model.num_timesteps} steps")
-    save = Save(evaluation, preset, folder, seconds)
+    return Ready(preset, out, env, held_out, model, evaluation, seconds)
+
+
+def train(ready: Ready, stop: Stop, console: Console) -> int:
+    """Train to the end; returns the exit code."""
+    preset, model, out = ready.preset, ready.model, ready.out
+    save = Save(ready.evaluation, preset, out / CHECKPOINTS, ready.seconds, stop)
     left = preset.steps // preset.world.hold - model.num_timesteps
-    code = 0
+    code, seconds = 0, ready.seconds
     try:
         if left > 0:
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", message="rich is experimental")  # tqdm's way to draw the progress bar
-                model.learn(left, [evaluation, save], reset_num_timesteps=False, progress_bar=True, tb_log_name="run")
+                callbacks = [ready.evaluation, save]
+                model.learn(left, callbacks, reset_num_timesteps=False, progress_bar=True, tb_log_name="run")
             save.save()
             seconds = save.seconds
     except KeyboardInterrupt:
@@ -181,11 +192,29 @@ def train(preset: Preset, jobs: int, out: Path, console: Console) -> int:
         console.print("Stopped; the same command goes on from here.")
         code, seconds = 130, save.seconds
     finally:
-        env.close()
-        held_out.close()
-    model.save(out / "model.zip")
+        ready.close()
+    keep(model, out, "model")
     _report(preset, model, seconds, out, console)
     return code
+
+
+def keep(model: BaseAlgorithm, out: Path, name: str) -> None:
+    """Write `model` for use (.npz, which runs nothing when it is read) and as Stable-Baselines3 saves it (.zip)."""
+    agents.export(model, out / f"{name}.npz")
+    with atomic(out / f"{name}.zip") as place:
+        model.save(place)
+
+
+def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
+    """`OF_EVALUATIONS` by name: decisions (N,), and of each of E explorations (N, E) reward, decisions and whether it
+    was right; raises `ValueError` where the file is no such table."""
+    kept = reading.npz(path)
+    found = {name: kept[name] for name in OF_EVALUATIONS if name in kept}
+    count = found["timesteps"].shape if "timesteps" in found else ()
+    fits = len(count) == 1 and all(each.ndim == 2 and each.shape[:1] == count for each in list(found.values())[1:])
+    if len(found) < len(OF_EVALUATIONS) or not fits or not all(each.dtype.kind in "bif" for each in found.values()):
+        raise ValueError(f"{path} holds no evaluations: {', '.join(OF_EVALUATIONS)}")
+    return found
 
 
 def _report(preset: Preset, model: BaseAlgorithm, seconds: float, out: Path, console: Console) -> None:
@@ -193,14 +222,12 @@ def _report(preset: Preset, model: BaseAlgorithm, seconds: float, out: Path, con
         **asdict(preset),
         "environment_steps": preset.world.hold * model.num_timesteps,
         "seconds": round(seconds),
-        "versions": {**versions(), "stable-baselines3": stable_baselines3.__version__, "torch": torch.__version__},
+        "versions": {**versions(), **learners.versions()},
     }
     console.print(f"{told['environment_steps']} steps in {seconds / 60:.1f} min")
     if (out / EVALUATIONS).exists():
-        kept = reading.npz(out / EVALUATIONS)
-        rewards, right, lengths = kept["results"], kept["successes"], kept["ep_lengths"]
-        decisions = kept["timesteps"]
-        steps, seconds_of = preset.world.hold * decisions, _decision_seconds(preset) * lengths
+        decisions, rewards, lengths, right = read_evaluations(out / EVALUATIONS).values()
+        steps, seconds_of = preset.world.hold * decisions, learners.decision_seconds(preset) * lengths
         draw(out / "learning_curve.png", steps, rewards, seconds_of, right, preset.world.seconds)
         best = int(rewards.mean(axis=1).argmax())
         told["best"] = {

@@ -69,6 +69,7 @@ class Settings:
 
     `size_jitter`, `position_jitter` (m) and `yaw_jitter` (degrees): how the object varies, as the environment's.
     `believed_sigma`: the observers are told so many times the true sigma. `classifiers`: of finished maps.
+    `trust`: policies whose files may run code are read.
     """
 
     env: str
@@ -83,6 +84,7 @@ class Settings:
     position_jitter: float = 0.0
     yaw_jitter: float = 0.0
     believed_sigma: float = 1.0
+    trust: bool = False
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
@@ -197,7 +199,9 @@ def make_trial(task: Task, naming: bool, further: Sequence[Task] = ()) -> Trial:
     posterior = shape_posterior(settings)
     env = guided(env, condition.policy, task.told_sigma, shape_posterior(settings, GUIDE_VARIANTS))
     named = None if naming else ()
-    return Trial(env, condition.policy, observers, posterior, task.seed, naming=named, felt_at=felt_at)
+    return Trial(
+        env, condition.policy, observers, posterior, task.seed, naming=named, felt_at=felt_at, trust=settings.trust
+    )
 
 
 @lru_cache(maxsize=8)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import signal
 from collections.abc import Callable
 from functools import partial
+from multiprocessing import forkserver
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from lifetime import end_with_parent
 from numpy.typing import NDArray
 from presets import RAW, World
 from stable_baselines3.common.monitor import Monitor
@@ -29,6 +33,7 @@ from observer import (
 # Objects come in so many sizes, of which every third is kept for evaluation: a model is compiled for each, and kept.
 SIZES = 15
 HELD_OUT = slice(1, None, 3)
+Maker = Callable[[], gym.Env[Any, Any]]
 
 
 class Varied(gym.Wrapper):
@@ -88,5 +93,34 @@ def make_env(world: World, held_out: bool = False) -> gym.Env[Any, Any]:
 
 def make_vector(world: World, count: int, jobs: int, held_out: bool = False) -> VecEnv:
     """`count` environments, each in a process of its own where `jobs` is more than one."""
-    makers: list[Callable[[], gym.Env[Any, Any]]] = [partial(make_env, world, held_out) for _ in range(count)]
-    return SubprocVecEnv(makers) if jobs > 1 else DummyVecEnv(makers)
+    makers: list[Maker] = [partial(make_env, world, held_out) for _ in range(count)]
+    return in_processes(makers) if jobs > 1 else DummyVecEnv(makers)
+
+
+def in_processes(makers: list[Maker]) -> SubprocVecEnv:
+    """What `makers` make, each in a process that ignores Ctrl-C, which a terminal sends to all processes of a command
+    and only this one is to heed, and ends with this one, however this one ends."""
+    if "forkserver" in multiprocessing.get_all_start_methods():
+        usual = signal.signal(signal.SIGINT, signal.SIG_IGN)  # what they are forked from, so that they are born so
+        try:
+            forkserver.ensure_running()
+        finally:
+            signal.signal(signal.SIGINT, usual)
+    return SubprocVecEnv([partial(_in_worker, make) for make in makers])
+
+
+def close(env: VecEnv) -> None:
+    """End `env`, in the middle of a step too: a worker may wait for a command whose beginning alone was sent."""
+    if not isinstance(env, SubprocVecEnv):
+        env.close()
+        return
+    for process in env.processes:
+        process.terminate()
+    for process in env.processes:
+        process.join()
+
+
+def _in_worker(make: Maker) -> gym.Env[Any, Any]:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
+    return make()

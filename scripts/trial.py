@@ -151,12 +151,14 @@ class Trial:
         seed: int,
         naming: Collection[str] | None = None,
         felt_at: Mapping[str, float] | None = None,
+        trust: bool = False,
     ) -> None:
         """`env` with `reveal_truth=True`: the truth goes to the record and to the observer `TRUE_POSE`, to no other.
 
         `seed` fixes the world as `env.reset(seed=seed)` does, and from it the policy's and the observers' chance.
         Every observer in `naming` (None: all) has a copy of `shape` that names the object from its beliefs. Those in
-        `felt_at` feel the angles at that sigma, in degrees, and not at that of `env`.
+        `felt_at` feel the angles at that sigma, in degrees, and not at that of `env`. `trust`: a model that may run
+        code is read.
         """
         self.env, self.seed = env, seed
         base = env.unwrapped
@@ -166,7 +168,8 @@ class Trial:
         for each in observers.values():
             check_rate(env, each)
         self._policy_seed, self._observer_seed = map(int, np.random.SeedSequence(seed).generate_state(2))
-        self.policy = agents.make(policy, env, seed=self._policy_seed) if isinstance(policy, str) else policy
+        told = {"trust": trust} if agents.is_model(policy) else {}
+        self.policy = agents.make(policy, env, self._policy_seed, **told) if isinstance(policy, str) else policy
         # Copies share the tables of the candidates, which are never changed.
         self.watchers = {
             name: Watcher(each, copy.copy(shape) if naming is None or name in naming else None)

@@ -46,12 +46,13 @@ def find(name: str) -> Shape:
 def default_size(name: str, scale: float = 1.0) -> NDArray[np.float64]:
     """Full extents (3,) m of the shape `name` where nothing else is said; `scale`: metres that the unit of a mesh
     file is long."""
+    scale = validate.number("scale", scale, above=0.0, unit="m")
     shape = find(name)
     return shape.size(scale) if isinstance(shape, mesh.Mesh) else np.asarray(shape.default_size)
 
 
 def make(
-    name: str,
+    name: str | Path,
     size: ArrayLike | None = None,
     position: ArrayLike = (0.0, 0.0, 0.0),
     quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
@@ -60,6 +61,7 @@ def make(
 
     Raises `ValueError` for an unknown name, or a size or pose that is not possible.
     """
+    name = check("shape", name)
     shape = find(name)
     extents = shape.check_size(size)
     place = validate.place("object position", position)

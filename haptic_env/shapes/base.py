@@ -17,6 +17,7 @@ from haptic_env.composer import mjcf
 from haptic_env.grid import Grid
 
 SMALLEST, LARGEST = 0.005, 0.3  # metres: what a hand can feel at all
+FAR = 1e6  # metres: where an object may lie, and points that are asked about
 RGBA = (0.85, 0.65, 0.35, 1.0)
 
 
@@ -45,6 +46,10 @@ class Shape(ABC):
     def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> list[dict[str, Any]]:
         """Attributes of the convex MuJoCo geoms of this `size`; adds assets to `root` where it needs any."""
 
+    def prepare(self) -> None:
+        """Find now what `geoms` needs and takes long to find; raises `ValueError` where it cannot be found."""
+        return
+
     def check_size(self, size: ArrayLike | None) -> NDArray[np.float64]:
         """Return the full extents (3,) m, the default for None; raise `ValueError` where they are not possible."""
         extents = validate.array("object size", self.default_size if size is None else size, (3,), "m")
@@ -67,8 +72,16 @@ class Solid:
     quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
     def signed_distance(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Distance (...,) m from `points` (..., 3) m, world frame, to the surface; negative inside."""
-        local = (np.asarray(points, dtype=np.float64) - self.position) @ rotation_matrix(self.quaternion)
+        """Distance (...,) m from `points` (..., 3) m, world frame, to the surface; negative inside. Raises `ValueError`
+        for points that are not finite or out of all reach."""
+        shape = np.shape(points)
+        if not shape or shape[-1] != 3:
+            raise ValueError(f"points must be of shape (..., 3) in m, got shape {shape}")
+        places = validate.array("points", points, shape, "m")
+        if not (np.abs(places) <= FAR).all():
+            far = places[(np.abs(places) > FAR).any(axis=-1)][0].tolist()
+            raise ValueError(f"points must lie in [{-FAR:g}, {FAR:g}] m, got {far}")
+        local = (places - self.position) @ rotation_matrix(self.quaternion)
         return self.shape.signed_distance(local, np.asarray(self.size))
 
     def occupancy(self, grid: Grid) -> NDArray[np.bool_]:

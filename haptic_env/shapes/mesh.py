@@ -6,6 +6,7 @@ a hundredth of its size at most. A file's own unit may be any: a size in metres 
 
 from __future__ import annotations
 
+import os
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
@@ -31,13 +32,15 @@ def is_path(name: str | Path) -> bool:
 
 
 def load(name: str) -> Mesh:
-    """The shape in the file `name`; raises `ValueError`, naming the file, where it is not a closed solid."""
-    path = Path(name)
+    """The shape in the file `name`, ~ being the home folder; raises `ValueError`, naming the file, where it is not a
+    closed solid."""
     try:
+        path = Path(name if os.path.exists(name) else os.path.expanduser(name)).resolve()
         told = path.stat()
-    except OSError as error:
-        raise ValueError(f"mesh {name!r} cannot be read: {error.strerror or error}") from error
-    return _load(str(path.resolve()), told.st_mtime_ns, told.st_size)
+    except (OSError, ValueError, RuntimeError) as error:  # the latter: a NUL in a name, links that go round
+        why = error.strerror if isinstance(error, OSError) else None
+        raise ValueError(f"mesh {name!r} cannot be read: {why or error}") from error
+    return _load(str(path), told.st_mtime_ns, told.st_size)
 
 
 @lru_cache(maxsize=32)
@@ -103,6 +106,9 @@ class Mesh(Shape):
             for number, vertices in enumerate(self._pieces)
         ]
         return [{"type": "mesh", "mesh": mesh} for mesh in meshes]
+
+    def prepare(self) -> None:
+        self._pieces  # noqa: B018
 
     @cached_property
     def _pieces(self) -> list[NDArray[np.float64]]:

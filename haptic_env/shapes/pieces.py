@@ -78,9 +78,12 @@ def _simplified(solid: Any, tolerance: float) -> Any:
     whole = manifold.Manifold(manifold.Mesh64(vert_properties=corners, tri_verts=triangles))
     for part in (8, 4, 2, 1):
         made = whole.simplify(tolerance / part).to_mesh64()
-        if 0 < len(made.tri_verts) <= MANY:
+        if len(made.tri_verts) == 0:  # thinner than that
             break
-    return trimesh.Trimesh(made.vert_properties, made.tri_verts.astype(np.int64), process=False)
+        solid = trimesh.Trimesh(made.vert_properties, made.tri_verts.astype(np.int64), process=False)
+        if len(solid.faces) <= MANY:
+            break
+    return solid
 
 
 def _beyond(solid: Any, hull: Any) -> float:

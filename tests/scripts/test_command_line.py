@@ -60,6 +60,16 @@ def test_flags_win_over_the_file(tmp_path: Path) -> None:
     assert parse(tmp_path, WHOLE, "--quick", "--out", str(tmp_path / "quick")).trials == command_line.QUICK["trials"]
 
 
+def test_the_home_folder_may_be_meant_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    (tmp_path / "model.zip").touch()
+    (tmp_path / "sweep.toml").write_text("out = '~/out'\npolicy = '~/model.zip'", encoding="utf-8")
+    given = command_line.check(None, ["--config", "~/sweep.toml"])
+    assert given.out == str(tmp_path / "out")
+    assert [each.policy for each in given.conditions] == [str(tmp_path / "model.zip")] * 3
+    assert command_line.check(None, ["--config", "~/sweep.toml", "--out=~/x"]).out == str(tmp_path / "x")
+
+
 def test_an_ablation_may_stand_in_the_file(tmp_path: Path) -> None:
     assert parse(tmp_path, "ablation = true").settings.observers == command_line.ABLATION
 

@@ -1,0 +1,268 @@
+"""What a policy has learnt, as numbers and a description: a network that NumPy computes, in a file that runs nothing.
+
+The file is an .npz with the arrays of the network and `description`, a JSON text. `agents.export` makes it of a model
+of Stable-Baselines3. Shapes: D numbers of an observation, L of the last hidden layer, J joints, H of a memory.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from agents import spaces_json
+from agents.normalization import Normalization
+from haptic_env import reading, validate
+
+Array = NDArray[np.float32]
+Memory = tuple[NDArray[Any] | None, ...]
+KIND, VERSION = "haptic-slam policy", 1
+NOISES = ("none", "constant", "by state", "lasting")
+LARGEST = 256 * reading.MIB
+LEAST_LOG_STD, MOST_LOG_STD = -20.0, 2.0  # of the noise that the state decides (Haarnoja et al. 2018, SAC)
+
+
+def _times(matrix: Array, x: Array) -> Array:
+    """Not by BLAS, whose threads would cost a small product more than they save, and might sum in another order."""
+    return np.einsum("ij,j->i", matrix, x)
+
+
+def _elu(x: Array) -> Array:
+    return np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0)))
+
+
+def _sigmoid(x: Array) -> Array:
+    return np.float32(0.5) * (np.tanh(np.float32(0.5) * x) + np.float32(1.0))
+
+
+ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
+    "ELU": _elu,
+    "LeakyReLU": lambda x: np.where(x > 0.0, x, np.float32(0.01) * x),
+    "ReLU": lambda x: np.maximum(x, np.float32(0.0)),
+    "SiLU": lambda x: x * _sigmoid(x),
+    "Sigmoid": _sigmoid,
+    "Tanh": np.tanh,
+}
+
+
+class Layer(NamedTuple):
+    """A linear map: `weight` (out, in) and `bias` (out,)."""
+
+    weight: Array
+    bias: Array
+
+    def __call__(self, x: Array) -> Array:
+        return _times(self.weight, x) + self.bias
+
+
+class Cell(NamedTuple):
+    """A layer of long short-term memory (Hochreiter & Schmidhuber 1997) as torch has it: from the input (4H, D) and
+    from the last output (4H, H) to the gates in, forget, cell, out."""
+
+    given: Layer
+    fed_back: Layer
+
+    def __call__(self, x: Array, h: Array, c: Array) -> tuple[Array, Array]:
+        gate_in, forget, cell, out = np.split(self.given(x) + self.fed_back(h), 4)
+        c = _sigmoid(forget) * c + _sigmoid(gate_in) * np.tanh(cell)
+        return _sigmoid(out) * np.tanh(c), c
+
+
+@dataclass(frozen=True)
+class Network:
+    """Observation → normalised → memory (`cells`) → `hidden` layers → `mean` torques, and the noise about them.
+
+    `noise`: "none"; "constant", of SD exp(`log_std`) (J,); "by state", the same with a `log_std` layer of the last
+    hidden one; "lasting", the last hidden layer times a matrix of SD exp(`log_std`) (L, J), drawn once an episode.
+    `squash`: torques go through tanh to the bounds of the action, else they are clipped. `told`: how it was trained.
+    """
+
+    observation_space: gym.Space[Any]
+    action_space: gym.spaces.Box
+    hidden: tuple[tuple[Layer, str], ...]
+    mean: Layer
+    squash: bool
+    noise: str = "none"
+    log_std: Layer | Array | None = None
+    cells: tuple[Cell, ...] = ()
+    most_mean: float | None = None
+    normalization: Normalization | None = None
+    told: Mapping[str, Any] = field(default_factory=dict)
+
+    def predict(
+        self, observation: Any, memory: Memory, began: bool, deterministic: bool, rng: np.random.Generator
+    ) -> tuple[Array, Memory]:
+        """Action (J,), and what to hand to the next call as `memory`; `began`: the first of an episode."""
+        if self.normalization is not None:
+            observation = self.normalization(observation)
+        h, c, lasting = (self._nothing(), self._nothing(), None) if began else memory
+        assert h is not None
+        assert c is not None
+        x = self._flat(observation)
+        h, c = h.copy(), c.copy()
+        for index, cell in enumerate(self.cells):
+            h[index], c[index] = cell(x, h[index], c[index])
+            x = h[index]
+        for layer, activation in self.hidden:
+            x = ACTIVATIONS[activation](layer(x))
+        torque: NDArray[Any] = self.mean(x)
+        if self.most_mean is not None:
+            torque = np.clip(torque, -np.float32(self.most_mean), np.float32(self.most_mean))
+        if not deterministic and self.noise != "none":
+            if self.noise == "lasting" and lasting is None:
+                assert isinstance(self.log_std, np.ndarray)
+                drawn = rng.standard_normal(self.log_std.shape, dtype=np.float32)
+                lasting = (np.exp(self.log_std) * drawn).astype(np.float32)
+            torque = torque + self._noise(x, lasting, rng)
+        low, high = self.action_space.low, self.action_space.high
+        if self.squash:
+            torque = low + np.float32(0.5) * (np.tanh(torque) + np.float32(1.0)) * (high - low)
+        return np.clip(torque, low, high).astype(np.float32), (h, c, lasting)
+
+    def _nothing(self) -> Array:
+        width = self.cells[0].fed_back.weight.shape[1] if self.cells else 0
+        return np.zeros((len(self.cells), width), np.float32)
+
+    def _flat(self, observation: Any) -> Array:
+        space = self.observation_space
+        parts = [observation[name] for name in space.spaces] if isinstance(space, gym.spaces.Dict) else [observation]
+        return np.concatenate([np.asarray(each, np.float32).ravel() for each in parts])
+
+    def _noise(self, x: Array, lasting: NDArray[Any] | None, rng: np.random.Generator) -> Array:
+        if lasting is not None:
+            return _times(lasting.T, x)
+        fresh = rng.standard_normal(len(self.mean.bias), dtype=np.float32)
+        if isinstance(self.log_std, Layer):
+            return np.exp(np.clip(self.log_std(x), LEAST_LOG_STD, MOST_LOG_STD)) * fresh
+        assert self.log_std is not None
+        return np.exp(self.log_std) * fresh
+
+    def write(self, path: Path) -> None:
+        """Write it to `path`, as `read` reads it."""
+        arrays: dict[str, NDArray[Any]] = {}
+
+        def put(name: str, layer: Layer) -> None:
+            arrays[f"{name}.weight"], arrays[f"{name}.bias"] = layer
+
+        for index, cell in enumerate(self.cells):
+            put(f"cell.{index}.given", cell.given)
+            put(f"cell.{index}.fed_back", cell.fed_back)
+        for index, (layer, _) in enumerate(self.hidden):
+            put(f"hidden.{index}", layer)
+        put("mean", self.mean)
+        if isinstance(self.log_std, Layer):
+            put("log_std", self.log_std)
+        elif self.log_std is not None:
+            arrays["log_std"] = self.log_std
+        if self.normalization is not None:
+            arrays |= self.normalization.arrays()
+        description = {
+            "kind": KIND,
+            "version": VERSION,
+            "observation": spaces_json.describe(self.observation_space),
+            "action": spaces_json.describe(self.action_space),
+            "cells": len(self.cells),
+            "activations": [activation for _, activation in self.hidden],
+            "squash": self.squash,
+            "noise": self.noise,
+            "most_mean": self.most_mean,
+            "normalization": None if self.normalization is None else self.normalization.description(),
+            "told": dict(self.told),
+        }
+        arrays["description"] = np.array(json.dumps(description))
+        with path.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+
+
+class _Arrays:
+    """The arrays of a file, each taken once, with the shape that it must have."""
+
+    def __init__(self, found: Mapping[str, NDArray[Any]]) -> None:
+        self.left = dict(found)
+
+    def take(self, name: str, *shape: int | None, dtype: type = np.float32) -> NDArray[Any]:
+        array = self.left.pop(name, None)
+        if array is None:
+            raise ValueError(f"it lacks {name!r}")
+        fits = array.ndim == len(shape) and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
+        if array.dtype.kind != "f" or not fits or not np.isfinite(array).all():
+            wanted = tuple("any" if each is None else each for each in shape)
+            raise ValueError(f"{name!r} must be finite numbers of shape {wanted}, got {array.dtype} {array.shape}")
+        return array.astype(dtype)
+
+    def layer(self, name: str, inputs: int, outputs: int | None = None) -> Layer:
+        weight = self.take(f"{name}.weight", outputs, inputs)
+        return Layer(weight, self.take(f"{name}.bias", len(weight)))
+
+
+def read(path: Path) -> Network:
+    """The network in the file at `path`; raises `ValueError` for a file that is none, or not whole. Runs nothing."""
+    try:
+        found = dict(reading.npz(path, LARGEST))
+    except OSError as error:
+        raise ValueError(f"{path} cannot be read: {error}") from error
+    try:
+        if "description" not in found:
+            raise ValueError(f"it has no description; it holds {', '.join(found) or 'nothing'}")
+        told = json.loads(str(found.pop("description")))
+        if not isinstance(told, dict) or (told.get("kind"), told.get("version")) != (KIND, VERSION):
+            raise ValueError(f"its description is not of a {KIND} of version {VERSION}")
+        return _restore(told, _Arrays(found))
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise ValueError(f"{path} is no policy that `agents.export` has written: {error}") from error
+
+
+def _restore(told: dict[str, Any], arrays: _Arrays) -> Network:
+    observation, action = (spaces_json.restore(told[name], name) for name in ("observation", "action"))
+    if not isinstance(action, gym.spaces.Box):
+        raise ValueError(f"the action must be a Box, got {action}")
+    joints, width = int(np.prod(action.shape)), gym.spaces.flatdim(observation)
+    cells: list[Cell] = []
+    for index in range(validate.integer("cells", told["cells"], 0, 100)):
+        memory = cells[0].fed_back.weight.shape[1] if cells else len(arrays.left[f"cell.{index}.given.bias"]) // 4
+        given = arrays.layer(f"cell.{index}.given", width, 4 * memory)
+        cells.append(Cell(given, arrays.layer(f"cell.{index}.fed_back", memory, 4 * memory)))
+        width = memory
+    hidden = []
+    for index, name in enumerate(told["activations"]):
+        layer = arrays.layer(f"hidden.{index}", width)
+        hidden.append((layer, validate.choice("activation", name, ACTIVATIONS)))
+        width = len(layer.bias)
+    mean, noise = arrays.layer("mean", width, joints), validate.choice("noise", told["noise"], NOISES)
+    log_std: Layer | Array | None = None
+    if noise == "by state":
+        log_std = arrays.layer("log_std", width, joints)
+    elif noise != "none":
+        log_std = arrays.take("log_std", *((width,) if noise == "lasting" else ()), joints)
+    most = told["most_mean"]
+    normalization = told["normalization"]
+    return Network(
+        observation,
+        action,
+        tuple(hidden),
+        mean,
+        validate.boolean("squash", told["squash"]),
+        noise,
+        log_std,
+        tuple(cells),
+        None if most is None else validate.number("most_mean", most, above=0.0),
+        None if normalization is None else Normalization.restore(normalization, observation, arrays.take),
+        _training(told["told"]),
+    )
+
+
+def _training(told: Any) -> dict[str, Any]:
+    """How it was trained: entries of the belief that it was shown (none: what is felt), and for how many steps it holds
+    an action."""
+    if not isinstance(told, dict):
+        raise ValueError(f"how it was trained must be a table, got {told!r}")
+    if not all(isinstance(each, str) for each in told.get("entries", [])):
+        raise ValueError(f"entries must be names, got {told['entries']!r}")
+    validate.integer("hold", told.get("hold", 1), 1, 10_000)
+    return told

@@ -1,0 +1,53 @@
+"""What a policy is shown: an observation, or one for each of several environments, stacked as in Stable-Baselines3."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from haptic_env import validate
+
+
+def count(observation: Any, space: gym.Space[Any] | None) -> int | None:
+    """For how many environments `observation` is, stacked; None: for one, not stacked."""
+    for _, value, each in _entries(observation, space):
+        shape = np.shape(value)
+        if each.shape is not None and len(shape) == len(each.shape) + 1 and shape[1:] == each.shape:
+            return shape[0]
+    return None
+
+
+def row(observation: Any, index: int) -> Any:
+    """The observation of the environment `index` of those in `observation`."""
+    if isinstance(observation, Mapping):
+        return {name: each[index] for name, each in observation.items()}
+    return observation[index]
+
+
+def check(observation: Any, space: gym.Space[Any] | None) -> None:
+    """Raise `ValueError` unless `observation` has the entries and shapes of `space`, and finite numbers; None: any."""
+    if isinstance(space, gym.spaces.Dict):
+        given = list(observation) if isinstance(observation, Mapping) else None
+        if given is None or not set(space) <= set(given):
+            got = observation if given is None else given
+            raise ValueError(f"an observation must have the entries {', '.join(space)}, got {got}")
+    for name, value, each in _entries(observation, space):
+        if isinstance(each, gym.spaces.MultiBinary):
+            validate.binary(name, value, each.shape)
+        elif isinstance(each, gym.spaces.Box):
+            validate.array(name, value, each.shape)
+
+
+def _entries(observation: Any, space: gym.Space[Any] | None) -> Iterator[tuple[str, Any, gym.Space[Any]]]:
+    """Name, value and space of each part of `observation` that `space` tells of; None tells of nothing."""
+    if space is None:
+        return
+    if not isinstance(space, gym.spaces.Dict):
+        yield "an observation", observation, space
+    elif isinstance(observation, Mapping):
+        for name, each in space.items():
+            if name in observation:
+                yield f"{name} of an observation", observation[name], each

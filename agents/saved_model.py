@@ -1,0 +1,77 @@
+"""A model as Stable-Baselines3 or sb3-contrib has saved it: a zip that holds pickles, which may run code when read."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agents.network import Memory
+from agents.normalization import Normalization
+
+WHY = (
+    "a model that Stable-Baselines3 has saved holds pickles, which can run any code when they are read. If you made it "
+    "yourself, or trust whoever made it as you trust a program of theirs, give trust=True (commands: --trust). "
+    "scripts/train.py writes the same as an .npz file that runs nothing, and so does agents.export(model, path)"
+)
+
+
+class SavedModel:
+    """The network of the zip at `path`, computed by torch; it does not matter which algorithm has trained it."""
+
+    def __init__(self, path: Path, normalize: Any = None) -> None:
+        """For a file that is trusted. Raises `ValueError` where it is no model; `ImportError` without
+        Stable-Baselines3."""
+        self._network, self.told = _load(path)
+        self.observation_space, self.action_space = self._network.observation_space, self._network.action_space
+        self.normalization: Normalization | None = None
+        if normalize is not None:
+            self.normalization = Normalization.of(normalize, self.observation_space, trust=True)
+
+    def predict(
+        self, observation: Any, memory: Memory, began: bool, deterministic: bool, rng: np.random.Generator
+    ) -> tuple[NDArray[np.float32], Memory]:
+        """As `Network.predict`; raises `ValueError` where the model has no finite torques."""
+        import torch
+
+        if self.normalization is not None:
+            observation = self.normalization(observation)
+        with torch.random.fork_rng(devices=[]):  # sampling has no generator of its own
+            torch.manual_seed(int(rng.integers(2**63)))
+            if began and getattr(self._network, "use_sde", False):
+                self._network.reset_noise()
+            try:
+                action, after = self._network.predict(observation, memory or None, np.array([began]), deterministic)
+            except ValueError as error:  # a distribution of what is not finite
+                raise ValueError(f"no finite torques: {error}") from error
+        return action, tuple(after or ())
+
+
+def _load(path: Path) -> tuple[Any, dict[str, Any]]:
+    """The network saved at `path`, and what `scripts/train.py` told of how it was trained."""
+    try:
+        import torch
+        from stable_baselines3.common.save_util import load_from_zip_file
+    except ImportError as error:
+        raise ImportError(
+            "models that Stable-Baselines3 has saved need it, and it is not installed: pip install 'haptic-slam[train]'"
+        ) from error
+    try:
+        data, parameters, _ = load_from_zip_file(path, device="cpu")
+        if data is None:
+            raise ValueError("it tells nothing of how it was made")
+        keywords = dict(data["policy_kwargs"])
+        if "gae_lambda" in data:  # on-policy algorithms tell it apart
+            keywords["use_sde"] = data["use_sde"]
+        kind = data["policy_class"]
+        rate = [lambda _: 0.0] if "lr_schedule" in inspect.signature(kind).parameters else []  # ARS needs none
+        with torch.random.fork_rng(devices=[]):  # it begins with weights of chance
+            network = kind(data["observation_space"], data["action_space"], *rate, **keywords)
+        network.load_state_dict(parameters["policy"])
+        network.set_training_mode(False)
+        return network, data.get("exploration", {})
+    except Exception as error:  # what is unpickled may raise anything
+        raise ValueError(f"{path} is no whole model of Stable-Baselines3 or sb3-contrib: {error}") from error

@@ -1,0 +1,73 @@
+"""Bodies that touch along edges, told apart by where their insides are. T triangles, E edges."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import extras
+
+ALIKE = 1e-6  # radians: directions closer than that are one
+
+
+class Edges(NamedTuple):
+    """E edges: `which` (3T,) each side of each triangle is, how many `run` along it (E,), and how many more do in one
+    direction than in the other (`balance` (E,)): in a closed surface, none anywhere."""
+
+    which: NDArray[np.int64]
+    run: NDArray[np.int64]
+    balance: NDArray[np.int64]
+
+
+def edges_of(faces: NDArray[np.int64]) -> Edges:
+    """The edges of the triangles `faces` (T, 3)."""
+    start, end = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    _, which, run = np.unique(low * (int(faces.max()) + 1) + high, return_inverse=True, return_counts=True)
+    balance = np.bincount(which, weights=np.where(start < end, 1, -1))
+    return Edges(which, run, balance.astype(np.int64))
+
+
+def neighbours(vertices: NDArray[np.float64], faces: NDArray[np.int64], edges: Edges) -> NDArray[np.int64]:
+    """(M, 2): the triangles that bound one body together, at all edges of a closed surface where more than two meet.
+
+    Around an edge the inside begins at a triangle that runs against it and ends at one that runs along it.
+    """
+    sides, first = np.argsort(edges.which, kind="stable"), np.cumsum(edges.run) - edges.run
+    found: list[tuple[int, int]] = []
+    for edge in np.flatnonzero(edges.run > 2):
+        face, place = np.divmod(sides[first[edge] : first[edge] + edges.run[edge]], 3)
+        start, end, apex = (faces[face, (place + k) % 3] for k in range(3))
+        along = start < end
+        low, high = vertices[min(start[0], end[0])], vertices[max(start[0], end[0])]
+        turn = np.round(_angles(high - low, vertices[apex] - low) / ALIKE) % round(2 * np.pi / ALIKE)
+        order = np.lexsort((~along, turn))  # where two lie back to back, one inside ends before the next begins
+        depth = np.cumsum(np.where(along[order], -1, 1))
+        begun: list[int] = []
+        for each in np.roll(order, -1 - int(np.argmin(depth))):
+            if along[each]:
+                found.append((face[begun.pop()], face[each]))
+            else:
+                begun.append(each)
+    return np.array(found, dtype=np.int64).reshape(-1, 2)
+
+
+def _angles(axis: NDArray[np.float64], arms: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(M,) radians about `axis` (3,) from the first of `arms` (M, 3) to each."""
+    axis = axis / np.linalg.norm(axis)
+    across = arms - np.outer(arms @ axis, axis)
+    return np.arctan2(across @ np.cross(axis, across[0]), across @ across[0])
+
+
+def apart(surface: Any) -> list[Any]:
+    """The parts of one closed trimesh that touches itself, each with edges of two triangles."""
+    trimesh = extras.load("trimesh", "meshes", "bodies that touch")
+    manifold = extras.load("manifold3d", "meshes", "bodies that touch")
+    corners, faces = surface.vertices.astype(np.float64), surface.faces.astype(np.uint64)
+    whole = manifold.Manifold(manifold.Mesh64(vert_properties=corners, tri_verts=faces))
+    if whole.status() != manifold.Error.NoError:
+        raise ValueError("touches itself along edges where more than two triangles meet: separate what touches there")
+    meshes = [part.to_mesh64() for part in whole.decompose()]
+    return [trimesh.Trimesh(each.vert_properties, each.tri_verts.astype(np.int64), process=False) for each in meshes]

@@ -1,0 +1,29 @@
+"""Ctrl-C, kept where it was lost: some libraries swallow it while they are imported, or in a callback of C."""
+
+from __future__ import annotations
+
+import signal
+from types import TracebackType
+
+
+class Stop:
+    """Within it Ctrl-C raises `KeyboardInterrupt` as ever, and `check` raises it once more where it came to nothing."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def __enter__(self) -> Stop:
+        self._usual = signal.signal(signal.SIGINT, self._ask)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        signal.signal(signal.SIGINT, self._usual)
+
+    def _ask(self, *_: object) -> None:
+        self.asked = True
+        raise KeyboardInterrupt
+
+    def check(self) -> None:
+        """Raise `KeyboardInterrupt` if Ctrl-C was pressed."""
+        if self.asked:
+            raise KeyboardInterrupt
