@@ -136,7 +136,9 @@ def _apart(trimesh: Any, surface: Any, edges: Edges) -> list[Any]:
     parts = list(surface.split(only_watertight=False, adjacency=beside, repair=False))
     if touching:
         split = [each for part in parts for each in ([part] if part.is_watertight else apart(part))]
-        parts = [part for part in split if abs(_volume(part)) > FLAT * np.prod(part.extents)] or split
+        parts = [part for part in split if abs(_volume(part)) > FLAT * np.prod(part.extents)]
+    if not parts:
+        raise ValueError(f"has no volume: it is flat, {_wide(surface.vertices)} wide")
     return parts
 
 

@@ -46,7 +46,7 @@ def cut(vertices: Array, faces: NDArray[np.int64], seconds: float = SECONDS) -> 
     assert process.stdout is not None
     try:
         with contextlib.suppress(OSError):  # it ended: what it answered tells
-            given = pack(vertices=vertices, faces=faces)
+            given = _pack(vertices=vertices, faces=faces)
             process.stdin.write(len(given).to_bytes(8, "little") + given)
             process.stdin.flush()  # left open: the other end sees when this process ends
         answer = process.stdout.read()
@@ -65,19 +65,30 @@ def cut(vertices: Array, faces: NDArray[np.int64], seconds: float = SECONDS) -> 
         raise ValueError(
             f"cannot be cut into convex pieces, CoACD ended {how}: its surface may cross itself, repair it"
         )
-    told = unpack(answer)
-    return np.split(told["corners"], np.cumsum(told["lengths"])[:-1])
+    return unpack_pieces(answer)
 
 
-def pack(**arrays: Any) -> bytes:
-    """`arrays` as bytes."""
+def pack_pieces(pieces: list[Array]) -> bytes:
+    """The corners (M, 3) of each piece as bytes."""
+    return _pack(corners=np.concatenate(pieces), lengths=np.array([len(piece) for piece in pieces]))
+
+
+def unpack_pieces(data: bytes) -> list[Array]:
+    """What `pack_pieces` made bytes of; an error of whatever kind where they are others."""
+    told = _unpack(data)
+    corners, lengths = told["corners"], told["lengths"]
+    if corners.shape != (lengths.sum(), 3) or not np.isfinite(corners).all():
+        raise ValueError(f"corners of shape {corners.shape} are none of {len(lengths)} pieces")
+    return np.split(corners, np.cumsum(lengths)[:-1])
+
+
+def _pack(**arrays: Any) -> bytes:
     stream = io.BytesIO()
-    np.savez(stream, **arrays)
+    np.savez(stream, allow_pickle=False, **arrays)
     return stream.getvalue()
 
 
-def unpack(data: bytes) -> dict[str, NDArray]:
-    """What `pack` made bytes of."""
+def _unpack(data: bytes) -> dict[str, NDArray]:
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
         return dict(arrays)
 
@@ -85,9 +96,11 @@ def unpack(data: bytes) -> dict[str, NDArray]:
 def _serve(seconds: float) -> None:
     """What the other process does: read a surface, write its pieces, end when nobody waits for them."""
     size = int.from_bytes(sys.stdin.buffer.read(8), "little")
-    told = unpack(sys.stdin.buffer.read(size))
+    told = _unpack(sys.stdin.buffer.read(size))
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    threading.Timer(seconds + 60, os._exit, [1]).start()  # where a fork of the parent keeps the pipe open
+    limit = threading.Timer(seconds + 60, os._exit, [1])  # where a fork of the parent keeps the pipe open
+    limit.daemon = True
+    limit.start()
     answer = os.dup(1)
     os.dup2(2, 1)  # what CoACD prints is no answer
 
@@ -96,7 +109,7 @@ def _serve(seconds: float) -> None:
     coacd.set_log_level("error")
     pieces = [corners for corners, _ in coacd.run_coacd(coacd.Mesh(told["vertices"], told["faces"]), **HOW)]
     with os.fdopen(answer, "wb") as stream:
-        stream.write(pack(corners=np.concatenate(pieces), lengths=np.array([len(piece) for piece in pieces])))
+        stream.write(pack_pieces(pieces))
     os._exit(0)
 
 

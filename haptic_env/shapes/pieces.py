@@ -9,11 +9,10 @@ import tempfile
 from importlib import metadata
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import QhullError
+from scipy.spatial import ConvexHull, QhullError
 
 from haptic_env import cache, extras
 from haptic_env.shapes import decomposition
@@ -59,13 +58,12 @@ def convex_pieces(solid: Any, tolerance: float) -> list[Array]:
 
 def felt(pieces: list[Array], width: float) -> list[Array]:
     """Those of `pieces` that are no mere flakes of a solid `width` wide: the physics takes none without a volume."""
-    trimesh = extras.load("trimesh", "meshes", "a shape from a file")
-    return [piece for piece in pieces if len(piece) > 3 and _volume(trimesh, piece) > FLAKE * width**3]
+    return [piece for piece in pieces if len(piece) > 3 and _volume(piece) > FLAKE * width**3]
 
 
-def _volume(trimesh: Any, piece: Array) -> float:
+def _volume(piece: Array) -> float:
     try:
-        return float(trimesh.convex.convex_hull(piece).volume)
+        return float(ConvexHull(piece).volume)
     except QhullError:  # all in one plane
         return 0.0
 
@@ -100,18 +98,13 @@ def _remembered(vertices: Array, faces: NDArray[np.int64]) -> list[Array]:
     name = hashlib.sha256(b"".join([told, *(each.tobytes() for each in arrays)])).hexdigest()
     place = cache.folder() / "pieces" / f"{name}.npz"
     try:
-        return _load(place)
-    except (OSError, ValueError, KeyError, BadZipFile):  # not there, or not whole
+        return decomposition.unpack_pieces(place.read_bytes())
+    except Exception:  # not there, or no answer: it is found again
         pass
     pieces = decomposition.cut(vertices, faces)
     with contextlib.suppress(OSError):  # a full disk costs the time, no more
         _save(place, pieces)
     return pieces
-
-
-def _load(place: Path) -> list[Array]:
-    kept = decomposition.unpack(place.read_bytes())
-    return np.split(kept["corners"], np.cumsum(kept["lengths"])[:-1])
 
 
 def _save(place: Path, pieces: list[Array]) -> None:
@@ -120,8 +113,7 @@ def _save(place: Path, pieces: list[Array]) -> None:
     handle, name = tempfile.mkstemp(dir=place.parent, suffix=".npz")
     try:
         with os.fdopen(handle, "wb") as file:
-            lengths = np.array([len(piece) for piece in pieces])
-            file.write(decomposition.pack(corners=np.concatenate(pieces), lengths=lengths))
+            file.write(decomposition.pack_pieces(pieces))
         os.replace(name, place)
     finally:
         Path(name).unlink(missing_ok=True)

@@ -16,11 +16,11 @@ BRACKET = np.array([(0.0, 0.0), (0.08, 0.0), (0.08, 0.03), (0.03, 0.03), (0.03, 
 
 def prism(ring: NDArray[np.float64], height: float, first: int = 0) -> tuple[NDArray[np.float64], list[list[int]]]:
     """Corners (2K, 3) and faces of the prism on the polygon `ring` (K, 2): two of K corners that begin with corner
-    `first` and its successor, and K of four."""
+    `first`, and K of four."""
     count = len(ring)
     corners = np.vstack([np.column_stack([ring, np.full(count, z)]) for z in (0.0, height)])
     sides = [[i, (i + 1) % count, (i + 1) % count + count, i + count] for i in range(count)]
-    below, above = np.roll(np.arange(count), -first)[::-1], np.roll(np.arange(count, 2 * count), -first)
+    below, above = np.roll(np.arange(count)[::-1], first + 1), np.roll(np.arange(count, 2 * count), -first)
     turned = [np.roll(side, -first).tolist() for side in sides]
     return corners, [below.tolist(), above.tolist(), *turned]
 
