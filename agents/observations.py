@@ -33,7 +33,7 @@ def check(observation: Any, space: gym.Space[Any] | None) -> None:
         given = list(observation) if isinstance(observation, Mapping) else None
         if given is None or not set(space) <= set(given):
             got = observation if given is None else given
-            raise ValueError(f"an observation must have the entries {', '.join(space)}, got {got}")
+            raise ValueError(f"an observation must have the entries {', '.join(space)}, got {validate.shown(got)}")
     for name, value, each in _entries(observation, space):
         if isinstance(each, gym.spaces.MultiBinary):
             validate.binary(name, value, each.shape)

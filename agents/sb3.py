@@ -71,6 +71,8 @@ class Sb3(Guided):
             raise ValueError(
                 f"the model {path or SHIPPED.name} was trained for another hand or observation: {'; '.join(wrong)}"
             )
+        if isinstance(model, Network) and model.noise != "lasting":
+            self.remembers = ((), (self.joints,), *[model.memory] * 2, None)
         self._hold = 1 if env.has_wrapper_attr("held") else model.told.get("hold", 1)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:

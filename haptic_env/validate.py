@@ -43,6 +43,14 @@ def choice(what: str, value: Any, valid: Collection[str]) -> str:
     raise ValueError(f"unknown {what} {shown(value)}{hint}; choose from {', '.join(sorted(valid))}")
 
 
+def names(what: str, value: Any) -> tuple[str, ...]:
+    """Return `value` if it is texts one after the other, one at least; else raise `ValueError`."""
+    several = isinstance(value, Sequence) and not isinstance(value, str)
+    if not several or not value or not all(isinstance(each, str) for each in value):
+        raise ValueError(f"{what} must be one name or more, got {shown(value)}")
+    return tuple(value)
+
+
 def keywords(what: str, given: Iterable[str], valid: Collection[str]) -> None:
     """Raise `ValueError` at the first keyword in `given` that is not in `valid`."""
     for name in given:

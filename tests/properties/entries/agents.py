@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import agents
 from agents.hold_action import HoldAction
-from agents.sb3 import Sb3
+from agents.sb3 import SHIPPED, Sb3
 from agents.synergy import posture_basis
 from observer import (
     BeliefFeatures,
@@ -25,8 +25,20 @@ from observer import (
 from observer.belief_observation import ENTRIES as BELIEF_ENTRIES
 from tests.properties import samples
 from tests.properties.entry import Entry
-from tests.properties.files import file
-from tests.properties.parameters import Parameter, binary, fixed, integer, name, number, one_of, seed, several, switch
+from tests.properties.files import Content, archives, file, spoilt
+from tests.properties.parameters import (
+    Parameter,
+    array,
+    binary,
+    fixed,
+    integer,
+    name,
+    number,
+    one_of,
+    seed,
+    several,
+    switch,
+)
 from tests.properties.rule import Allowed
 from tests.properties.strategies import odd_names, odd_numbers
 
@@ -87,6 +99,25 @@ PREDICT = {
     "episode_start": Parameter(one_of(None, True, lambda: np.array([False])).valid, odd_numbers | fixed((1,)).odd),
     "deterministic": Parameter(st.booleans(), odd_numbers),
 }
+TRAINED = SHIPPED.read_bytes()
+with np.load(SHIPPED) as _kept:
+    ARRAYS = {name: _kept[name] for name in _kept.files}
+DESCRIPTION = ARRAYS["description"].item()
+
+
+def _described(text: bytes) -> Content:
+    """The shipped model with another description."""
+    return Content(
+        ".npz", samples.npz({**ARRAYS, "description": np.array(text.decode(errors="replace").replace("\0", " "))})
+    )
+
+
+# No zip is ever opened here: what is damaged in a pickle may run anything.
+MODEL = file(
+    ".npz",
+    TRAINED,
+    also=archives(ARRAYS) | spoilt(".npz", DESCRIPTION.encode()).map(lambda content: _described(content.data)),
+)
 KEYWORDS: dict[str, Parameter] = {
     "sd": number(0.1, 3.0),
     "seconds": number(0.05, 2.0),
@@ -98,7 +129,8 @@ KEYWORDS: dict[str, Parameter] = {
     "synergies": integer(1, 4),
     "flexion": number(-1.0, 1.0),
     "recordings": file(".npy", samples.npy()),
-    "path": file(".zip", b"PK"),
+    "path": MODEL,
+    "normalize": one_of(None),
     "trust": switch(),
     "no_such_keyword": one_of(1),
 }
@@ -112,7 +144,7 @@ def _keywords_of(policy: Any) -> dict[str, Parameter]:
 def _wrapped(wrapper: Any, actions: Any = None, **call: Any) -> Any:
     env = wrapper(observed(), **call)
     seen = [env.reset(seed=0)]
-    for action in [np.zeros(J)] if actions is None else actions:
+    for action in [np.zeros(J)] if actions is None else actions if isinstance(actions, list) else [actions]:
         seen.append(env.step(action))
     return seen
 
@@ -162,7 +194,7 @@ class Commands:
 ENTRIES: dict[str, Entry] = {
     "agents.act": Entry(
         lambda action: agents.act(Commands(action), {})[0],  # type: ignore[arg-type]
-        {"action": fixed((J,)).always},
+        {"action": array((J,)).always},
         Allowed(words=("policy",)),
     ),
     "agents.act[of no policy]": Entry(
@@ -190,10 +222,26 @@ ENTRIES: dict[str, Entry] = {
         )
         for kind, policy in agents.POLICIES.items()
     },
+    "agents.load_model": Entry(
+        lambda path: agents.load_model(path).told,  # type: ignore[arg-type]
+        {"path": MODEL.always},
+        POLICY,
+        weight=2,
+    ),
+    "agents.is_model": Entry(lambda name: agents.is_model(name), {"name": Parameter(OTHERS, OTHERS, needed=True)}),
+    "agents.export": Entry(
+        lambda model, path: agents.export(model, path),
+        {"model": Parameter(OTHERS, OTHERS, needed=True), "path": one_of("a.npz").always},
+        POLICY,
+        weight=0.3,
+    ),
     "agents.make": Entry(lambda name: _made(name), {"name": name(agents.POLICIES).always}, POLICY),
     "agents.find": Entry(lambda name: agents.find(name).guided, {"name": name(agents.POLICIES).always}, POLICY),
     "agents.sb3.Sb3": Entry(
-        lambda path: Sb3(observed(), path=path), {"path": file(".zip", b"PK\x05\x06" + bytes(18)).always}, POLICY
+        lambda path: Sb3(observed(), path=path).predict(observed().reset(seed=0)[0])[0],
+        {"path": MODEL.always},
+        POLICY,
+        weight=4,
     ),
     **{
         f"{kind}": Entry(partial(_wrapped, wrapper), keywords, Allowed(words=("entry",)), weight=0.5)
@@ -216,7 +264,12 @@ ENTRIES: dict[str, Entry] = {
     ),
     "observer.BeliefFeatures": Entry(
         _features,
-        {"entries": SHOWN, "seconds": number(0.1, 10.0), "control_hz": number(10.0, 100.0), "labels": ACTIONS},
+        {
+            "entries": SHOWN,
+            "seconds": number(0.1, 10.0),
+            "control_hz": number(10.0, 100.0),
+            "labels": several(name(["a", "b"]), 2, 2),
+        },
         Allowed(words=("entry", "entries", "label")),
     ),
     "observer.BeliefFeatures.vector": Entry(

@@ -209,13 +209,18 @@ ENTRIES: dict[str, Entry] = {
     ),
     "scripts.presets.read": Entry(_preset, {"path": file(".toml", *PRESETS, there=True).always}, FILE, weight=2),
     "scripts.checkpoints.newest": Entry(
-        _checkpoint, {"path": file(".json", b'{"files": {"model.npz": "00"}, "state": {"steps": 3}}', there=True).always}, FILE
+        _checkpoint,
+        {"path": file(".json", b'{"files": {"model.npz": "00"}, "state": {"steps": 3}}', there=True).always},
+        FILE,
     ),
     "scripts.results.Results": Entry(
-        _results, {
+        _results,
+        {
             "path": file(".csv", TABLE, there=True).always,
             "config": file(".json", b'{"trials": 1}', there=True),
-        }, FILE, weight=2
+        },
+        FILE,
+        weight=2,
     ),
     "scripts.showing.read": Entry(
         _showing, {"path": file(".npz", samples.npz(SHOWING), also=archives(SHOWING), there=True).always}, FILE

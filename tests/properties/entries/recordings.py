@@ -102,9 +102,7 @@ RECORDING: dict[str, Parameter] = {
     "torques": array((T, J)),
     "felt_angles": array((T, J), -0.2, 1.0),
     "contacts": binary((T, samples.PATCHES)),
-    "settings": Parameter(
-        st.just({"seed": 1}), odd_names | odd_numbers | st.just({"a": object()})
-    ),
+    "settings": Parameter(st.just({"seed": 1}), odd_names | odd_numbers | st.just({"a": object()})),
 }
 MADE = Allowed(words=("recording", "root", "object", "frame", "time", "joint", "settings"))
 
@@ -199,7 +197,8 @@ ENTRIES: dict[str, Entry] = {
         MADE,
     ),
     "haptic_env.replay.KinematicReplay.step": Entry(
-        lambda actions: _replayed(samples.recording(felt=None), actions), {"actions": array((J,)).always},
+        lambda actions: _replayed(samples.recording(felt=None), actions),
+        {"actions": array((J,)).always},
         Allowed(words=("action",)),
     ),
     "haptic_env.replay.Playback": Entry(lambda **call: _played(_made(**call)), RECORDING, MADE),
