@@ -185,8 +185,8 @@ def numbers(
 
 
 def together(bound: float = LARGEST, /, **arrays: ArrayLike) -> list[NDArray[np.float64]]:
-    """Return `arrays` of finite numbers, none beyond ± `bound`, all of the one shape that they can be broadcast to; else
-    `ValueError`."""
+    """Return `arrays` of finite numbers, none beyond ± `bound`, all of the one shape that they can be broadcast to;
+    else `ValueError`."""
     checked = {what: numbers(what, value, bound=bound) for what, value in arrays.items()}
     try:
         return list(np.broadcast_arrays(*checked.values()))
