@@ -144,6 +144,9 @@ class InformationGain(Guided):
             position=solids.position[pick],
         )
         shape = self.shape
+        tolerance = float(np.hypot(shape.tolerance, SPREAD))
+        weight = shape.temper * self.every / shape.stride
+        told = lookahead.Told(tolerance, shape.surprise, weight, shape.said, shape.alike * tolerance)
         left = np.empty((len(push), len(worlds)))
         side_by_side.run(
             lookahead.class_entropies,
@@ -161,9 +164,7 @@ class InformationGain(Guided):
             log_weights,
             label,
             int(of.max()) + 1,
-            float(np.hypot(shape.tolerance, SPREAD)),
-            shape.surprise,
-            shape.temper * self.every / shape.stride,
+            told,
             left,
         )
         weights = share[worlds] / np.bincount(label[worlds])[label[worlds]]

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from haptic_env.compiled import inner, kernel
 from haptic_env.hand import Hand
 from observer.kinematics import body_frames, point_jacobian
-from observer.shape_kernels import CLEAR, patch_gaps
+from observer.novelty import Said
+from observer.shape_kernels import CLEAR, ends, patch_gaps, repeated
 from observer.solid_fields import field_distance
 
 Array = NDArray[np.float64]
@@ -30,6 +31,17 @@ class Spheres(NamedTuple):
     body: NDArray[np.int64]
     along: Array
     radius: Array
+
+
+class Told(NamedTuple):
+    """What weighs what would be felt: the `tolerance` m of a gap, the probability of a `surprise`, the `weight` that is
+    the exponent of a look, and what was `said` before: it is no news from `alike` m away (0: all of it is)."""
+
+    tolerance: float
+    surprise: float
+    weight: float
+    said: Said
+    alike: float
 
 
 class Line(NamedTuple):
@@ -142,10 +154,11 @@ def roll(tree, spheres, solids, h, line, torque, every, looks):
 
 
 @inner()
-def _feel(skin, solids, world, tolerance, surprise, weight, log_likelihood, scratch):
+def _feel(skin, solids, world, told, log_likelihood, scratch):
     """Add to `log_likelihood` (H,) what the contacts of a hand whose frames are in `scratch` say of each hypothesis,
-    were `world` the true one, as `observer.shape_kernels` has it; `weight`: exponent of that evidence."""
-    position, rotation, felt, gaps = scratch
+    were `world` the true one, as `observer.shape_kernels` has it."""
+    position, rotation, felt, gaps, place, rings = scratch
+    tolerance, surprise, said = told.tolerance, told.surprise, told.said
     clear = CLEAR * tolerance
     least = np.log(surprise)
     for link in range(len(skin.body)):
@@ -158,6 +171,13 @@ def _feel(skin, solids, world, tolerance, surprise, weight, log_likelihood, scra
                 touches += 1
             else:
                 felt[patch] = clear
+            rings[patch] = felt[patch] < FELT
+        weight = told.weight
+        if told.alike > 0.0:
+            ends(skin, link, position[body], rotation[body], place)
+            weight *= max(1.0 - repeated(said, link, place, rings, told.alike, first, end), 0.0)
+        if weight == 0.0:
+            continue
         for h in range(len(log_likelihood)):
             if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
                 log_likelihood[h] += weight * touches * least
@@ -211,16 +231,14 @@ def class_entropies(
     log_weights,
     label,
     labels,
-    tolerance,
-    surprise,
-    weight,
+    told,
     out,
 ):
     """Fill `out` (M, K), from `begin` to `end`, with bits: the entropy of the labels that is left after each of the
     `torques` (M, J) N·m (beyond those of now) was held for T = `looks` times `every` steps, were each of `worlds` (K,)
     the true hypothesis.
 
-    `log_weights` (H,) and `label` (H,) of the hypotheses, `weight`: exponent of the evidence of a look.
+    `log_weights` (H,) and `label` (H,) of the hypotheses; `told` weighs what would be felt.
     """
     for m in range(begin, end):
         poses = np.empty((looks, len(line.low)))
@@ -231,11 +249,13 @@ def class_entropies(
             np.empty((len(tree.parent), 3, 3)),
             np.empty(patches),
             np.empty(patches),
+            np.empty(6),
+            np.empty(patches, dtype=np.bool_),
         )
         for k in range(len(worlds)):
             roll(tree, spheres, solids, worlds[k], line, torques[m], every, poses)
             log_likelihood[:] = 0.0
             for t in range(looks):
                 body_frames(tree, poses[t], scratch[0], scratch[1])
-                _feel(skin, solids, worlds[k], tolerance, surprise, weight, log_likelihood, scratch)
+                _feel(skin, solids, worlds[k], told, log_likelihood, scratch)
             out[m, k] = _class_entropy(log_weights, log_likelihood, label, labels)

@@ -21,12 +21,14 @@ def looking_ahead(hand: Hand) -> None:
     ahead = ForwardModel(hand, 50.0).predict(np.concatenate([rest, np.zeros(hand.joints)]), np.zeros(hand.joints))
     low, high = (np.ascontiguousarray(each) for each in hand.joint_limits.T)
     line = lookahead.Line(ahead.state.copy(), ahead.state, ahead.transition, ahead.torque_gain, low, high)
-    solids, log_weights, label = ShapePosterior(hand).hypotheses
+    shape = ShapePosterior(hand)
+    solids, log_weights, label = shape.hypotheses
     torques, left = np.zeros((1, hand.joints)), np.empty((1, 1))
     of_hand = tree_of(hand), lookahead.spheres_of(hand), skin_of(hand)
     worlds = np.zeros(1, dtype=np.int64)
-    told = line, torques, 1, 1, worlds, log_weights, label, int(label.max()) + 1, 0.002, 0.001, 0.1
-    lookahead.class_entropies(0, 1, *of_hand, solids, *told, left)
+    asked = line, torques, 1, 1, worlds, log_weights, label, int(label.max()) + 1
+    told = lookahead.Told(0.002, shape.surprise, shape.temper, shape.said, 0.008)
+    lookahead.class_entropies(0, 1, *of_hand, solids, *asked, told, left)
     points, body = np.zeros((1, 3)), np.zeros(1, dtype=np.int64)
     grid = np.zeros((2, 2, 2))
     expected(of_hand[0], points, body, body, np.tile(rest, (1, 2, 1)), np.zeros(3), 0.004, grid, grid)

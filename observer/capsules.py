@@ -93,6 +93,12 @@ class Reach(NamedTuple):
     fall: NDArray[np.float64]
     felt: NDArray[np.float64]
 
+    def of(self, links: NDArray[np.bool_]) -> Reach:
+        """The same where only `links` (L,) sweep anything away."""
+        if links.all():
+            return self
+        return self._replace(free=np.where(links[:, None], self.free, 0), carved=np.where(links, self.carved, 0.0))
+
 
 class Stance(NamedTuple):
     """How the hand stands: at the angles `pose` (J,), with the frames of its bodies at `position` (B, 3) m and

@@ -36,6 +36,10 @@ class ContactModel:
     as the paper does, which is right where particles carry the whole of it.
 
     `temper`: exponent of p(z | q, m) in matching and weighing, below 1 because successive steps are not independent.
+
+    `repeats`: how long a map listens to a link that rests or comes back. What it has to say at one place is said after
+    0.7 times so many steps; from then on neither its sweeps nor its touches change anything (`observer.novelty`). 0:
+    every step counts.
     """
 
     prior: float = 0.03
@@ -53,10 +57,12 @@ class ContactModel:
     edge: float = 0.175
     caution: float = 1.0
     temper: float = 0.3
+    repeats: float = 50.0
 
     def __post_init__(self) -> None:
         for field in fields(self):
             high = 1.0 if field.name in ("prior", "hit", "false_alarm", "temper") else 10.0
+            high = np.inf if field.name == "repeats" else high
             validate.number(field.name, getattr(self, field.name), 0.0, high)
         if self.hit >= 1.0:
             raise ValueError(f"hit must be below 1, got {self.hit}")

@@ -31,6 +31,7 @@ from observer.kinematic_pose import KinematicPose
 from observer.kinematics import placed, tree_of
 from observer.known_solids import KnownSolids
 from observer.matching import MATCHING, Cloud, Felt
+from observer.novelty import MapNovelty
 from observer.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
 from observer.pose_filter import ContactDynamics, PoseFilter
 from observer.pose_source import PoseSource
@@ -49,7 +50,7 @@ AS_WRITTEN: dict[str, Any] = {
     "motion": "delta_pose",
     "matching": "sample",
     "lag": 0,
-    "contact_model": ContactModel(prior=0.5, touch=1.0, sustained=1.0, free=1.0, caution=0.0, temper=1.0),
+    "contact_model": ContactModel(prior=0.5, touch=1.0, sustained=1.0, free=1.0, caution=0.0, temper=1.0, repeats=0.0),
 }
 
 
@@ -130,6 +131,7 @@ class HapticSLAM:
         self._watches = group[hand.patches.link][:, None] == group  # (P, L): links whose patches a touch calls up
         self._lattice = capsules.lattice_of(self.grid)
         self._evidence = self.contact_model.evidence(self.grid.resolution)
+        self._novelty = MapNovelty(hand, self.contact_model.repeats, self.grid.resolution)
         self._pending: deque[tuple[NDArray[np.bool_], Pose | None]] | None = None
         also = {
             "sampled_matching": matching == "sample",
@@ -167,6 +169,7 @@ class HapticSLAM:
         self._weigh_alike()
         self._log_evidence = 0.0
         self._felt = np.zeros(len(self.hand.patches), dtype=bool)
+        self._novelty.reset()
         self._pending = deque()  # felt, but waiting for the lag
         self._moments: list[hindsight.Moment] = []
         if self._known is not None:
@@ -249,16 +252,18 @@ class HapticSLAM:
             self.pose.covariance[lagged, lagged].copy(),
         )
         touch = np.where(self._felt, self.contact_model.sustained, self.contact_model.touch)
-        if self.in_hindsight:
-            self._moments.append(hindsight.Moment(stance.position, stance.rotation, reach.place, contacts, touch))
+        heard = self._novelty.heard(self._tree, proposal.mean, contacts)
+        if self.in_hindsight and heard.any():
+            moment = hindsight.Moment(stance.position, stance.rotation, reach.place, contacts, touch, heard)
+            self._moments.append(moment)
         felt = Felt(
             self._tree,
             self._body,
             self._lattice,
             self._evidence,
-            reach,
+            reach.of(heard),
             contacts,
-            touch,
+            np.where(heard[self.hand.patches.link], touch, 0.0),
             self._watches[contacts].any(axis=0),
         )
         self._felt = contacts

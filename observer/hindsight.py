@@ -28,18 +28,21 @@ WEIGHT = 3.0  # of a touch, times its own: shared out with all that is known it 
 EDGE = 1.7  # of the skin, times its own: sweeps count in full here, so that what they exclude must be surer
 NO_FLOOR = -(2**40)  # sweeps count in full
 DOUBT = 1e-9  # probability that a touch with a single suspect, and no false alarms, had another cause
+AWAY = 10.0  # m before a grid lies what is not to meet it
 ROUNDS = 8  # by then no probability of a trial of 30 s moves by more than 0.03
 
 
 class Moment(NamedTuple):
     """One step of a trial: the frames of the hand's bodies at the smoothed pose, `position` (B, 3) m and `rotation`
-    (B, 3, 3), the SD of each link's `place` (L,) m, `contacts` (P,), and the weight of each patch's `touch` (P,)."""
+    (B, 3, 3), the SD of each link's `place` (L,) m, `contacts` (P,), and the weight of each patch's `touch` (P,); only
+    of the links that were `heard` (L,)."""
 
     position: Array
     rotation: Array
     place: Array
     contacts: NDArray[np.bool_]
     touch: Array
+    heard: NDArray[np.bool_]
 
 
 def occupancy(
@@ -51,8 +54,11 @@ def occupancy(
     evidence = evidence._replace(edge=EDGE * evidence.edge)
     cells = int(np.prod(grid.shape))
     swept, seen = np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=bool)
-    position, rotation, place, contacts, touch = (np.stack(each) for each in zip(*moments, strict=True))
+    position, rotation, place, contacts, touch, heard = (np.stack(each) for each in zip(*moments, strict=True))
     lattice = capsules.lattice_of(grid)
+    step, link = np.nonzero(~heard)
+    position[step, link_body[link]] = lattice.origin - AWAY
+    contacts &= heard[:, body.patch_link]
     suspects, weight, cell, hits = look_back(
         link_body, body, lattice, evidence, position, rotation, place, contacts, touch, swept, seen
     )

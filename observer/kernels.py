@@ -1,8 +1,8 @@
 """The compiled inner loop where the pose is all the particles': each has the whole of the map at its own pose.
 
 N particles, J joints, P patches, K candidates, L links, V = X·Y·Z voxels, M points of the skin. Maps are int8
-log-odds in units of `QUANTUM`, (N, V). Kernels are pure: random numbers come in, nothing is kept. Loops run in
-parallel over particles, each of which is computed in one order: the same bits for any number of threads.
+log-odds in units of `QUANTUM`, (N, V). Kernels are pure: random numbers come in, nothing is kept. Each
+particle is computed in one order: the same bits for any number of threads.
 """
 
 from __future__ import annotations

@@ -13,6 +13,8 @@ from observer.kinematics import body_frames
 from observer.solid_fields import field_distance
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
+APART = 3.0  # in units of what is alike: from places further apart nothing is said again
+LITTLE = 0.001  # a share of news below which there is none
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
 
 
@@ -73,25 +75,79 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     return near
 
 
+@inner()
+def repeated(said, link, place, contacts, alike, first, end):
+    """Exponent with which `link` has `said` before what it says at `place` (6,) m while its patches, `first` to `end`,
+    feel `contacts` (P,): of each look the share that says the same (`observer.novelty`); places are `alike` m apart."""
+    total, most = 0.0, 2.0 * (APART * alike) ** 2
+    for look in range(min(said.looks[link], len(said.contacts))):
+        square = 0.0
+        for i in range(6):
+            square += (said.place[link, look, i] - place[i]) ** 2
+        if square > most:
+            continue
+        both, either = 0, 0
+        for patch in range(first, end):
+            both += contacts[patch] and said.contacts[look, patch]
+            either += contacts[patch] or said.contacts[look, patch]
+        same = both / either if either > 0 else 1.0
+        total += said.exponent[link, look] * same * np.exp(-0.25 * square / alike**2)
+    return total
+
+
+@inner()
+def ends(skin, link, position, rotation, place):
+    """Fill `place` (6,) m with both ends of the bone of `link`, its body at `position` (3,) and `rotation` (3, 3)."""
+    for i in range(3):
+        place[i] = position[i]
+        place[3 + i] = position[i] + 2.0 * skin.middle[link] * rotation[i, 2]
+
+
+@kernel()
+def note(tree, skin, said, angles, contacts, alike, temper, news):
+    """Fill `news` (L,) with how much of what each link says is new, 1 for all of it, at the `angles` (J,) and with
+    `contacts` (P,); looks from places some `alike` (L,) m apart say the same. It is noted in `said`, with the exponent
+    `temper` as far as it is new, so that like looks together have at most 1."""
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    place = np.empty(6)
+    body_frames(tree, angles, position, rotation)
+    for link in range(len(news)):
+        body, first, end = skin.body[link], skin.first_patch[link], skin.first_patch[link + 1]
+        ends(skin, link, position[body], rotation[body], place)
+        new = 1.0 - repeated(said, link, place, contacts, alike[link], first, end)
+        news[link] = new if new > LITTLE else 0.0
+        if news[link] == 0.0:
+            continue
+        look = said.looks[link] % len(said.contacts)
+        for i in range(6):
+            said.place[link, look, i] = place[i]
+        for patch in range(first, end):
+            said.contacts[look, patch] = contacts[patch]
+        said.exponent[link, look] = temper * new
+        said.looks[link] += 1
+
+
 @inner(fastmath=True)
 def _part_likelihood(
-    skin, solids, g, position, rotation, contacts, touches, tolerance, press, surprise, gaps, likelihood
+    skin, solids, g, position, rotation, contacts, touches, tolerance, press, surprise, news, gaps, likelihood
 ):
     """Fill `likelihood` (H,) with p(z_g | q, h) of part `g`, whose bodies are at `position` (B, 3) and `rotation`
-    (B, 3, 3); `touches` (L,) count the contacts of each link, `gaps` (P,) is scratch."""
+    (B, 3, 3); `touches` (L,) count the contacts of each link, what it says has the exponent `news` (L,); `gaps` (P,) is
+    scratch."""
     for h in range(len(likelihood)):
         likelihood[h] = 1.0
     for link in range(len(skin.body)):
-        if skin.group[link] != g:
+        if skin.group[link] != g or news[link] <= 0.0:
             continue
         body, near = skin.body[link], tolerance[link]
         clear = CLEAR * near
         for h in range(len(likelihood)):
             if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
-                for _ in range(touches[link]):
-                    likelihood[h] *= surprise
+                if touches[link] > 0:
+                    likelihood[h] *= surprise ** (news[link] * touches[link])
                 continue
-            touched, silent = clear, clear
+            told, touched, silent = 1.0, clear, clear
             for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
                 gap = gaps[patch]
                 if not contacts[patch]:
@@ -100,19 +156,22 @@ def _part_likelihood(
                 touched = min(touched, gap)
                 ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / near
                 fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
-                likelihood[h] *= surprise + (1.0 - surprise) * fit
+                told *= surprise + (1.0 - surprise) * fit
             ratio = silent / near
             if touches[link] > 0:
                 ratio += 1.0 + (press - touched) / near
             if ratio < CLEAR:
                 # A normal's distribution function, nearly.
-                likelihood[h] *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
+                told *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
+            if told < 1.0:
+                likelihood[h] *= told ** news[link]
 
 
 @kernel(fastmath=True)
-def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise, out):
+def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise, news, out):
     """Fill `out` (G, H, S) with p(z_g | q, h) of what each part g feels at each of the `poses` (S, C), in which it
-    finds its joints in its `column` (G, J); the SD of a gap is the `tolerance` (L,) m of its link.
+    finds its joints in its `column` (G, J); the SD of a gap is the `tolerance` (L,) m of its link, and what a link says
+    counts with the exponent `news` (L,).
 
     That a link feels nothing is one event, its nearest patch is clear: an error of the pose moves all of them together.
     Silent patches of a link that feels contact lie no deeper than those that ring, which may be `press` m inside; that
@@ -135,7 +194,19 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
                     angles[j] = poses[s, column[g, j]]
                 body_frames(tree, angles, position, rotation)
             _part_likelihood(
-                skin, solids, g, position, rotation, contacts, touches, tolerance, press, surprise, gaps, out[g, :, s]
+                skin,
+                solids,
+                g,
+                position,
+                rotation,
+                contacts,
+                touches,
+                tolerance,
+                press,
+                surprise,
+                news,
+                gaps,
+                out[g, :, s],
             )
 
 

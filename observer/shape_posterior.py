@@ -32,9 +32,10 @@ from haptic_env.shapes.base import Solid
 from observer import edge
 from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
-from observer.kinematics import Tree, link_spread, placed, tree_of
+from observer.kinematics import link_spread, placed, tree_of
+from observer.novelty import Said
 from observer.parts import parts_of
-from observer.shape_kernels import CLEAR, contact_likelihood, resample, weigh
+from observer.shape_kernels import CLEAR, contact_likelihood, note, resample, weigh
 from observer.solid_fields import FIELD_RESOLUTION, Solids, skin_of
 from observer.solid_variants import Variants
 
@@ -44,7 +45,7 @@ FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step taken in
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
 WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
-TEMPER, TEMPER_UNKNOWN = 0.15, 0.05  # with jitter the latter: what fits best of many solids fits too well
+TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # with jitter the latter: what fits best of many solids fits too well
 
 
 class Hypotheses(NamedTuple):
@@ -57,7 +58,8 @@ class Hypotheses(NamedTuple):
 
 
 class ShapePosterior:
-    """Posterior over labels, updated by every belief of a trial, those of the flush included."""
+    """Posterior over labels, updated by every belief of a trial, those of the flush included; `said` keeps what its
+    evidence came from, which is no news a second time."""
 
     def __init__(
         self,
@@ -75,6 +77,7 @@ class ShapePosterior:
         surprise: float = 0.001,
         temper: float | None = None,
         stride: int = 3,
+        alike: float = 4.0,
     ) -> None:
         """`candidates`: the solids that each label may be, equally probable; None: the four shapes at their default
         size at the grasp centre.
@@ -119,6 +122,7 @@ class ShapePosterior:
         usual = TEMPER_UNKNOWN if self.variants.unknown else TEMPER
         self.temper = validate.number("temper", usual if temper is None else temper, 0.0, 1.0, above=0.0)
         self.stride = validate.integer("stride", stride, 1)
+        self.alike = validate.number("alike", alike, 0.0)
         self._solids_of = np.array([len(solids) for solids in candidates.values()])
         self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
         self._tree = tree_of(hand)
@@ -137,6 +141,8 @@ class ShapePosterior:
         self._poses = np.tile(self.hand.rest_pose[self._parts.joint], (self.samples, 1)).astype(np.float64)
         self._weights = np.full((len(self._parts.column), len(self._units), self.samples), 1.0 / self.samples)
         self._likelihood = np.empty_like(self._weights)
+        self.said = Said.nothing(self.hand)
+        self._news = np.ones(len(self._lengths))
         self._habit = Habit(len(self.hand.patches))
         self._moved: Transition | None = None  # how the pose moved since the samples did
         self._steps = 0
@@ -173,9 +179,14 @@ class ShapePosterior:
             return self.posterior
         self._propagate(self._moved, belief.lagged_covariance, anew=self._steps == self.stride)
         self._moved = None
-        if self.none:
-            self._habit.update(belief.lagged_contacts)
         tree = placed(self._tree, belief.lagged_root)
+        spread = link_spread(tree, self._lengths, now.mean, belief.lagged_covariance)
+        near = np.hypot(self.tolerance, np.minimum(spread, WIDEST))
+        if self.alike:
+            alike = self.alike * near
+            note(tree, self._skin, self.said, now.mean, belief.lagged_contacts, alike, self.temper, self._news)
+        if self.none:
+            self._habit.update(belief.lagged_contacts, self._news[self.hand.patches.link])
         contact_likelihood(
             tree,
             self._skin,
@@ -183,9 +194,10 @@ class ShapePosterior:
             self._poses,
             self._parts.column,
             belief.lagged_contacts,
-            self._tolerances(tree, now.mean, belief.lagged_covariance),
+            near if self.samples == 1 else np.full_like(near, self.tolerance),
             self.press,
             self.surprise,
+            self._news,
             self._likelihood,
         )
         weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
@@ -212,14 +224,6 @@ class ShapePosterior:
         against = log[-1] - candidates.max() - np.log(odds.mean())
         none = expit(np.log(self.none / (1.0 - self.none)) + weight * against)
         return np.append((1.0 - none) * share, none)
-
-    def _tolerances(self, tree: Tree, mean: Array, covariance: Array) -> Array:
-        """(L,) m SD of the gap of a link that touches; without samples of the pose, of `mean` (J,) and `covariance`
-        (J, J), with what is not known of it."""
-        if self.samples > 1:
-            return np.full(len(self._lengths), self.tolerance)
-        spread = link_spread(tree, self._lengths, mean, covariance)
-        return np.hypot(self.tolerance, np.minimum(spread, WIDEST))
 
     def _propagate(self, transition: Transition, covariance: Array, anew: bool) -> None:
         """Move the samples on; some start anew, from the `covariance` (J, J) of the pose, so that none are stuck where
@@ -254,16 +258,21 @@ class Habit:
         self._felt = np.zeros(patches, dtype=bool)
         self._counts = np.array([self.BEGIN, self.CEASE])
 
-    def update(self, contacts: NDArray[np.bool_]) -> None:
-        """Take in `contacts` (P,)."""
+    def update(self, contacts: NDArray[np.bool_], news: Array | None = None) -> None:
+        """Take in `contacts` (P,), of each the share that is `news` (P,); None: all of it."""
+        share = np.ones(len(contacts)) if news is None else news
+        changes = contacts != self._felt
         for row, had in enumerate((~self._felt, self._felt)):
-            total = int(had.sum())
-            changed = int((had & (contacts != self._felt)).sum())
             # Patch by patch, each with the rate that those before it have taught: no rate is ever known exactly.
+            changed, stayed = share[had & changes], share[had & ~changes]
             of, among = self._counts[row]
-            for i in range(changed):
-                self.log_likelihood += np.log((of + i) / (among + i))
-            for i in range(total - changed):
-                self.log_likelihood += np.log((among - of + i) / (among + changed + i))
-            self._counts[row] += changed, total
+            self.log_likelihood += _chain(changed, of, among) + _chain(stayed, among - of, among + changed.sum())
+            self._counts[row] += changed.sum(), changed.sum() + stayed.sum()
         self._felt = contacts
+
+
+def _chain(share: Array, of: float, among: float) -> float:
+    """Log probability of as many events as there are entries of `share` (n,), each with that exponent: the rate is `of`
+    in `among`, and every event adds its share to both."""
+    before = np.cumsum(share) - share
+    return float(share @ np.log((of + before) / (among + before)))

@@ -23,7 +23,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "no_scan_matching": {"candidates": 1},
     "sampled_matching": {"matching": "sample"},
     "one_particle": {"particles": 1},
-    "no_tempering": {"contact_model": ContactModel(temper=1.0, sustained=ContactModel.touch)},
+    "no_tempering": {"contact_model": ContactModel(temper=1.0, sustained=ContactModel.touch, repeats=0.0)},
     "no_caution": {"contact_model": ContactModel(caution=0.0)},
     "no_hindsight": {"in_hindsight": False},
     "no_prior": {"contact_model": ContactModel(prior=0.5)},

@@ -58,8 +58,8 @@ def pose_and_hindsight(hand: Hand) -> None:
             posterior.update(belief)
     tree, grid = tree_of(hand), Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
     frames = np.zeros((len(tree.parent), 3)), np.tile(np.eye(3), (len(tree.parent), 1, 1))
-    still = np.zeros(len(hand.links)), np.ones(len(hand.patches))
-    moments = [hindsight.Moment(*frames, still[0], contacts, still[1]) for contacts in _felt(hand)]
+    sure, weight, heard = np.zeros(len(hand.links)), np.ones(len(hand.patches)), np.ones(len(hand.links), dtype=bool)
+    moments = [hindsight.Moment(*frames, sure, contacts, weight, heard) for contacts in _felt(hand)]
     body = capsules.body_of(hand.patches, grid.resolution)
     hindsight.occupancy(moments, tree.link_body, grid, body, ContactModel())
 

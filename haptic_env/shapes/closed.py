@@ -19,7 +19,7 @@ FLAT = 1e-6  # of its bounding box: less volume is none
 MOST = 500  # closed parts: more are the specks of a scan
 SPECK = 0.01  # of the whole's width
 FAR = 10  # widths from the origin
-SAMPLES, AGREE = 5000, 0.98  # points of the bounding box where two rules of what is inside are compared
+SAMPLES, AGREE = 5000, 0.985  # points of the bounding box where two rules of what is inside are compared
 
 
 def closed_parts(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> list[Any]:

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 MANY = 20_000  # triangles: what is cut in a minute
 FLAKE = 1e-8  # of the cube of a solid's width: less volume is not felt
 SAMPLES = 4000
+NEAR, ASTRAY = 0.015, 0.02  # of a solid's width: surfaces so near are one; of its bounding box: what may differ else
 
 
 def distance_from(vertices: Array, faces: NDArray[np.int64], points: Array) -> Array:
@@ -53,7 +54,30 @@ def convex_pieces(solid: Any, tolerance: float) -> list[Array]:
     hull = solid.convex_hull
     if _beyond(solid, hull) <= tolerance:
         return [np.asarray(hull.vertices)]
-    return _remembered(np.asarray(solid.vertices), np.asarray(solid.faces))
+    pieces = _remembered(np.asarray(solid.vertices), np.asarray(solid.faces))
+    wrong = _astray(solid, pieces)
+    if wrong > ASTRAY:
+        raise ValueError(
+            f"cannot be cut into convex pieces: they differ from it in {wrong:.0%} of its bounding box; it may cross "
+            "itself, repair it"
+        )
+    return pieces
+
+
+def _astray(solid: Any, pieces: list[Array]) -> float:
+    """In how much of the bounding box of `solid` its `pieces` are and it is not, or the other way round, surfaces
+    aside."""
+    width, places = (
+        float(solid.extents.max()),
+        np.random.default_rng(0).uniform(solid.bounds[0], solid.bounds[1], (SAMPLES, 3)),
+    )
+    outside = distance_from(solid.vertices, solid.faces, places)
+    beyond = np.full(len(places), np.inf)
+    for piece in felt(pieces, width):
+        planes = ConvexHull(piece).equations
+        beyond = np.minimum(beyond, (places @ planes[:, :3].T + planes[:, 3]).max(axis=1))
+    near = NEAR * width
+    return float((((outside < -near) & (beyond > 0)) | ((outside > near) & (beyond < 0))).mean())
 
 
 def felt(pieces: list[Array], width: float) -> list[Array]:

@@ -17,7 +17,8 @@ from haptic_env.hands import HANDS
 from observer import HapticSLAM, ObserverWrapper, ShapePosterior
 from observer.forward_model import ForwardModel
 from observer.kinematics import link_frames, tree_of
-from observer.solid_fields import skin_of
+from observer.shape_kernels import note
+from observer.solid_fields import SKIN_SPACING, skin_of
 
 
 @pytest.fixture(params=list(HANDS))
@@ -45,6 +46,15 @@ def _contacts(env: gym.Env, policy: agents.Policy, steps: int) -> np.ndarray:
         observation = env.step(action)[0]
         felt.append(observation["contacts"])
     return np.array(felt, dtype=bool)
+
+
+def _touching(hand, pose: np.ndarray, solid) -> np.ndarray:
+    """(P,): the patches with a point of their skin as near to `solid` as lookahead takes for a contact."""
+    skin, (position, rotation) = hand.patches.surface(SKIN_SPACING), link_frames(tree_of(hand), pose)
+    world = position[skin.link] + np.einsum("mij,mj->mi", rotation[skin.link], skin.points)
+    gaps = np.full(len(hand.patches), np.inf)
+    np.minimum.at(gaps, skin.patch, solid.signed_distance(world))
+    return gaps < lookahead.FELT
 
 
 # Reach
@@ -234,11 +244,20 @@ def test_what_tells_candidates_apart_leaves_less_entropy():
     push = np.array([-close, close]) * hand.torque_limits
     tree, spheres, skin = tree_of(hand), lookahead.spheres_of(hand), skin_of(hand)
     line = _line(hand, np.zeros(hand.joints))
-    left = np.empty((2, 2))
-    given = (tree, spheres, skin, solids, line, push, 5, 5, np.array([0, 1]), log_weights, label, 2, 0.002, 0.001, 0.2)
-    lookahead.class_entropies(0, 2, *given, left)
+    told = lookahead.Told(tolerance=0.002, surprise=0.001, weight=0.2, said=shape.said, alike=0.008)
+    asked = tree, spheres, skin, solids, line, push, 5, 5, np.array([0, 1]), log_weights, label, 2
+    left, again = np.empty((2, 2, 2))
+    lookahead.class_entropies(0, 2, *asked, told, left)
     assert left[0] == pytest.approx([1.0, 1.0], abs=1e-6)
     assert left[1].max() < 0.7
+    # Once what would be felt of either was felt, nothing more is to be learnt from it.
+    poses, alike, news = np.empty((5, hand.joints)), np.full(len(hand.links), 0.008), np.empty(len(hand.links))
+    for world in range(2):
+        lookahead.roll(tree, spheres, solids, world, line, push[1], 5, poses)
+        for pose in np.repeat(poses, 50, axis=0):
+            note(tree, skin, shape.said, pose, _touching(hand, pose, list(balls.values())[world][0]), alike, 0.2, news)
+    lookahead.class_entropies(0, 2, *asked, told, again)
+    assert again[1].min() > 0.95
 
 
 def test_a_map_gains_where_the_hand_has_not_been(env):

@@ -173,8 +173,8 @@ def test_gaps_are_those_of_the_nearest_points_of_the_skin(two_finger, shape):
 
 def _likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise):
     out = np.empty((len(column), len(solids.scale), len(poses)))
-    each = np.full(len(skin.body), tolerance)
-    contact_likelihood(tree, skin, solids, poses, column, contacts, each, press, surprise, out)
+    each, news = np.full(len(skin.body), tolerance), np.ones(len(skin.body))
+    contact_likelihood(tree, skin, solids, poses, column, contacts, each, press, surprise, news, out)
     return out
 
 

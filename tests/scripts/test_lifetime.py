@@ -6,6 +6,8 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -42,16 +44,22 @@ ARGUMENTS = [
 ]
 
 
-def start(*arguments: str) -> subprocess.Popen[str]:
+@contextmanager
+def start(*arguments: str) -> Iterator[subprocess.Popen[str]]:
     """A command in a group of processes of its own, as a terminal starts it; what it starts has its output too."""
-    return subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-u", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'scripts'}", "NUMBA_NUM_THREADS": "1"},
         start_new_session=True,
-    )
+    ) as process:
+        try:
+            yield process
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
 
 
 @pytest.mark.parametrize(
@@ -70,10 +78,12 @@ def test_workers_end_with_their_parent_however_it_dies(tmp_path: Path, tree: str
 
 
 def test_ctrl_c_at_a_terminal_ends_workers_that_are_being_started_quietly(tmp_path: Path) -> None:
-    """A terminal sends it to the whole group."""
-    with start(str(ROOT / "scripts" / "evaluate.py"), *ARGUMENTS, "--out", str(tmp_path)) as sweep:
+    """A terminal sends it to the whole group. When the command has its own modules, who loads them is a worker."""
+    script = str(ROOT / "scripts" / "evaluate.py")
+    with start("-X", "importtime", script, *ARGUMENTS, "--out", str(tmp_path)) as sweep:
         assert sweep.stdout is not None
         assert any("Run by" in line for line in iter(sweep.stdout.readline, ""))
+        assert any("numpy" in line for line in iter(sweep.stdout.readline, ""))
         os.killpg(sweep.pid, signal.SIGINT)
         told = sweep.stdout.read()
     assert "Traceback" not in told
