@@ -14,7 +14,8 @@ from haptic_env import validate
 def count(observation: Any, space: gym.Space[Any] | None) -> int | None:
     """For how many environments `observation` is, stacked; None: for one, not stacked."""
     for _, value, each in _entries(observation, space):
-        shape = np.shape(value)
+        given = validate.real(value)
+        shape = () if given is None else given.shape
         if each.shape is not None and len(shape) == len(each.shape) + 1 and shape[1:] == each.shape:
             return shape[0]
     return None

@@ -74,7 +74,7 @@ class Hand:
         """(3,) m: where the middle of an upright object of full extents `size` (3,) m belongs, the side that faces the
         palm as near to it as that of an object of `USUAL_SIZE`."""
         extents = validate.array("object size", size, (3,), "m", bound=validate.FARTHEST)
-        beyond = 0.5 * (np.abs(self.opening) @ extents - USUAL_SIZE)
+        beyond = 0.5 * (float(np.abs(self.opening) @ extents) - USUAL_SIZE)
         return self.grasp_centre + max(beyond, 0.0) * self.opening
 
     @cached_property

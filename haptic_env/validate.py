@@ -21,6 +21,7 @@ LARGEST = sys.float_info.max
 FARTHEST = 100.0  # metres along each axis: nothing that a hand explores lies further away
 LONGEST = 1e6  # of a quaternion's numbers: their squares are numbers too
 REAL = "biuf"  # kinds of arrays that are numbers: no complex ones, no text, no times, no objects
+MOST = 2**28  # entries of an array of any length: as numbers they take 2 GiB
 NO_NUMBERS = (bool, np.timedelta64)  # which count as integers all the same
 QUOTED = 300  # characters of a value that an error quotes
 
@@ -172,6 +173,7 @@ def numbers(
     given = real(value)
     if given is None:
         raise ValueError(f"{what} must be an array of finite numbers{many}, got {shown(value)}")
+    _fits_memory(what, given)
     if dimensions is not None and given.ndim != dimensions:
         raise ValueError(f"{what} must be an array of finite numbers{many}, got shape {given.shape}")
     result = _float64(given)
@@ -189,10 +191,12 @@ def together(bound: float = LARGEST, /, **arrays: ArrayLike) -> list[NDArray[np.
     else `ValueError`."""
     checked = {what: numbers(what, value, bound=bound) for what, value in arrays.items()}
     try:
-        return list(np.broadcast_arrays(*checked.values()))
+        result = list(np.broadcast_arrays(*checked.values()))
     except ValueError:
         shapes = ", ".join(f"{what} of {value.shape}" for what, value in checked.items())
         raise ValueError(f"{' and '.join(checked)} must be of one shape, got {shapes}") from None
+    _fits_memory(" and ".join(checked), result[0])
+    return result
 
 
 def probabilities(what: str, value: ArrayLike, dimensions: int | None = None) -> NDArray[np.float64]:
@@ -223,11 +227,18 @@ def binary(what: str, value: ArrayLike, shape: tuple[int, ...] | None = None) ->
         raise ValueError(f"{what} must be 0 or 1{of}, got {shown(value)}")
     if shape is not None and result.shape != shape:
         raise ValueError(f"{what} must be 0 or 1{of}, got shape {result.shape}")
+    _fits_memory(what, result)
     if result.dtype != np.bool_:
         wrong = ~((result == 0) | (result == 1))
         if wrong.any():
             raise ValueError(f"{what} must be 0 or 1, got {_first(result, wrong)}")
     return result.astype(np.bool_)
+
+
+def _fits_memory(what: str, given: NDArray[Any]) -> None:
+    """Raise `ValueError` for an array that is as large as it can be without having its numbers."""
+    if given.size > MOST:
+        raise ValueError(f"{what} must have {MOST} entries at most, got shape {given.shape}")
 
 
 def _first(values: NDArray[Any], wrong: NDArray[np.bool_], names: Sequence[str] = ()) -> str:

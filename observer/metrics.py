@@ -166,7 +166,7 @@ def surface_recall(occupancy: Array, grid: Grid, places: Array, voxels: float = 
 def surface_score(occupancy: Array, grid: Grid, solid: Solid, touched: Array, voxels: float = 1.0) -> SurfaceScore:
     """Precision of the occupied voxels against the true surface, recall of the `touched` (M, 3) places, F-score."""
     precision = surface_precision(occupancy, grid, solid, voxels)
-    recall = surface_recall(occupancy, grid, touched, voxels)
+    recall = surface_recall(occupancy, grid, validate.numbers("touched", touched, 2, bound=FAR), voxels)
     total = precision + recall
     return SurfaceScore(precision, recall, 2 * precision * recall / total if total != 0 else 0.0)
 

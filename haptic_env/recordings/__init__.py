@@ -47,10 +47,10 @@ def read(
     """
     place = validate.path("path", path)
     reader = READERS[validate.choice("kind of recording", place.suffix.lower(), READERS)]
-    validate.number("largest_gap", largest_gap, above=0.0, unit="s")
+    gap = validate.number("largest_gap", largest_gap, above=0.0, unit="s")
     if calibration is not None:
         validate.instance("calibration", calibration, Calibration, "a Calibration, as read_calibration gives")
-    return reader(place, part=part, calibration=calibration, largest_gap=largest_gap)
+    return reader(place, part=part, calibration=calibration, largest_gap=gap)
 
 
 write = archive.write

@@ -59,13 +59,7 @@ def array(shape: Shape, low: float = -1.0, high: float = 1.0, type_: str = "floa
     def build(seed: int) -> np.ndarray:
         return np.random.default_rng(seed).uniform(low, high, shape).astype(type_)
 
-    # A zero-stride array is as large as any memory once a function that takes any length works with it.
-    return Parameter(st.builds(build, SEEDS), odd_arrays(shape, "declared"))
-
-
-def fixed(shape: Shape, low: float = -1.0, high: float = 1.0) -> Parameter:
-    """The same of a shape that is asked for, so that arrays of a declared size beyond all memory are refused."""
-    return Parameter(array(shape, low, high).valid, odd_arrays(shape))
+    return Parameter(st.builds(build, SEEDS), odd_arrays(shape))
 
 
 def binary(shape: Shape) -> Parameter:
@@ -75,7 +69,7 @@ def binary(shape: Shape) -> Parameter:
         rng = np.random.default_rng(seed)
         return (rng.random(shape) < rng.random()).astype(("bool", "int8", "float64")[seed % 3])
 
-    return Parameter(st.builds(build, SEEDS), odd_arrays(shape, "declared"))
+    return Parameter(st.builds(build, SEEDS), odd_arrays(shape))
 
 
 def one_of(*values: Any) -> Parameter:

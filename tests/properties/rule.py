@@ -133,7 +133,8 @@ def _of_exit(error: SystemExit, said: str, given: Mapping[str, Any], allowed: Al
         return Outcome(ACCEPTED)
     if not allowed.exits or error.code != 2:
         return Outcome(f"exit {error.code!r}", said)
-    return _of_message(said.removesuffix("\n"), given, allowed, "the command")
+    told = said.removesuffix("\n").encode(errors="backslashreplace").decode()  # as on any standard error
+    return _of_message(told, given, allowed, "the command")
 
 
 def _of_message(message: str, given: Mapping[str, Any], allowed: Allowed, where: str) -> Outcome:

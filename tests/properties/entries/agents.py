@@ -30,7 +30,6 @@ from tests.properties.parameters import (
     Parameter,
     array,
     binary,
-    fixed,
     integer,
     name,
     number,
@@ -81,7 +80,7 @@ def _observation() -> Parameter:
     def build(angles: Any, contacts: Any) -> dict[str, Any]:
         return {"joint_angles": angles, "contacts": contacts}
 
-    angles, contacts = fixed((J,), -0.2, 1.0), binary((P,))
+    angles, contacts = array((J,), -0.2, 1.0), binary((P,))
     strange = st.sampled_from([{}, {"joint_angles": np.zeros(J)}, {"contacts": np.zeros(P)}, [], np.zeros(J)])
     return Parameter(
         st.builds(build, angles.valid, contacts.valid),
@@ -96,7 +95,7 @@ STATES = st.sampled_from([(), (None,), (np.zeros(3),), ("x",), [], 3, (np.array(
 PREDICT = {
     "observation": _observation(),
     "state": Parameter(st.none(), STATES | odd_numbers),
-    "episode_start": Parameter(one_of(None, True, lambda: np.array([False])).valid, odd_numbers | fixed((1,)).odd),
+    "episode_start": Parameter(one_of(None, True, lambda: np.array([False])).valid, odd_numbers | array((1,)).odd),
     "deterministic": Parameter(st.booleans(), odd_numbers),
 }
 TRAINED = SHIPPED.read_bytes()
@@ -169,7 +168,7 @@ def _vector(**call: Any) -> Any:
     return made.vector(info["belief"], given["contacts"], given["posterior"], given["steps"])
 
 
-ACTIONS = several(fixed((J,)))
+ACTIONS = several(array((J,)))
 SHOWN = several(name(BELIEF_ENTRIES), 1, 4)
 WRAPPERS: dict[str, tuple[Any, dict[str, Parameter]]] = {
     "observer.BeliefObservation": (BeliefObservation, {"entries": SHOWN}),
@@ -274,6 +273,6 @@ ENTRIES: dict[str, Entry] = {
     ),
     "observer.BeliefFeatures.vector": Entry(
         _vector,
-        {"contacts": binary((P,)), "posterior": fixed((2,), 0.0, 1.0), "steps": integer(0, 20)},
+        {"contacts": binary((P,)), "posterior": array((2,), 0.0, 1.0), "steps": integer(0, 20)},
     ),
 }

@@ -31,7 +31,7 @@ WORDS = sorted(
 )
 odd_words = st.lists(st.sampled_from([word for word in WORDS if len(word) < 5000]) | st.text(max_size=4), max_size=2)
 COMMAND = Allowed(exits=True, words=("--", "error"))
-FILE = Allowed(files=True, words=("input", "config", "trials"))
+FILE = Allowed(files=True, words=("input", "config", "trials", "checkpoints"))
 SWEEP = b"""shapes = ["cube", "sphere"]
 sigmas = [3.0, 5]
 trials = 2
@@ -53,8 +53,8 @@ def _run(module: str, function: str, flags: Mapping[str, Any]) -> Any:
     getattr(importlib.import_module(module), function)(*([None] if function == "check" else []), arguments)
 
 
-def _command(module: str, function: str = "parse", fixed: Mapping[str, Any] | None = None) -> Any:
-    return lambda **flags: _run(module, function, {**flags, **(fixed or {})})
+def _command(module: str, function: str = "parse") -> Any:
+    return lambda **flags: _run(module, function, flags)
 
 
 def words(*valid: str) -> Parameter:

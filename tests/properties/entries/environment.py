@@ -18,7 +18,6 @@ from tests.properties.parameters import (
     Parameter,
     array,
     binary,
-    fixed,
     given,
     integer,
     name,
@@ -58,9 +57,9 @@ KEYWORDS: dict[str, Parameter] = {
 BY_MAKE = {key: each for key, each in KEYWORDS.items() if key != "render_mode"}  # which Gymnasium looks at first
 OPTIONS: dict[str, Parameter] = {
     "shape": name(shapes.SHAPES),
-    "position": fixed((3,), -0.005, 0.005),
-    "quaternion": fixed((4,)),
-    "size": fixed((3,), 0.02, 0.05),
+    "position": array((3,), -0.005, 0.005),
+    "quaternion": array((4,)),
+    "size": array((3,), 0.02, 0.05),
     "sigma_deg": number(0.0, 90.0),
     "no_such_option": one_of(1),
 }
@@ -177,7 +176,7 @@ ENTRIES: dict[str, Entry] = {
         Allowed(words=("mesh", "object")),
     ),
     "haptic_env.explore.ExploreEnv.step": Entry(
-        _act, {"actions": several(fixed((samples.JOINTS,))).always}, Allowed(words=("action",)), weight=4
+        _act, {"actions": several(array((samples.JOINTS,))).always}, Allowed(words=("action",)), weight=4
     ),
     **{
         f"haptic_env.explore.ExploreEnv.reset[{env_id}]": Entry(
@@ -204,7 +203,7 @@ ENTRIES: dict[str, Entry] = {
     "haptic_env.hand.Hand": Entry(
         _hand_answers,
         {
-            "size": fixed((3,), 0.01, 0.1).always,
+            "size": array((3,), 0.01, 0.1).always,
             "path": array((6, samples.JOINTS)).always,
             "rate": number(1.0, 500.0).always,
         },
@@ -219,16 +218,16 @@ ENTRIES: dict[str, Entry] = {
     },
     "haptic_env.sensors.Proprioception.log_prob": Entry(
         lambda **call: sensors.Proprioception([sensors.White(3.0), sensors.Proportional(0.1)]).log_prob(**call),
-        {"felt": fixed((samples.JOINTS,)).always, "joint_angles": fixed((samples.JOINTS,)).always},
+        {"felt": array((samples.JOINTS,)).always, "joint_angles": array((samples.JOINTS,)).always},
         Allowed(infinite=True),
     ),
     "haptic_env.sensors.MotorNoise.log_prob": Entry(
         lambda **call: sensors.MotorNoise(0.1).log_prob(**call),
-        {"torque": fixed((samples.JOINTS,)).always, "command": fixed((samples.JOINTS,)).always},
+        {"torque": array((samples.JOINTS,)).always, "command": array((samples.JOINTS,)).always},
         Allowed(infinite=True),
     ),
     "haptic_env.sensors.ContactDetection.log_prob": Entry(
         lambda **call: sensors.ContactDetection(0.1, 0.1).log_prob(**call),
-        {"contacts": binary((samples.PATCHES,)).always, "touch_probability": fixed((samples.PATCHES,), 0, 1).always},
+        {"contacts": binary((samples.PATCHES,)).always, "touch_probability": array((samples.PATCHES,), 0, 1).always},
     ),
 }

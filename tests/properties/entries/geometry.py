@@ -13,11 +13,11 @@ from haptic_env.pose import Pose
 from tests.properties import samples
 from tests.properties.entry import Entry
 from tests.properties.files import file
-from tests.properties.parameters import Parameter, array, fixed, integer, name, number, one_of, several
+from tests.properties.parameters import Parameter, array, integer, name, number, one_of, several
 from tests.properties.rule import Allowed
 from tests.properties.strategies import odd_names, odd_paths
 
-PLACE, TURN, SIZE = fixed((3,), -0.1, 0.1), fixed((4,)), fixed((3,), 0.01, 0.1)
+PLACE, TURN, SIZE = array((3,), -0.1, 0.1), array((4,)), array((3,), 0.01, 0.1)
 MESHES = {
     "stl": (".stl", samples.stl(), samples.stl_text()),
     "obj": (".obj", samples.obj(), samples.obj(squares=True)),
@@ -55,11 +55,11 @@ ENTRIES: dict[str, Entry] = {
     "haptic_env.grid.Grid": Entry(
         _grid,
         {
-            "origin": fixed((3,)).always,
+            "origin": array((3,)).always,
             "resolution": number(0.001, 0.1).always,
             "shape": Parameter(
                 one_of((4, 5, 6), [2, 2, 2], np.array([3, 3, 3])).valid,
-                fixed((3,)).odd | several(integer(1, 2)).odd,
+                array((3,)).odd | several(integer(1, 2)).odd,
                 True,
             ),
         },
@@ -73,7 +73,7 @@ ENTRIES: dict[str, Entry] = {
     "haptic_env.grid.Grid.index": Entry(lambda points: samples.grid().index(points), {"points": array((5, 3)).always}),
     "haptic_env.pose.Pose": Entry(
         lambda position, rotation: _pose(Pose(position, rotation)),
-        {"position": PLACE.always, "rotation": Parameter(one_of(lambda: np.eye(3)).valid, fixed((3, 3)).odd, True)},
+        {"position": PLACE.always, "rotation": Parameter(one_of(lambda: np.eye(3)).valid, array((3, 3)).odd, True)},
     ),
     "haptic_env.pose.Pose.of": Entry(
         lambda position, quaternion: _pose(Pose.of(position, quaternion)),

@@ -79,9 +79,9 @@ def _keywords_of(build: Any) -> dict[str, Parameter]:
 FIT = {
     "maps": several(array(MAP, 0.0, 1.0), 4, 4),
     "labels": Parameter(st.just(["a", "b", "a", "b"]), ODD_LABELS),
-    "map": Parameter(array(MAP, 0.0, 1.0).valid, odd_arrays(MAP, "declared")),
+    "map": Parameter(array(MAP, 0.0, 1.0).valid, odd_arrays(MAP)),
 }
-CLASSIFIER = Allowed(words=("map", "label", "fit"))
+CLASSIFIER = Allowed(words=("map", "label", "fit", "parameter"))
 
 T, C = 6, 3
 POSES, POSTERIORS = array((T, samples.JOINTS), -0.2, 1.0), array((T, C), 0.0, 1.0)

@@ -20,8 +20,8 @@ from tests.properties import samples
 from tests.properties.entry import Entry
 from tests.properties.parameters import (
     Parameter,
+    array,
     binary,
-    fixed,
     given,
     integer,
     name,
@@ -34,7 +34,7 @@ from tests.properties.rule import Allowed
 from tests.properties.strategies import SEEDS, Strategy, odd_names, odd_numbers
 
 J, P = samples.JOINTS, samples.PATCHES
-TORQUE, ANGLES, CONTACTS = fixed((J,)), fixed((J,), -0.5, 1.5), binary((P,))
+TORQUE, ANGLES, CONTACTS = array((J,)), array((J,), -0.5, 1.5), binary((P,))
 NAMES = (*variants.NAMES, "paper+no_scan_matching", "haptic_slam+no_lag+sampled_matching")
 
 
@@ -53,8 +53,8 @@ def _root(position: Any, rotation: Any) -> Any:
 
 
 ROOT = Parameter(
-    st.none() | st.builds(Pose, fixed((3,), -0.1, 0.1).valid, st.builds(lambda: np.eye(3))),
-    st.builds(_root, fixed((3,)).odd, st.builds(lambda: np.eye(3)) | fixed((3, 3)).odd) | odd_numbers | odd_names,
+    st.none() | st.builds(Pose, array((3,), -0.1, 0.1).valid, st.builds(lambda: np.eye(3))),
+    st.builds(_root, array((3,)).odd, st.builds(lambda: np.eye(3)) | array((3, 3)).odd) | odd_numbers | odd_names,
 )
 STEP = {"torque": TORQUE.always, "joint_angles": ANGLES.always, "contacts": CONTACTS.always, "root": ROOT}
 STEPS: Strategy = st.lists(given(STEP), min_size=1, max_size=5)
