@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import copy
 import inspect
-import os
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,7 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import hands, scene, sensors, shapes, validate
+from haptic_env import hands, rendering, scene, sensors, shapes, validate
 from haptic_env.shapes.base import Solid
 from haptic_env.touch import Touch
 
@@ -186,18 +184,25 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         return sensors.FeltAngles(sensors.Proprioception(noises), rng, self.hand.joints)
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Show the scene with active patches lit; an (H, W, 3) picture in mode "rgb_array"."""
+        """Show the scene with active patches lit; an (H, W, 3) picture in mode "rgb_array".
+
+        Raises `RuntimeError` where there is no OpenGL, or no display for a window.
+        """
         if self.render_mode is None:
             gym.logger.warn('render() needs a render_mode: gym.make(..., render_mode="rgb_array")')
             return None
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before render()")
         if self._renderer is None:
-            self._renderer = _renderer(self._model, self._data, self.render_mode)
+            self._renderer = rendering.renderer_of(self._model, self._data, self.render_mode)
         elif self._renderer.viewer is not None:
             self._renderer.viewer.make_context_current()  # another environment may have drawn since
         scene.light(self._model, self.hand, self._touched)
-        return self._renderer.render(self.render_mode)
+        try:
+            return rendering.draw(self._renderer, self.render_mode)
+        except RuntimeError:
+            self._close_renderer()  # what is left of it draws nothing
+            raise
 
     def close(self) -> None:
         """Close the window, if any."""
@@ -309,22 +314,6 @@ def _shape_names(shape: str | Path | Sequence[str | Path] | None, scale: float) 
     if len(names) == 1:  # each reset needs it; of several, those that are drawn
         shapes.find(names[0]).prepare()
     return names
-
-
-def _renderer(model: mujoco.MjModel, data: mujoco.MjData, render_mode: str) -> Any:
-    """Gymnasium's renderer of `data`; raises `RuntimeError` for a window where there is no display."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", module="glfw")  # on a missing display, which is dealt with here
-        # Imported here: they need OpenGL, which exploring does not.
-        import glfw
-        from gymnasium.envs.mujoco.mujoco_rendering import MujocoRenderer
-
-        display = bool(glfw.init())
-    if render_mode == "human" and not display:
-        raise RuntimeError('render_mode "human" opens a window and found no display; use "rgb_array" without one')
-    if not display:
-        os.environ.setdefault("MUJOCO_GL", "egl")  # Gymnasium would take GLFW, and fail
-    return MujocoRenderer(model, data, width=640, height=480, max_geom=5000, camera_name=scene.CAMERA)
 
 
 # Read from the signature, so that the error for an unknown keyword can list them all.

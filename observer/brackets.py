@@ -29,6 +29,7 @@ class RawAngles:
     def __init__(self, hand: Hand, sigma: float) -> None:
         self.hand = hand
         self.sigma = sigma
+        self.set_aside = np.zeros(hand.joints, dtype=np.int64)  # all is taken at its word
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:

@@ -63,7 +63,8 @@ class ContactModel:
         for field in fields(self):
             high = 1.0 if field.name in ("prior", "hit", "false_alarm", "temper") else 10.0
             high = np.inf if field.name == "repeats" else high
-            validate.number(field.name, getattr(self, field.name), 0.0, high)
+            value = validate.number(field.name, getattr(self, field.name), 0.0, high)
+            object.__setattr__(self, field.name, value)  # a float whatever was given: kernels are compiled for those
         if self.hit >= 1.0:
             raise ValueError(f"hit must be below 1, got {self.hit}")
         for name in ("prior", "false_alarm"):

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.hand import Hand
-from observer.pose_filter import ContactDynamics
+from observer.pose_filter import RESTART_ANGLE, ContactDynamics
+from observer.set_aside import Gate, take_in
 
 Array = NDArray[np.float64]
 HOLDS = 300
@@ -49,13 +50,23 @@ class DeltaPose:
         self.motor_noise = motor_noise
         self.lag = lag
         self.motion = babble(hand, control_hz)
+        self._gate = Gate(hand, self.sigma, 1.0 / control_hz)
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
         """Start at the rest pose, known exactly, whatever is `felt`."""
-        self.mean = np.tile(self.hand.rest_pose, self.lag + 1).astype(np.float64)
-        self.covariance = 1e-10 * np.eye(self.mean.size)
+        self._begin(self.hand.rest_pose, 1e-10)
         self.log_evidence = 0.0
+        self._gate.reset()
+
+    def _begin(self, angles: Array, variance: float) -> None:
+        self.mean = np.tile(angles, self.lag + 1).astype(np.float64)
+        self.covariance = variance * np.eye(self.mean.size)
+
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) readings of the trial that no hand can give (`observer.set_aside`)."""
+        return self._gate.set_aside.copy()
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
@@ -67,6 +78,12 @@ class DeltaPose:
         mean[:joints] = np.clip(mean[:joints] + np.where(held, 0.0, move), *self.hand.joint_limits.T)
         effort = self.motion.gain * (self.motor_noise * np.abs(torque))
         covariance[:joints, :joints] += self.motion.noise + effort @ effort.T + np.diag(np.where(held, move, 0.0) ** 2)
+        heard = self._gate.judge(joint_angles, mean[:joints], covariance.diagonal()[:joints])
+        if heard is not None:
+            self.log_evidence += take_in(mean, covariance, heard, self.sigma**2)
+            self.mean, self.covariance = mean, covariance
+            self._check(joint_angles)
+            return
         residual = joint_angles - mean[:joints]
         total = covariance[:joints, :joints] + self.sigma**2 * np.eye(joints)
         fused = np.linalg.solve(total, covariance[:joints]).T  # (D, J)
@@ -75,6 +92,12 @@ class DeltaPose:
         self.covariance = 0.5 * (covariance + covariance.T)
         square = residual @ np.linalg.solve(total, residual)
         self.log_evidence -= 0.5 * float(square + np.linalg.slogdet(2 * np.pi * total)[1])
+        self._check(joint_angles)
+
+    def _check(self, felt: Array) -> None:
+        """Begin anew at what is `felt` (J,) rad where the filter was lost."""
+        if self._gate.lost(self.mean, self.covariance, 0):
+            self._begin(self._gate.at_last(self.mean[: self.hand.joints], felt), RESTART_ANGLE)
 
     def lagged(self, steps: int) -> slice:
         """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""

@@ -207,6 +207,12 @@ class HapticSLAM:
         seen = partial(hindsight.occupancy, self._moments, link_body, self.grid, self._body, self.contact_model)
         return [*beliefs, replace(last, snapshot=OccupancySnapshot(seen))]
 
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) how many felt angles of the trial no hand can have, so that they were set aside, or taken without whole
+        turns (`observer.set_aside`)."""
+        return self.pose.set_aside
+
     def _assimilate(self, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""
         contacts, root = self._running().popleft()

@@ -26,9 +26,11 @@ from haptic_env import validate
 from haptic_env.hand import Hand
 from observer import smooth_kernels
 from observer.partners import Partners, mixture
+from observer.set_aside import Gate, Heard
 from observer.smooth_kernels import PRESENT
 
 Array = NDArray[np.float64]
+NOTHING = 1e8  # rad²: variance of a reading that tells of nothing
 ANYWHERE = 2.0  # rad: SD of where a joint is before it was felt
 
 
@@ -110,12 +112,18 @@ class KinematicPose:
         self._noise = squares[:, None, None] * self.smooth.noise(step)  # (M, 3, 3)
         self._switch = self.smooth.switching(step)
         self._start = squares[:, None] * [1.0, self.smooth.seconds**-2]  # (M, 2): of velocity and acceleration
+        self._gate = Gate(hand, self.sigma, step)
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
         """Start where the hand was `felt` (J,) rad to be, else anywhere, the rest pose being as good a guess as any."""
-        levels, count, state = len(self.smooth.speeds), self.partners.count, PRESENT + self.lag
+        self._gate.reset()
         self.partners.reset()
+        self.log_evidence = 0.0
+        self._start_at(None if felt is None else self._gate.at_first(felt))
+
+    def _start_at(self, felt: Array | None) -> None:
+        levels, count, state = len(self.smooth.speeds), self.partners.count, PRESENT + self.lag
         self._level = np.full((count, levels), 1.0 / levels)
         self._means = np.zeros((count, levels, state))
         self._covariances = np.zeros((count, levels, state, state))
@@ -126,26 +134,68 @@ class KinematicPose:
         self._covariances[:, :, *np.ix_(angles, angles)] = spread**2
         present = np.arange(1, PRESENT)
         self._covariances[:, :, present, present] = self._start
-        self.log_evidence = 0.0
         self._combine()
+
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) readings of the trial that no hand can give (`observer.set_aside`)."""
+        return self._gate.set_aside.copy()
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step to the felt `joint_angles` (J,) rad."""
-        log_density = np.empty(self.partners.count)
+        joints = self.hand.joints
+        heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
+        if heard is None:
+            log_density = np.empty(self.partners.count)
+            self._turn(self._level, self._means, self._covariances, self.partners.along(joint_angles), log_density)
+        else:
+            log_density = self._turn_without(heard)
+        self.log_evidence += float(log_density[:joints].sum())
+        self.partners.learn(log_density)
+        self._combine()
+        if self._gate.lost(self.mean, self.covariance, PRESENT * joints):
+            self._start_at(self._gate.at_first(joint_angles))
+
+    def _turn(
+        self,
+        level: Array,
+        means: Array,
+        covariances: Array,
+        along: Array,
+        log_density: Array,
+        variance: float | None = None,
+    ) -> None:
+        """One turn of the filters of some directions, in place, which feel `along` rad with `variance` rad² (None: that
+        of the angles)."""
         smooth_kernels.turn(
-            self._level,
-            self._means,
-            self._covariances,
+            level,
+            means,
+            covariances,
             self._switch,
             self._transition,
             self._noise,
-            self.partners.along(joint_angles),
-            self.sigma**2,
+            along,
+            self.sigma**2 if variance is None else variance,
             log_density,
         )
-        self.log_evidence += float(log_density[: self.hand.joints].sum())
-        self.partners.learn(log_density)
-        self._combine()
+
+    def _turn_without(self, heard: Heard) -> Array:
+        """One turn in which some joints are not heard, and so no direction that they have a part in; the log density
+        (C,) of what is, which says nothing of partners that are not."""
+        joints = self.hand.joints
+        told = np.isin(np.arange(joints), heard.joints)
+        along = self.partners.along(np.where(told, heard.angles, self.mean[:joints]))
+        wrong = np.where(heard.anew, heard.angles - self.mean[:joints], 0.0)
+        self._covariances[:, :, 0, 0] += self.partners.along_squares(wrong**2)[:, None]
+        log_density = np.empty(self.partners.count)
+        heard_of = self.partners.all_of(told)
+        for some, variance in ((heard_of, None), (~heard_of, NOTHING)):
+            level, means, covariances = self._level[some], self._means[some], self._covariances[some]
+            density = np.empty(len(level))
+            self._turn(level, means, covariances, along[some], density, variance)
+            self._level[some], self._means[some], self._covariances[some] = level, means, covariances
+            log_density[some] = density
+        return self.partners.without(log_density, told)
 
     def lagged(self, steps: int) -> slice:
         """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""

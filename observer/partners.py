@@ -42,6 +42,24 @@ class Partners:
         one, other = angles[self._first], angles[self._second]
         return np.concatenate([angles, HALF * (one + other), HALF * (one - other)])
 
+    def along_squares(self, squares: Array) -> Array:
+        """(C,) rad² along every direction, for independent variances `squares` (J,) rad²."""
+        both = 0.5 * (squares[self._first] + squares[self._second])
+        return np.concatenate([squares, both, both])
+
+    def all_of(self, joints: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(C,): the directions of `joints` (J,) alone."""
+        both = joints[self._first] & joints[self._second]
+        return np.concatenate([joints, both, both])
+
+    def without(self, log_density: Array, heard: NDArray[np.bool_]) -> Array:
+        """`log_density` (C,) where only the joints `heard` (J,) tell of anything: of a pair that does not, as much as
+        of its two joints alone."""
+        alone = np.where(heard, log_density[: self.joints], 0.0)
+        apart = 0.5 * (alone[self._first] + alone[self._second])
+        told = np.concatenate([alone, apart, apart])
+        return np.where(self.all_of(heard), log_density, told)
+
     def learn(self, log_density: Array) -> None:
         """Take in the `log_density` (C,) of what was felt along each direction, given what was felt before."""
         alone, pairs = log_density[: self.joints], log_density[self.joints :].reshape(2, -1)

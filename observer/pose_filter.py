@@ -25,9 +25,12 @@ from haptic_env.patches import Patches
 from observer import pose_kernels
 from observer.forward_model import ForwardModel
 from observer.kinematics import tree_of
+from observer.set_aside import Gate, take_in
 
 Array = NDArray[np.float64]
 SKIN_SPACING = 0.001  # metres
+RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a filter that was lost
+SLOWEST = 1e-9  # m/s: squares of less are zero
 MANY = 256  # patches in contact: with more, what they say of the joints' speeds is put together first
 
 
@@ -48,10 +51,12 @@ class ContactDynamics:
     joint_speed: float = 15.0
 
     def __post_init__(self) -> None:
+        validate.boolean("constrained", self.constrained)
         for name in ("normal_force", "tangential_force", "joint_speed"):
-            validate.number(name, getattr(self, name), 0.0, 1e3)
+            object.__setattr__(self, name, validate.number(name, getattr(self, name), 0.0, 1e3))
         for name in ("normal_speed", "tangential_speed"):
-            validate.number(name, getattr(self, name), above=0.0)
+            value = validate.number(name, getattr(self, name), SLOWEST, 1e3, unit="m/s")
+            object.__setattr__(self, name, value)
 
 
 class PoseFilter:
@@ -82,17 +87,23 @@ class PoseFilter:
         self._axes, share = _normals(hand.patches)
         self._forces = np.sqrt(dynamics.normal_force**2 * share + dynamics.tangential_force**2 * (1 - share))
         self._speeds = np.sqrt(dynamics.normal_speed**2 * share + dynamics.tangential_speed**2 * (1 - share))
+        self._gate = Gate(hand, self.sigma, 1.0 / control_hz)
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
         """Start at the rest pose, at rest, known exactly, whatever is `felt`."""
-        joints = self.joints
-        rest = self.hand.rest_pose
-        self.mean = np.concatenate([rest, np.zeros(joints), np.tile(rest, self.lag)])
-        self.covariance = np.zeros((self.mean.size, self.mean.size))
-        self.covariance[np.diag_indices(self.mean.size)] = 1e-10
+        self._begin(self.hand.rest_pose, 1e-10, 1e-10)
         self.log_evidence = 0.0  # log density of the angles felt so far
         self._contacts = np.zeros(len(self.hand.patches), dtype=bool)
+        self._gate.reset()
+
+    def _begin(self, angles: Array, variance: float, of_speed: float) -> None:
+        joints = self.joints
+        self.mean = np.concatenate([angles, np.zeros(joints), np.tile(angles, self.lag)])
+        self.covariance = np.zeros((self.mean.size, self.mean.size))
+        self.covariance[np.diag_indices(self.mean.size)] = variance
+        speeds = np.arange(joints, 2 * joints)
+        self.covariance[speeds, speeds] = of_speed
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
@@ -104,10 +115,26 @@ class PoseFilter:
         )
         rows, speeds = self._contact_effects(prediction.state[:joints], gain, contacts, noise)
         pose_kernels.shift(self.mean, self.covariance, prediction.state, prediction.transition, noise, joints)
+        heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
         self.log_evidence += pose_kernels.condition(
-            self.mean, self.covariance, rows, np.zeros(len(rows)), speeds**2, joint_angles, self.sigma**2
+            self.mean,
+            self.covariance,
+            rows,
+            np.zeros(len(rows)),
+            speeds**2,
+            joint_angles if heard is None else np.zeros(0),
+            self.sigma**2,
         )
+        if heard is not None:
+            self.log_evidence += take_in(self.mean, self.covariance, heard, self.sigma**2)
+        if self._gate.lost(self.mean, self.covariance, 2 * joints):
+            self._begin(self._gate.at_last(self.mean[:joints], joint_angles), RESTART_ANGLE, RESTART_SPEED)
         self._contacts = contacts
+
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) readings of the trial that no hand can give (`observer.set_aside`)."""
+        return self._gate.set_aside.copy()
 
     @property
     def angles(self) -> Array:

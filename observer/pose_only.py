@@ -91,6 +91,11 @@ class PoseOnly:
             self._belief = self._now(self.lag)  # what was told is not told twice
         return self._belief
 
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) odd readings of the trial, as `HapticSLAM.set_aside`."""
+        return self.pose.set_aside
+
     def flush(self) -> list[Belief]:
         """End the trial: beliefs about the steps that still waited for the lag."""
         waiting = len(self._running()) - self._told

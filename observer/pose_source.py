@@ -26,6 +26,11 @@ class PoseSource(Protocol):
     log_evidence: float
     """Log density of the angles felt so far."""
 
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) how many readings of each joint were odd since the reset, so that they were set aside or taken without
+        whole turns; where none was, nothing differs."""
+
     def reset(self, felt: Array | None = None) -> None:
         """Start at the rest pose, or, where the hand may be elsewhere, from the angles `felt` (J,) rad at first."""
 

@@ -137,3 +137,16 @@ def test_rendering_without_a_mode_warns_and_draws_nothing(env_id, make):
     env.reset(seed=0)
     with pytest.warns(UserWarning, match="render_mode"):
         assert env.render() is None
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of a viewer that was never made
+@pytest.mark.parametrize("kind", ["disabled", "nonsense"])
+def test_without_opengl_a_picture_says_what_to_do_and_exploring_goes_on(make, monkeypatch, kind):
+    env = make("HapticSLAM/TwoFinger-v0", render_mode="rgb_array")
+    env.reset(seed=0)
+    with monkeypatch.context() as without:
+        without.setenv("MUJOCO_GL", kind)
+        with pytest.raises(RuntimeError, match=rf"draws with OpenGL, .*MUJOCO_GL='{kind}' .*set MUJOCO_GL=egl"):
+            env.render()
+    env.step(np.zeros(8))
+    assert env.render().shape == (480, 640, 3)

@@ -119,7 +119,7 @@ def test_it_knows_how_wrong_it_is_and_beats_the_raw_angles(explore, sigma):
         trial = explore(shape, 300, seed=5, sigma_deg=sigma)
         pose = _pose(trial.hand, sigma=np.deg2rad(sigma))
         for torque, felt, contacts, true in zip(trial.torque, trial.felt, trial.contacts, trial.true, strict=True):
-            pose.step(torque, felt, contacts.astype(bool))
+            pose.step(torque, felt.astype(np.float64), contacts.astype(bool))
             error = (pose.mean[:8] - true) / np.deg2rad(sigma)
             square.append(error**2)
             inside.append(np.abs(pose.mean[:8] - true) < 1.645 * np.sqrt(np.diag(pose.covariance)[:8]))

@@ -18,7 +18,10 @@ ONE = SmoothMotion(speeds=(1.5,), seconds=0.05, together=0.0)
 
 @pytest.fixture(scope="module")
 def hand():
-    return hands.make("two_finger")
+    """Without limits, of which the process that paths are drawn from knows nothing."""
+    made = hands.make("two_finger")
+    made.model.jnt_limited[:] = 0
+    return made
 
 
 def velocity_covariance(lag: float, model: SmoothMotion) -> float:

@@ -208,6 +208,7 @@ ENTRIES: dict[str, Entry] = {
         MADE,
     ),
     "agents.repeat_torques.RepeatTorques": Entry(
-        lambda torques: RepeatTorques(_env(), torques).predict(_env().reset(seed=0)[0]), {"torques": array((3, J)).always}
+        lambda torques: RepeatTorques(_env(), torques).predict(_env().reset(seed=0)[0]),
+        {"torques": array((3, J)).always},
     ),
 }
