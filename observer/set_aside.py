@@ -16,9 +16,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from haptic_env.compiled import GIVEN
+from haptic_env.compiled import GIVEN, inner
 from haptic_env.hand import Hand
-from observer.compiled import inner
 
 Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
