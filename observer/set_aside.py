@@ -21,11 +21,11 @@ from haptic_env.hand import Hand
 
 Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
-BEYOND = 1.0  # rad beyond a joint's limits, or as many SDs as the next line says: no hand feels that
-BEYOND_SDS = 5.0
+BEYOND = 2.0  # rad beyond a joint's limits, where hands fitted to markers are up to 1.1 rad beyond them
+BEYOND_SDS = 5.0  # or as many SDs of the noise
 TURNED = 0.35  # the same, of a reading without whole turns
-LOST = 2.5  # the same, of what a filter makes of readings that may be
-FASTEST = 25.0  # rad/s: no finger turns faster
+LOST = 3.5  # the same, of what a filter makes of readings that may be
+FASTEST = 40.0  # rad/s: recorded fingers turn at up to 30
 JUMP = 0.5  # rad beyond that from where the joint is expected, and as many SDs as the next line says
 JUMP_SDS = 8.0
 MOST = 1e6  # of a variance, in rad² or (rad/s)²
@@ -91,7 +91,7 @@ class Gate:
         angles = np.where(odd & ~aside, turned, felt)
         anew = self._persist(felt, aside)
         if not self.set_aside.any():
-            self._say(felt, odd)
+            self._say(felt, expected, odd)
         self.set_aside += odd & ~anew
         return Heard(angles, np.flatnonzero(~aside | anew), anew)
 
@@ -110,7 +110,7 @@ class Gate:
             "the filter of the pose was lost in what was felt, and begins anew at it: no hand moves like that, or its "
             "noise is not what the observer was told",
             RuntimeWarning,
-            stacklevel=5,
+            stacklevel=4,
         )
         return True
 
@@ -130,15 +130,15 @@ class Gate:
         self._row[anew] = 0
         return np.asarray(anew)
 
-    def _say(self, felt: Array, odd: NDArray[np.bool_]) -> None:
+    def _say(self, felt: Array, expected: Array, odd: NDArray[np.bool_]) -> None:
         joint = int(np.argmax(odd))
         low, high = (each[joint] for each in self._limits)
         warnings.warn(
-            f"joint {self._names[joint]!r} cannot have been at {felt[joint]:.4g} rad (it turns from {low:.4g} to "
-            f"{high:.4g} rad, and moves steadily): such readings are taken without whole turns, or set aside; "
-            "`set_aside` counts them",
+            f"joint {self._names[joint]!r} was felt at {felt[joint]:.4g} rad, where it cannot be (it turns from "
+            f"{low:.4g} to {high:.4g} rad, and is about {expected[joint]:.4g} rad): such readings are taken without "
+            "whole turns, or set aside; `set_aside` counts them",
             RuntimeWarning,
-            stacklevel=6,
+            stacklevel=5,
         )
 
 

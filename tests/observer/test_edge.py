@@ -75,6 +75,7 @@ def test_arrays_of_other_kinds_are_refused(two_finger, which, kind):
         slam.step(*given)
 
 
+@pytest.mark.filterwarnings("ignore:joint .* where it cannot be:RuntimeWarning")
 def test_angles_that_the_observation_space_allows_are_heard(watching):
     """At its very bound, as float32 as the environment has it."""
     for sign in (1, -1):

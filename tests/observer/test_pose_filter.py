@@ -153,7 +153,7 @@ def _skin_speed(pose: PoseFilter, patch: int) -> float:
     return float(np.sqrt(np.linalg.eigvalsh(jacobian @ velocity @ jacobian.T).max()))
 
 
-@pytest.mark.filterwarnings("ignore:joint .* cannot have been at:RuntimeWarning")  # so far from the rest pose at first
+@pytest.mark.filterwarnings("ignore:joint .* where it cannot be:RuntimeWarning")  # so far from the rest pose at first
 def test_a_felt_contact_holds_the_skin_still(two_finger):
     """But for `normal_speed` and `tangential_speed`, in every direction; the other finger is free."""
     dynamics = ContactDynamics()

@@ -73,7 +73,7 @@ ODD = {
 }
 
 
-@pytest.mark.filterwarnings("ignore:joint .* cannot have been at:RuntimeWarning")
+@pytest.mark.filterwarnings("ignore:joint .* where it cannot be:RuntimeWarning")
 @pytest.mark.parametrize("case", ODD)
 @pytest.mark.parametrize("sigma", [1.0, 5.0])
 @pytest.mark.parametrize("name", OBSERVERS)
@@ -90,7 +90,7 @@ def test_what_is_odd_does_no_lasting_harm(explore, name, sigma, case):
     assert worst < 1.2, "nor does it while it lasts"
 
 
-@pytest.mark.filterwarnings("ignore:joint .* cannot have been at:RuntimeWarning")
+@pytest.mark.filterwarnings("ignore:joint .* where it cannot be:RuntimeWarning")
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_whole_turns_are_taken_away_exactly(explore, name):
     trial = explore("cube", 60, seed=3)
@@ -108,7 +108,9 @@ def test_it_is_said_once_a_trial_and_counted(explore, name):
     observer = OBSERVERS[name](trial.hand, 3.0)
     joint = trial.hand.joint_names[JOINT]
     for _ in range(2):
-        with pytest.warns(RuntimeWarning, match=rf"joint '{joint}' cannot have been at .* rad \(it turns from") as told:
+        with pytest.warns(
+            RuntimeWarning, match=rf"joint '{joint}' was felt at .* where it cannot be \(it turns"
+        ) as told:
             _told(observer, trial, _spike(5.0, steps=(AT, AT + 10)))
         assert len(told) == 1
         np.testing.assert_array_equal(observer.set_aside, 2 * (np.arange(8) == JOINT))
@@ -116,20 +118,20 @@ def test_it_is_said_once_a_trial_and_counted(explore, name):
     assert not observer.set_aside.any()
 
 
-@pytest.mark.filterwarnings("ignore:joint .* cannot have been at:RuntimeWarning")
+@pytest.mark.filterwarnings("ignore:joint .* where it cannot be:RuntimeWarning")
 @pytest.mark.parametrize("name", ["pose_only", "kinematic", "delta_pose"])
 def test_what_persists_is_believed(explore, name):
     """Then it was the filter that was wrong: of where the hand began, say."""
     trial = explore("cube", 100, seed=3)
     observer = OBSERVERS[name](trial.hand, 3.0)
-    beliefs = _told(observer, trial, _spike(1.3, steps=range(AT, 1000)))
+    beliefs = _told(observer, trial, _spike(1.9, steps=range(AT, 1000)))
     assert 0 < observer.set_aside[JOINT] <= 2 * set_aside.IN_A_ROW
     last, first = AT + set_aside.IN_A_ROW - 1, AT + set_aside.IN_A_ROW  # set aside, and believed
     assert abs(beliefs[last + 1].joint_angles[JOINT] - trial.true[last, JOINT]) < 0.3
-    assert abs(beliefs[first + 1].joint_angles[JOINT] - trial.felt[first, JOINT] - 1.3) < 0.1
+    assert abs(beliefs[first + 1].joint_angles[JOINT] - trial.felt[first, JOINT] - 1.9) < 0.1
 
 
-@pytest.mark.filterwarnings("ignore:joint .* cannot have been at:RuntimeWarning")
+@pytest.mark.filterwarnings("ignore:joint .* where it cannot be:RuntimeWarning")
 def test_a_joint_that_is_no_longer_felt_becomes_unsure(explore):
     """A dead sensor, which says what cannot be."""
     trial = explore("cube", 100, seed=3)
@@ -146,7 +148,7 @@ def test_a_joint_that_is_no_longer_felt_becomes_unsure(explore):
     np.testing.assert_allclose(np.delete(odd, JOINT), np.delete(usual, JOINT), rtol=0.5)
 
 
-@pytest.mark.filterwarnings("ignore:joint .* cannot have been at:RuntimeWarning")
+@pytest.mark.filterwarnings("ignore:joint .* where it cannot be:RuntimeWarning")
 @pytest.mark.filterwarnings("ignore:the filter of the pose was lost:RuntimeWarning")
 @pytest.mark.parametrize("name", OBSERVERS)
 @pytest.mark.parametrize("sigma", [1e-9, 3.0, 90.0])
@@ -188,7 +190,7 @@ def test_angles_felt_at_a_reset_are_taken_without_whole_turns(two_finger):
     np.testing.assert_allclose(usual, turned)
 
 
-@pytest.mark.filterwarnings("ignore:joint .* cannot have been at:RuntimeWarning")
+@pytest.mark.filterwarnings("ignore:joint .* where it cannot be:RuntimeWarning")
 def test_joints_without_limits_may_turn_as_often_as_they_like():
     hand = pointer()
     hand.model.jnt_limited[:] = 0
