@@ -63,7 +63,7 @@ class Sb3(Guided):
             Policy.__init__(self, env, seed)
             spaces["observation"] = (model.observation_space, env.observation_space)
         wrong = [
-            f"{what} {trained}, and here the {what} is {here}"
+            f"{what} {validate.shown(trained)}, and here the {what} is {validate.shown(here)}"
             for what, (trained, here) in sorted(spaces.items())
             if trained != here
         ]
@@ -114,7 +114,7 @@ def load_model(path: str | os.PathLike[str], normalize: Any = None, *, trust: bo
     """The model at `path`; raises `ValueError` for a file that is none, or that is not to be trusted."""
     if not is_model(path):
         raise ValueError(f"the path of a model must end in {WEIGHTS} or {SAVED}, got {path!r}")
-    if not Path(path).is_file():
+    if not os.path.isfile(path):
         raise ValueError(f"the path of a model must be a file that exists, got {str(path)!r}")
     validate.boolean("trust", trust)
     if Path(path).suffix == SAVED:

@@ -63,11 +63,12 @@ def toml(path: Path | str) -> dict[str, Any]:
 def npz(path: Path | str, largest: int = LARGEST_ARRAYS) -> Arrays:
     """The arrays in the `.npz` file at `path`; raises `ValueError` where it is none, or would take more than `largest`
     bytes."""
+    place = validate.path("path", path)
     try:
-        whole = content(path, largest)
+        whole = content(place, largest)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
-    return Arrays(whole, path, largest)
+        raise ValueError(f"{place}: {error}") from error
+    return Arrays(whole, place, largest)
 
 
 def npy(path: Path | str) -> NDArray[Any]:

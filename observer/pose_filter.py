@@ -107,7 +107,7 @@ class PoseFilter:
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
-        joints = self.joints
+        joints, before = self.joints, self.log_evidence
         prediction = self.model.predict(self.mean[: 2 * joints], torque)
         gain = prediction.torque_gain
         noise = pose_kernels.process_noise(
@@ -128,6 +128,7 @@ class PoseFilter:
         if heard is not None:
             self.log_evidence += take_in(self.mean, self.covariance, heard, self.sigma**2)
         if self._gate.lost(self.mean, self.covariance, 2 * joints):
+            self.log_evidence = before  # what it said of this step may be no number
             self._begin(self._gate.at_last(self.mean[:joints], joint_angles), RESTART_ANGLE, RESTART_SPEED)
         self._contacts = contacts
 
