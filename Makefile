@@ -12,7 +12,7 @@ ARGS ?=
 export MUJOCO_GL ?= egl
 
 .DEFAULT_GOAL := help
-.PHONY: help explore figures test statistics check format clean
+.PHONY: help explore figures test statistics fuzz check format clean
 
 help:  ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -28,6 +28,9 @@ test: $(TEST)  ## Run the tests, but for the long statistical ones; ARGS="tests/
 
 statistics: $(TEST)  ## Run the long statistical tests (averages over many trials)
 	$(BIN)/python -m pytest -n 2 -m statistical --timeout 3600 $(ARGS)
+
+fuzz: $(TEST)  ## Try odd inputs by the hundred thousand; FUZZ_EXAMPLES, FUZZ_MINUTES and FUZZ_SEED say how many, how long
+	$(BIN)/python -m pytest -m fuzz --timeout 7200 tests/properties $(ARGS)
 
 check: $(TEST)  ## Lint, check the formatting and the types
 	$(BIN)/ruff check .

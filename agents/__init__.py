@@ -37,7 +37,7 @@ def find(name: str | os.PathLike[str], called: str = "policy") -> type[Policy]:
     `ValueError` for neither; `called`: what the name is called there."""
     if not is_model(name):
         return POLICIES[validate.choice(called, name, POLICIES)]
-    if not Path(name).is_file():
+    if not os.path.isfile(name):
         raise ValueError(f"{called} must be a policy's name or a model that exists, got {str(name)!r}")
     return Sb3
 

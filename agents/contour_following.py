@@ -38,6 +38,7 @@ class ContourFollowing(Guided):
         self._harder = (HARD - LIGHT) / (PRESS_SECONDS * self._rate)
         self._softer = (HARD - LIGHT) / (YIELD_SECONDS * self._rate)
         self._reach = Reach(self.hand)
+        self.remembers = (*[(self._reach.fingers,)] * 4, (self.joints,))
         self._strokes = self._reach.strokes(self.hand.rest_pose, self.hand.grasp_centre)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:

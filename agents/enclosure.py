@@ -34,6 +34,7 @@ class Enclosure(Guided):
         self._rate: float = env.unwrapped.control_hz  # type: ignore[attr-defined]
         self._longest, self._opening = longest * self._rate, OPENING * longest * self._rate
         self._reach = Reach(self.hand)
+        self.remembers = ((), (2, self._reach.fingers), (self.joints,))
         self._strokes = self._reach.strokes(self.hand.rest_pose, self.hand.grasp_centre)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:

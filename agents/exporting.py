@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import os
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -13,6 +12,7 @@ import numpy as np
 
 from agents.network import ACTIVATIONS, Array, Cell, Layer, Memory, Network
 from agents.normalization import Normalization
+from haptic_env import validate
 from haptic_env.files import atomic
 
 SAMPLES = 8  # observations at which the file must act as the model
@@ -26,7 +26,7 @@ def export(model: Any, path: str | os.PathLike[str], normalize: Any = None) -> N
     `normalize`: the `VecNormalize` under which it was trained, if it was. Raises `ValueError` for a model that is no
     plain network: of images, with layers that are not known, or that does not act as its layers say.
     """
-    path = Path(path)
+    path = validate.path("path", path)
     if path.suffix != ".npz":
         raise ValueError(f"path must end in .npz, got {str(path)!r}")
     network = network_of(model, normalize)

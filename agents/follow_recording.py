@@ -50,6 +50,7 @@ class FollowRecording(Policy):
         self.reference = _led_in(hand.rest_pose, np.clip(angles, low, high), rate)
         self.command = hand.torques_along(self.reference, rate) / hand.torque_limits
         self.steps = len(self.reference) - 1
+        self.remembers = ((), (self.joints,))
         self._keep = float(np.exp(-1.0 / (rate * SENSE_SECONDS)))
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:

@@ -72,6 +72,7 @@ class InformationGain(Guided):
         self.every = max(1, round(validate.number("horizon", horizon, above=0.0, unit="s") * rate / LOOKS))
         self._model = ForwardModel(self.hand, rate)
         self._reach = Reach(self.hand)
+        self.remembers = ((self.joints,), (), (self.joints,))
         self._tree, self._skin, self._spheres = tree_of(self.hand), skin_of(self.hand), lookahead.spheres_of(self.hand)
         self._map = MapLookahead(self.hand)
 

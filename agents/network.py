@@ -125,9 +125,13 @@ class Network:
             torque = low + np.float32(0.5) * (np.tanh(torque) + np.float32(1.0)) * (high - low)
         return np.clip(torque, low, high).astype(np.float32), (h, c, lasting)
 
+    @property
+    def memory(self) -> tuple[int, int]:
+        """Shape of what the cells remember: how many there are, H."""
+        return len(self.cells), self.cells[0].fed_back.weight.shape[1] if self.cells else 0
+
     def _nothing(self) -> Array:
-        width = self.cells[0].fed_back.weight.shape[1] if self.cells else 0
-        return np.zeros((len(self.cells), width), np.float32)
+        return np.zeros(self.memory, np.float32)
 
     def _flat(self, observation: Any) -> Array:
         space = self.observation_space
@@ -215,7 +219,8 @@ def read(path: Path) -> Network:
             raise ValueError(f"its description is not of a {KIND} of version {VERSION}")
         return _restore(told, _Arrays(found))
     except (ValueError, TypeError, KeyError, RecursionError) as error:
-        raise ValueError(f"{path} is no policy that `agents.export` has written: {error}") from error
+        told_in_a_line = " ".join(str(error).split())
+        raise ValueError(f"{path} is no policy that `agents.export` has written: {told_in_a_line}") from error
 
 
 def _restore(told: dict[str, Any], arrays: _Arrays) -> Network:

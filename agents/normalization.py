@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -103,7 +104,7 @@ def shapes_of(space: gym.Space[Any]) -> dict[str, tuple[int, ...]]:
 
 
 def _unpickled(path: Path, trust: bool) -> Any:
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise ValueError(f"normalize must be the path of a file that exists, got {str(path)!r}")
     if not trust:
         raise ValueError(

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
 
 from haptic_env import validate
 
@@ -14,7 +13,8 @@ from haptic_env import validate
 def count(observation: Any, space: gym.Space[Any] | None) -> int | None:
     """For how many environments `observation` is, stacked; None: for one, not stacked."""
     for _, value, each in _entries(observation, space):
-        shape = np.shape(value)
+        given = validate.real(value)
+        shape = () if given is None else given.shape
         if each.shape is not None and len(shape) == len(each.shape) + 1 and shape[1:] == each.shape:
             return shape[0]
     return None
@@ -33,7 +33,7 @@ def check(observation: Any, space: gym.Space[Any] | None) -> None:
         given = list(observation) if isinstance(observation, Mapping) else None
         if given is None or not set(space) <= set(given):
             got = observation if given is None else given
-            raise ValueError(f"an observation must have the entries {', '.join(space)}, got {got}")
+            raise ValueError(f"an observation must have the entries {', '.join(space)}, got {validate.shown(got)}")
     for name, value, each in _entries(observation, space):
         if isinstance(each, gym.spaces.MultiBinary):
             validate.binary(name, value, each.shape)

@@ -19,6 +19,7 @@ from observer.belief import Belief
 from observer.shape_posterior import ShapePosterior
 
 State = tuple[Any, ...] | None
+LARGEST = 1e9  # of a state's numbers
 EpisodeStart = NDArray[np.bool_] | bool | None
 
 
@@ -40,6 +41,9 @@ class Policy:
     """Whether it also asks what the object may be, so that the wrapper must have a `shape`."""
     blind: ClassVar[bool] = False
     """Whether it commands the same whatever is felt."""
+    remembers: tuple[tuple[int, ...] | None, ...] | None = None
+    """Shapes of what `decide` hands to the next call, None for what is None; what is handed back is compared with them.
+    Nothing is compared where it is None itself."""
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
         """Raises `ValueError` for an environment without a hand, or a seed that is none."""
@@ -65,7 +69,8 @@ class Policy:
         """
         count = observations.count(observation, self.observation_space)
         if state is not None and not isinstance(state, tuple):
-            raise ValueError(f"state must be None or what the last call returned, got {state!r}")
+            raise ValueError(f"state must be None or what the last call returned, got {validate.shown(state)}")
+        validate.boolean("deterministic", deterministic)
         if count is None:
             return self._checked(observation, None if starts(episode_start) else state, deterministic)
         if self.guided and count != 1:
@@ -90,7 +95,17 @@ class Policy:
     def _checked(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         if not self.blind:
             observations.check(observation, self.observation_space)
+        if state is not None and self.remembers is not None:
+            self._check_state(state, self.remembers)
         return self.decide(observation, state, deterministic)
+
+    def _check_state(self, state: Any, remembers: tuple[tuple[int, ...] | None, ...]) -> None:
+        fits = isinstance(state, tuple) and len(state) == len(remembers)
+        if not fits or any((each is None) != (shape is None) for each, shape in zip(state, remembers, strict=True)):
+            raise ValueError(f"state must be None or what the last call returned, got {validate.shown(state)}")
+        for index, (each, shape) in enumerate(zip(state, remembers, strict=True)):
+            if shape is not None:
+                validate.array(f"entry {index} of state", each, shape, bound=LARGEST)
 
 
 class Guided(Policy):
@@ -140,15 +155,14 @@ def act(
     """What `policy` predicts, for whoever runs it; raises `ValueError` with its name for torques that are of another
     shape, or not finite."""
     if not callable(getattr(policy, "predict", None)):
-        raise ValueError(f"policy must have `predict`, as those of agents.make have, got {policy!r}")
+        raise ValueError(f"policy must have `predict`, as those of agents.make have, got {validate.shown(policy)}")
     action, state = policy.predict(observation, state, episode_start)
     name, joints = getattr(policy, "name", type(policy).__name__), getattr(policy, "joints", None)
-    try:
-        finite = bool(np.isfinite(action).all())
-    except TypeError as error:
-        raise ValueError(f"policy {name!r} commands no torques, but {action!r}") from error
+    torques = validate.real(action)
+    if torques is None:
+        raise ValueError(f"policy {name!r} commands no torques, but {validate.shown(action)}")
     if joints is not None and np.shape(action)[-1:] != (joints,):
         raise ValueError(f"policy {name!r} commands torques of shape {np.shape(action)}; the hand has {joints} joints")
-    if not finite:
-        raise ValueError(f"policy {name!r} commands torques that are not finite: {np.asarray(action).tolist()}")
+    if not np.isfinite(torques).all():
+        raise ValueError(f"policy {name!r} commands torques that are not finite: {validate.shown(torques.tolist())}")
     return action, state

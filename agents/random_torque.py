@@ -26,6 +26,7 @@ class RandomTorque(Policy):
     ) -> None:
         super().__init__(env, seed)
         self.drive = SmoothChance(env, self.joints, sd=sd, seconds=seconds)
+        self.remembers = ((self.drive.size,),)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         drive = self.drive.next(self.rng, state, deterministic)

@@ -63,7 +63,7 @@ class Sb3(Guided):
             Policy.__init__(self, env, seed)
             spaces["observation"] = (model.observation_space, env.observation_space)
         wrong = [
-            f"{what} {trained}, and here the {what} is {here}"
+            f"{what} {validate.shown(trained)}, and here the {what} is {validate.shown(here)}"
             for what, (trained, here) in sorted(spaces.items())
             if trained != here
         ]
@@ -71,6 +71,8 @@ class Sb3(Guided):
             raise ValueError(
                 f"the model {path or SHIPPED.name} was trained for another hand or observation: {'; '.join(wrong)}"
             )
+        if isinstance(model, Network) and model.noise != "lasting":
+            self.remembers = ((), (self.joints,), *[model.memory] * 2, None)
         self._hold = 1 if env.has_wrapper_attr("held") else model.told.get("hold", 1)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
@@ -112,7 +114,7 @@ def load_model(path: str | os.PathLike[str], normalize: Any = None, *, trust: bo
     """The model at `path`; raises `ValueError` for a file that is none, or that is not to be trusted."""
     if not is_model(path):
         raise ValueError(f"the path of a model must end in {WEIGHTS} or {SAVED}, got {path!r}")
-    if not Path(path).is_file():
+    if not os.path.isfile(path):
         raise ValueError(f"the path of a model must be a file that exists, got {str(path)!r}")
     validate.boolean("trust", trust)
     if Path(path).suffix == SAVED:

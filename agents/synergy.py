@@ -62,6 +62,7 @@ class Synergy(Policy):
         self.mean = np.zeros(len(self.basis))
         self.mean[0] = validate.number("flexion", flexion, -1.0, 1.0)
         self.drive = SmoothChance(env, len(self.basis), sd=sd, seconds=seconds)
+        self.remembers = ((self.drive.size,),)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state` holds the process (S,). `deterministic` takes its mean step."""

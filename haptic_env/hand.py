@@ -13,9 +13,11 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from haptic_env import validate
 from haptic_env.composer import mjcf
 from haptic_env.patches import Link, Patches
 
+WIDEST = 100.0  # rad: no joint turns further
 USUAL_SIZE = 0.05  # metres: of an object at the grasp centre
 
 
@@ -71,7 +73,8 @@ class Hand:
     def place(self, size: ArrayLike) -> NDArray[np.float64]:
         """(3,) m: where the middle of an upright object of full extents `size` (3,) m belongs, the side that faces the
         palm as near to it as that of an object of `USUAL_SIZE`."""
-        beyond = 0.5 * (np.abs(self.opening) @ np.asarray(size) - USUAL_SIZE)
+        extents = validate.array("object size", size, (3,), "m", bound=validate.FARTHEST)
+        beyond = 0.5 * (float(np.abs(self.opening) @ extents) - USUAL_SIZE)
         return self.grasp_centre + max(beyond, 0.0) * self.opening
 
     @cached_property
@@ -114,7 +117,14 @@ class Hand:
         return self.moves @ same
 
     def torques_along(self, path: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """(T, J) N·m: what moves the hand along `path` (T, J) rad, of `rate` Hz, in free air (inverse dynamics)."""
+        """(T, J) N·m: what moves the hand along `path` (T, J) rad, of `rate` Hz, in free air (inverse dynamics).
+
+        Raises `ValueError` for a path of other joints or of one frame, and angles beyond ± `WIDEST` rad.
+        """
+        path = validate.numbers("path", path, 2, bound=WIDEST)
+        if path.shape[0] < 2 or path.shape[1] != self.joints:
+            raise ValueError(f"path must be two frames or more of shape (T, {self.joints}) in rad, got {path.shape}")
+        rate = validate.number("rate", rate, 0.01, 1e5, unit="Hz")
         model = copy.copy(self.model)
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
         data = mujoco.MjData(model)

@@ -33,7 +33,8 @@ class Pose(_Frame):
     @classmethod
     def of(cls, position: ArrayLike, quaternion: ArrayLike) -> Self:
         """From a `position` (3,) m and a `quaternion` (4,) wxyz, of any length but zero."""
-        return cls(np.array(position), rotation_matrix(validate.quaternion("quaternion of a pose", quaternion)))
+        place = validate.place("position of a pose", position).copy()
+        return cls(place, rotation_matrix(validate.quaternion("quaternion of a pose", quaternion)))
 
     def __matmul__(self, inner: Pose) -> Pose:
         """Of a frame at `inner` in this one: where it lies in this one's outer frame."""

@@ -17,6 +17,8 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import validate
+
 MIB = 2**20
 LARGEST_ARRAYS = 512 * MIB  # bytes: an hour of a whole hand that explores takes 200 MiB
 LARGEST_TEXT = 64 * MIB  # an hour of a glove takes 50 MiB
@@ -29,9 +31,9 @@ HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.re
 
 
 def content(path: Path | str, largest: int = LARGEST_ARRAYS) -> bytes:
-    """The bytes of the file at `path`; raises `ValueError` for more than `largest`, `OSError` where it cannot be
-    read."""
-    with Path(path).open("rb") as file:
+    """The bytes of the file at `path`; raises `ValueError` for more than `largest` and for what is no path, `OSError`
+    where it cannot be read."""
+    with validate.path("path", path).open("rb") as file:
         if os.fstat(file.fileno()).st_size <= largest:
             parts, left = [], largest  # a pipe has no size
             while left >= 0 and (part := file.read(PART)):
@@ -61,11 +63,12 @@ def toml(path: Path | str) -> dict[str, Any]:
 def npz(path: Path | str, largest: int = LARGEST_ARRAYS) -> Arrays:
     """The arrays in the `.npz` file at `path`; raises `ValueError` where it is none, or would take more than `largest`
     bytes."""
+    place = validate.path("path", path)
     try:
-        whole = content(path, largest)
+        whole = content(place, largest)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
-    return Arrays(whole, path, largest)
+        raise ValueError(f"{place}: {error}") from error
+    return Arrays(whole, place, largest)
 
 
 def npy(path: Path | str) -> NDArray[Any]:

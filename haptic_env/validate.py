@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import difflib
 import math
+import os
 import sys
 from collections.abc import Collection, Iterable, Sequence
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +21,8 @@ LARGEST = sys.float_info.max
 FARTHEST = 100.0  # metres along each axis: nothing that a hand explores lies further away
 LONGEST = 1e6  # of a quaternion's numbers: their squares are numbers too
 REAL = "biuf"  # kinds of arrays that are numbers: no complex ones, no text, no times, no objects
+MOST = 2**28  # entries of an array of any length: as numbers they take 2 GiB
+NO_NUMBERS = (bool, np.timedelta64)  # which count as integers all the same
 QUOTED = 300  # characters of a value that an error quotes
 
 
@@ -40,6 +44,14 @@ def choice(what: str, value: Any, valid: Collection[str]) -> str:
     raise ValueError(f"unknown {what} {shown(value)}{hint}; choose from {', '.join(sorted(valid))}")
 
 
+def names(what: str, value: Any) -> tuple[str, ...]:
+    """Return `value` if it is texts one after the other, one at least; else raise `ValueError`."""
+    several = isinstance(value, Sequence) and not isinstance(value, str)
+    if not several or not value or not all(isinstance(each, str) for each in value):
+        raise ValueError(f"{what} must be one name or more, got {shown(value)}")
+    return tuple(value)
+
+
 def keywords(what: str, given: Iterable[str], valid: Collection[str]) -> None:
     """Raise `ValueError` at the first keyword in `given` that is not in `valid`."""
     for name in given:
@@ -58,7 +70,7 @@ def number(
     """Return `value` as a finite float in [low, high] (and > `above`); else `ValueError`."""
     bounds = f"[{low:g}, {high:g}]" if above is None else f"({above:g}, {high:g}]"
     valid = f"a finite number in {bounds}" + (f" {unit}" if unit else "")
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if isinstance(value, NO_NUMBERS) or not isinstance(value, Real):
         raise ValueError(f"{what} must be {valid}, got {shown(value)}")
     try:
         result = float(value)
@@ -72,7 +84,7 @@ def number(
 def integer(what: str, value: Any, low: int, high: int | None = None) -> int:
     """Return `value` as an int in [low, high]; else raise `ValueError`."""
     valid = f"an integer of at least {low}" if high is None else f"an integer in [{low}, {high}]"
-    if isinstance(value, bool) or not isinstance(value, Integral):
+    if isinstance(value, NO_NUMBERS) or not isinstance(value, Integral):
         raise ValueError(f"{what} must be {valid}, got {shown(value)}")
     result = int(value)
     if result < low or (high is not None and result > high):
@@ -90,6 +102,17 @@ def instance(what: str, value: object, kind: type | tuple[type, ...], hint: str)
     """Raise `ValueError` with the `hint` where `value` is none of `kind`."""
     if not isinstance(value, kind):
         raise ValueError(f"{what} must be {hint}, got {shown(value)}")
+
+
+def path(what: str, value: object) -> Path:
+    """Return `value` as a path that a file can have; else raise `ValueError`."""
+    text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    try:
+        if isinstance(text, str) and "\0" not in text and os.fsencode(text):
+            return Path(text)
+    except UnicodeEncodeError:
+        pass
+    raise ValueError(f"{what} must be the path of a file, got {shown(value)}")
 
 
 def boolean(what: str, value: object) -> bool:
@@ -141,29 +164,39 @@ def quaternion(what: str, value: ArrayLike) -> NDArray[np.float64]:
     return result
 
 
-def numbers(what: str, value: ArrayLike, dimensions: int | None = None) -> NDArray[np.float64]:
-    """Return `value` as a finite float64 array of any shape, or of any of so many `dimensions`; else `ValueError`."""
+def numbers(
+    what: str, value: ArrayLike, dimensions: int | None = None, *, bound: float = LARGEST
+) -> NDArray[np.float64]:
+    """Return `value` as a finite float64 array of any shape, or of any of so many `dimensions`, none beyond ± `bound`;
+    else `ValueError`."""
     many = "" if dimensions is None else f" of {dimensions} dimension{'s' * (dimensions != 1)}"
     given = real(value)
     if given is None:
         raise ValueError(f"{what} must be an array of finite numbers{many}, got {shown(value)}")
+    _fits_memory(what, given)
     if dimensions is not None and given.ndim != dimensions:
         raise ValueError(f"{what} must be an array of finite numbers{many}, got shape {given.shape}")
     result = _float64(given)
     wrong = ~np.isfinite(result)
     if wrong.any():
         raise ValueError(f"{what} must be an array of finite numbers{many}, got {_first(given, wrong)}")
+    wrong = np.abs(result) > bound
+    if wrong.any():
+        raise ValueError(f"{what} must lie in [{-bound:g}, {bound:g}], got {_first(given, wrong)}")
     return result
 
 
-def together(**arrays: ArrayLike) -> list[NDArray[np.float64]]:
-    """Return `arrays` of finite numbers, all of the one shape that they can be broadcast to; else `ValueError`."""
-    checked = {what: numbers(what, value) for what, value in arrays.items()}
+def together(bound: float = LARGEST, /, **arrays: ArrayLike) -> list[NDArray[np.float64]]:
+    """Return `arrays` of finite numbers, none beyond ± `bound`, all of the one shape that they can be broadcast to;
+    else `ValueError`."""
+    checked = {what: numbers(what, value, bound=bound) for what, value in arrays.items()}
     try:
-        return list(np.broadcast_arrays(*checked.values()))
+        result = list(np.broadcast_arrays(*checked.values()))
     except ValueError:
         shapes = ", ".join(f"{what} of {value.shape}" for what, value in checked.items())
         raise ValueError(f"{' and '.join(checked)} must be of one shape, got {shapes}") from None
+    _fits_memory(" and ".join(checked), result[0])
+    return result
 
 
 def probabilities(what: str, value: ArrayLike, dimensions: int | None = None) -> NDArray[np.float64]:
@@ -194,11 +227,18 @@ def binary(what: str, value: ArrayLike, shape: tuple[int, ...] | None = None) ->
         raise ValueError(f"{what} must be 0 or 1{of}, got {shown(value)}")
     if shape is not None and result.shape != shape:
         raise ValueError(f"{what} must be 0 or 1{of}, got shape {result.shape}")
+    _fits_memory(what, result)
     if result.dtype != np.bool_:
         wrong = ~((result == 0) | (result == 1))
         if wrong.any():
             raise ValueError(f"{what} must be 0 or 1, got {_first(result, wrong)}")
     return result.astype(np.bool_)
+
+
+def _fits_memory(what: str, given: NDArray[Any]) -> None:
+    """Raise `ValueError` for an array that is as large as it can be without having its numbers."""
+    if given.size > MOST:
+        raise ValueError(f"{what} must have {MOST} entries at most, got shape {given.shape}")
 
 
 def _first(values: NDArray[Any], wrong: NDArray[np.bool_], names: Sequence[str] = ()) -> str:

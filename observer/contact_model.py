@@ -8,6 +8,8 @@ import numpy as np
 from scipy.special import expit, logit, ndtri_exp
 
 from haptic_env import validate
+from haptic_env.grid import LARGEST as LARGEST_VOXEL
+from haptic_env.grid import SMALLEST as SMALLEST_VOXEL
 from observer.capsules import LIMIT, LOG_ODDS, QUANTUM, Evidence
 
 SMALLEST = 1e-9  # weight of a sweep by which no cell loses anything
@@ -61,7 +63,8 @@ class ContactModel:
         for field in fields(self):
             high = 1.0 if field.name in ("prior", "hit", "false_alarm", "temper") else 10.0
             high = np.inf if field.name == "repeats" else high
-            validate.number(field.name, getattr(self, field.name), 0.0, high)
+            value = validate.number(field.name, getattr(self, field.name), 0.0, high)
+            object.__setattr__(self, field.name, value)  # a float whatever was given: kernels are compiled for those
         if self.hit >= 1.0:
             raise ValueError(f"hit must be below 1, got {self.hit}")
         for name in ("prior", "false_alarm"):
@@ -72,7 +75,8 @@ class ContactModel:
                 raise ValueError(f"{name} must be above 0 voxels, got {getattr(self, name)}")
 
     def evidence(self, resolution: float) -> Evidence:
-        """The same for the kernels, lengths in metres."""
+        """The same for the kernels, lengths in metres, of voxels of edge `resolution` m."""
+        validate.number("resolution", resolution, SMALLEST_VOXEL, LARGEST_VOXEL, unit="m")
         probability = expit(LOG_ODDS + logit(self.prior))
         return Evidence(
             hit=self.hit,

@@ -70,7 +70,7 @@ class DeltaPose:
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
-        joints, size = self.hand.joints, self.mean.size
+        joints, size, before = self.hand.joints, self.mean.size, self.log_evidence
         kept = np.concatenate([np.arange(joints), np.arange(size - joints)])  # now's angles twice, the oldest dropped
         mean, covariance = self.mean[kept], self.covariance[np.ix_(kept, kept)]
         move = self.motion.gain @ torque
@@ -82,7 +82,7 @@ class DeltaPose:
         if heard is not None:
             self.log_evidence += take_in(mean, covariance, heard, self.sigma**2)
             self.mean, self.covariance = mean, covariance
-            self._check(joint_angles)
+            self._check(joint_angles, before)
             return
         residual = joint_angles - mean[:joints]
         total = covariance[:joints, :joints] + self.sigma**2 * np.eye(joints)
@@ -92,11 +92,12 @@ class DeltaPose:
         self.covariance = 0.5 * (covariance + covariance.T)
         square = residual @ np.linalg.solve(total, residual)
         self.log_evidence -= 0.5 * float(square + np.linalg.slogdet(2 * np.pi * total)[1])
-        self._check(joint_angles)
+        self._check(joint_angles, before)
 
-    def _check(self, felt: Array) -> None:
-        """Begin anew at what is `felt` (J,) rad where the filter was lost."""
+    def _check(self, felt: Array, log_evidence: float) -> None:
+        """Begin anew at what is `felt` (J,) rad where the filter was lost; `log_evidence` was that before the step."""
         if self._gate.lost(self.mean, self.covariance, 0):
+            self.log_evidence = log_evidence  # what it said of this step may be no number
             self._begin(self._gate.at_last(self.mean[: self.hand.joints], felt), RESTART_ANGLE)
 
     def lagged(self, steps: int) -> slice:

@@ -5,6 +5,7 @@ Shapes: J joints, P patches, N particles, K candidates, V voxels.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,11 +16,17 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.sensors import FeltAngles
+from haptic_env.shapes import Solid
 
 Array = NDArray[np.float64]
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
 MEMORY = 4 * 2**30  # bytes that an observer may need
 GIB = 2**30
+WORLD: dict[str, tuple[type, str]] = {
+    "hand": (Hand, "a Hand, as haptic_env.hands.make gives"),
+    "grid": (Grid, "a haptic_env.grid.Grid"),
+    "solid": (Solid, "a Solid, as haptic_env.shapes.make gives"),
+}
 
 
 class Told(NamedTuple):
@@ -51,6 +58,25 @@ def root(given: Pose | None) -> Pose | None:
         return None
     validate.instance("root", given, Pose, "a haptic_env.pose.Pose, or None for a hand that does not move as a whole")
     return given.checked("root")
+
+
+def world(**given: object) -> None:
+    """Raise `ValueError` where a `hand`, a `grid` or a `solid` is `given` that is none."""
+    for what, value in given.items():
+        validate.instance(what, value, *WORLD[what])
+
+
+def candidates(given: object) -> None:
+    """Raise `ValueError` unless labels, which are texts, are `given`, and for each of them solids, one at least."""
+    wrong: object = given
+    if isinstance(given, Mapping) and given:
+        wrong = next((pair for pair in given.items() if not isinstance(pair[0], str) or not _solids(pair[1])), None)
+    if wrong is not None:
+        raise ValueError(f"candidates must give each label at least one solid, got {validate.shown(wrong)}")
+
+
+def _solids(given: object) -> bool:
+    return isinstance(given, Sequence) and len(given) > 0 and all(isinstance(each, Solid) for each in given)
 
 
 def memory(told: str, needed: float) -> None:

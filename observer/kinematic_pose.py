@@ -143,7 +143,7 @@ class KinematicPose:
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step to the felt `joint_angles` (J,) rad."""
-        joints = self.hand.joints
+        joints, before = self.hand.joints, self.log_evidence
         heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
         if heard is None:
             log_density = np.empty(self.partners.count)
@@ -154,6 +154,7 @@ class KinematicPose:
         self.partners.learn(log_density)
         self._combine()
         if self._gate.lost(self.mean, self.covariance, PRESENT * joints):
+            self.log_evidence = before  # what it said of this step may be no number
             self._start_at(self._gate.at_first(joint_angles))
 
     def _turn(

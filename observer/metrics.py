@@ -23,12 +23,15 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.shapes.base import Solid
+from observer import edge
 from observer.kinematics import Tree, placed, placed_points, tree_of
 
 Array = NDArray[np.float64]
 OCCUPIED = 0.5
 IMPOSSIBLE = 1e-6  # probability below which the log loss takes all for the same
 MOST_BINS = 100_000
+WIDEST = 1e9  # rad: an angle that has been added up for years
+FAR = 1e6  # metres
 LEAST_SPACING = 0.0002  # metres: with less the skin has more points than fit into the memory
 TOUCH_TOLERANCE = 0.002  # metres: skin further from the surface than this rang falsely
 
@@ -68,7 +71,7 @@ class Share(NamedTuple):
 
 def pose_error_deg(estimate: ArrayLike, truth: ArrayLike) -> Array:
     """(T,) degrees: RMS over joints of `estimate` (T, J) rad about `truth` (T, J) rad, at each step."""
-    one, other = validate.together(estimate=estimate, truth=truth)
+    one, other = validate.together(WIDEST, estimate=estimate, truth=truth)
     if one.ndim == 0 or one.shape[-1] == 0:
         raise ValueError(f"estimate and truth must be angles of some joints (T, J), got shape {one.shape}")
     return np.rad2deg(np.sqrt(np.square(one - other).mean(axis=-1)))
@@ -118,8 +121,8 @@ def touched_places(
     nearest to the surface; a patch whose skin is further than `TOUCH_TOLERANCE` away rang falsely and is left out.
     `roots` (T): where the hand as a whole was in the frame of `solid`, if it moved.
     """
+    edge.world(hand=hand, solid=solid)
     skin = hand.patches.surface(validate.number("spacing", spacing, LEAST_SPACING, 1.0, unit="m"))
-    validate.instance("solid", solid, Solid, "a haptic_env.shapes.Solid")
     found, steps = [], list(_posed(hand, joint_angles, roots))
     for (tree, angles), rang in zip(
         steps, validate.binary("contacts", contacts, (len(steps), len(hand.patches))), strict=True
@@ -139,6 +142,7 @@ def touched_places(
 
 def surface_precision(occupancy: Array, grid: Grid, solid: Solid, voxels: float = 1.0) -> float:
     """Share of the occupied voxels whose centre lies within `voxels` of the true surface; 0 where none is occupied."""
+    edge.world(grid=grid, solid=solid)
     centres = grid.centres()[_map(occupancy, grid) > OCCUPIED]
     near = np.abs(solid.signed_distance(centres)) <= _length(voxels, grid)
     return float(near.mean()) if near.size else 0.0
@@ -146,7 +150,8 @@ def surface_precision(occupancy: Array, grid: Grid, solid: Solid, voxels: float 
 
 def surface_recall(occupancy: Array, grid: Grid, places: Array, voxels: float = 1.0) -> float:
     """Share of `places` (M, 3) m with the centre of an occupied voxel within `voxels`; NaN without a place."""
-    where = validate.numbers("places", places, 2)
+    edge.world(grid=grid)
+    where = validate.numbers("places", places, 2, bound=FAR)
     if where.shape[1] != 3:
         raise ValueError(f"places must be of shape (M, 3) in m, got shape {where.shape}")
     occupied, near = _map(occupancy, grid) > OCCUPIED, _length(voxels, grid)
@@ -161,7 +166,7 @@ def surface_recall(occupancy: Array, grid: Grid, places: Array, voxels: float = 
 def surface_score(occupancy: Array, grid: Grid, solid: Solid, touched: Array, voxels: float = 1.0) -> SurfaceScore:
     """Precision of the occupied voxels against the true surface, recall of the `touched` (M, 3) places, F-score."""
     precision = surface_precision(occupancy, grid, solid, voxels)
-    recall = surface_recall(occupancy, grid, touched, voxels)
+    recall = surface_recall(occupancy, grid, validate.numbers("touched", touched, 2, bound=FAR), voxels)
     total = precision + recall
     return SurfaceScore(precision, recall, 2 * precision * recall / total if total != 0 else 0.0)
 
@@ -173,6 +178,7 @@ def surface_coverage(occupancy: Array, grid: Grid, solid: Solid, voxels: float =
 
 def surface_places(solid: Solid, grid: Grid) -> Array:
     """(M, 3) m: the centres of the voxels that the surface of `solid` passes through."""
+    edge.world(grid=grid, solid=solid)
     centres = grid.centres()
     return centres[np.abs(solid.signed_distance(centres)) <= _length(0.5, grid)]
 
@@ -188,7 +194,9 @@ def reachable(
 def swept(hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose] | None = None) -> NDArray[np.bool_]:
     """(X, Y, Z): the voxels that a point inside a finger fell into at some step, along the true `joint_angles` (T, J),
     at `roots` (T) if the hand moved as a whole."""
-    inside = hand.patches.volume(0.75 * grid.resolution)
+    edge.world(hand=hand, grid=grid)
+    fine = validate.number("the grid's resolution", grid.resolution, LEAST_SPACING, unit="m")
+    inside = hand.patches.volume(0.75 * fine)
     found = np.zeros(grid.shape, dtype=bool)
     for tree, angles in _posed(hand, joint_angles, roots):
         _mark(placed_points(tree, angles, inside.points, inside.link), np.array(grid.origin), grid.resolution, found)
@@ -216,6 +224,7 @@ def neighbourhood(cells: NDArray[np.bool_], faces: bool = False) -> NDArray[np.b
 
 def reached_into(solid: Solid, grid: Grid) -> NDArray[np.bool_]:
     """(X, Y, Z): the voxels whose centre lies inside `solid` or within half a voxel of its surface."""
+    edge.world(grid=grid, solid=solid)
     return np.asarray(solid.signed_distance(grid.centres()) <= _length(0.5, grid))
 
 
@@ -310,7 +319,8 @@ def _posed(hand: Hand, joint_angles: ArrayLike, roots: Sequence[Pose] | None) ->
     tree, angles = tree_of(hand), validate.numbers("joint_angles", joint_angles, 2)
     if angles.shape[1] != hand.joints:
         raise ValueError(f"joint_angles must be of shape (T, {hand.joints}) in rad, got shape {angles.shape}")
-    if roots is not None and len(roots) != len(angles):
-        raise ValueError(f"roots must be as many as steps, {len(angles)}, got {len(roots)}")
-    for each, root in zip(angles, [None] * len(angles) if roots is None else roots, strict=True):
-        yield placed(tree, None if root is None else root.checked("root")), each
+    known = [None] * len(angles) if roots is None else list(roots) if isinstance(roots, Sequence) else None
+    if known is None or len(known) != len(angles):
+        raise ValueError(f"roots must be poses, as many as steps, {len(angles)}, got {validate.shown(roots)}")
+    for each, root in zip(angles, known, strict=True):
+        yield placed(tree, edge.root(root)), each

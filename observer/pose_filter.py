@@ -30,6 +30,7 @@ from observer.set_aside import Gate, take_in
 Array = NDArray[np.float64]
 SKIN_SPACING = 0.001  # metres
 RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a filter that was lost
+SLOWEST = 1e-9  # m/s: squares of less are zero
 MANY = 256  # patches in contact: with more, what they say of the joints' speeds is put together first
 
 
@@ -50,10 +51,12 @@ class ContactDynamics:
     joint_speed: float = 15.0
 
     def __post_init__(self) -> None:
+        validate.boolean("constrained", self.constrained)
         for name in ("normal_force", "tangential_force", "joint_speed"):
-            validate.number(name, getattr(self, name), 0.0, 1e3)
+            object.__setattr__(self, name, validate.number(name, getattr(self, name), 0.0, 1e3))
         for name in ("normal_speed", "tangential_speed"):
-            validate.number(name, getattr(self, name), above=0.0)
+            value = validate.number(name, getattr(self, name), SLOWEST, 1e3, unit="m/s")
+            object.__setattr__(self, name, value)
 
 
 class PoseFilter:
@@ -104,7 +107,7 @@ class PoseFilter:
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
-        joints = self.joints
+        joints, before = self.joints, self.log_evidence
         prediction = self.model.predict(self.mean[: 2 * joints], torque)
         gain = prediction.torque_gain
         noise = pose_kernels.process_noise(
@@ -125,6 +128,7 @@ class PoseFilter:
         if heard is not None:
             self.log_evidence += take_in(self.mean, self.covariance, heard, self.sigma**2)
         if self._gate.lost(self.mean, self.covariance, 2 * joints):
+            self.log_evidence = before  # what it said of this step may be no number
             self._begin(self._gate.at_last(self.mean[:joints], joint_angles), RESTART_ANGLE, RESTART_SPEED)
         self._contacts = contacts
 

@@ -79,7 +79,8 @@ class PoseOnly:
         felt = self._running()
         if root is not None:
             raise ValueError(
-                f"PoseOnly maps nothing, so a hand that moves as a whole needs HapticSLAM; got root={root}"
+                "PoseOnly maps nothing, so a hand that moves as a whole needs HapticSLAM; got "
+                f"root={validate.shown(root)}"
             )
         u, q, z = edge.told(self.hand, torque, joint_angles, contacts)
         self.pose.step(u, q, z)

@@ -29,6 +29,7 @@ from scipy.special import expit
 from haptic_env import shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
+from observer import edge
 from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
 from observer.kinematics import link_spread, placed, tree_of
@@ -93,10 +94,10 @@ class ShapePosterior:
 
         Raises `ValueError` for a value out of range.
         """
+        edge.world(hand=hand)
         if candidates is None:
             candidates = {name: [shapes.make(name, position=hand.grasp_centre)] for name in shapes.SHAPES}
-        if not candidates or not all(len(solids) for solids in candidates.values()):
-            raise ValueError(f"candidates must give each label at least one solid, got {dict(candidates)!r}")
+        edge.candidates(candidates)
         self.none = validate.number("none", none, 0.0, 0.99)
         if self.none and NONE in candidates:
             raise ValueError(f"a candidate must not be called {NONE!r} where none > 0, got none={none!r}")
@@ -130,8 +131,9 @@ class ShapePosterior:
         self.reset()
 
     def reset(self, seed: int | None = None) -> Array:
-        """Start a trial; returns the prior of the labels (C,): all the same, but for "none"."""
-        self._rng = np.random.default_rng(seed)
+        """Start a trial; returns the prior of the labels (C,): all the same, but for "none". Raises `ValueError` for a
+        seed that is none."""
+        self._rng = np.random.default_rng(validate.seed(seed))
         self._units = self.variants.draw(self._rng)
         self._solids = self.variants.place(self._units)
         # Of each hypothesis: the share of its solid that it stands for times its likelihood.
@@ -167,6 +169,7 @@ class ShapePosterior:
 
     def update(self, belief: Belief) -> Array:
         """Take in what `belief` felt at its lagged pose; returns the posterior (C,)."""
+        validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
         moved, now = self._moved, belief.transition

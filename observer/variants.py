@@ -41,7 +41,7 @@ NAMES = (*OBSERVERS, *VARIANTS, *WITHOUT_MAP)
 
 def check(what: str, name: str) -> str:
     """Return `name` if it is that of an observer or a variant, or several that add up; else raise `ValueError`."""
-    base, *changes = name.split("+")
+    base, *changes = name.split("+") if isinstance(name, str) else [name]
     validate.choice(what, base, (*WITH_PARTICLES, *VARIANTS) if changes else NAMES)
     for change in changes:
         validate.choice(what, change, VARIANTS)
@@ -50,9 +50,9 @@ def check(what: str, name: str) -> str:
 
 def make_observer(name: str, hand: Hand, sigma_deg: float, particles: int, **keywords: Any) -> Observer:
     """The observer or variant `name` for `hand`; `particles` where it has any and does not say how many."""
-    if name in WITHOUT_MAP:
+    if check("name", name) in WITHOUT_MAP:
         return PoseOnly(hand, sigma_deg, **WITHOUT_MAP[name], **keywords)
-    parts = check("name", name).split("+")
+    parts = name.split("+")
     base = parts.pop(0) if parts[0] in OBSERVERS else FULL
     given: dict[str, Any] = {"particles": particles} if base in WITH_PARTICLES else {}
     for change in parts:

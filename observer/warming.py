@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from observer import capsules, compiling, hindsight, metrics
+from observer import capsules, compiling, edge, hindsight, metrics
 from observer.brackets import DeadReckoning
 from observer.compiling import Progress
 from observer.contact_model import ContactModel
@@ -31,6 +32,9 @@ def warm_up(hand: Hand, progress: Progress | None = None) -> None:
     Compiling takes its time once for each version of the code on each kind of processor. `progress` is called with how
     many functions are done and how many there are; None: a line is logged where anything has to be compiled.
     """
+    edge.world(hand=hand)
+    if progress is not None and not callable(progress):
+        raise ValueError(f"progress must be a function of two numbers, or None, got {validate.shown(progress)}")
     compiling.ensure(compiling.USUAL, hand, progress)
     maps(hand)
     pose_and_hindsight(hand)

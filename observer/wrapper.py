@@ -10,12 +10,14 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.belief import Belief
 from observer.fastslam import HapticSLAM
 from observer.pose_only import PoseOnly
 from observer.shape_posterior import ShapePosterior
 
+KINDS = {"observer": "a HapticSLAM or a PoseOnly", "shape": "a ShapePosterior, or None"}
 FELT = ("joint_angles", "contacts")
 SAME_RATE = 1e-4  # of a control rate: recordings' stamps are rounded
 _trials: WeakKeyDictionary[object, object] = WeakKeyDictionary()  # which trial an observer is in, of all of a process
@@ -47,9 +49,9 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
                 f"an observer hears {' and '.join(FELT)}, got a space {type(env.observation_space).__name__}; put the "
                 "ObserverWrapper inside the wrapper that changes them"
             )
-        self._check_hand("observer", observer.hand)
+        self._check_hand("observer", observer)
         if shape is not None:
-            self._check_hand("shape", shape.hand)
+            self._check_hand("shape", shape)
         check_rate(env, observer)
         gym.utils.RecordConstructorArgs.__init__(self, observer=observer, shape=shape, _disable_deepcopy=True)
         self.observer, self.shape = observer, shape
@@ -96,7 +98,10 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
     def _observing(self) -> tuple[object, ...]:
         return (self.observer,) if self.shape is None else (self.observer, self.shape)
 
-    def _check_hand(self, what: str, known: Hand) -> None:
+    def _check_hand(self, what: str, observing: Any) -> None:
+        known = getattr(observing, "hand", None)
+        if not isinstance(known, Hand):
+            raise ValueError(f"{what} must be {KINDS[what]}, got {validate.shown(observing)}")
         hand = self.env.unwrapped.hand  # type: ignore[attr-defined]
         if hand.joint_names != known.joint_names or len(hand.patches) != len(known.patches):
             raise ValueError(

@@ -45,10 +45,12 @@ def read(
     Raises `ValueError` that names the file, and the line or frame (both count from 0 in an `.npz`, from 1 in a text),
     for what is wrong with it; `OSError` where it cannot be read.
     """
-    place = Path(path)
+    place = validate.path("path", path)
     reader = READERS[validate.choice("kind of recording", place.suffix.lower(), READERS)]
-    validate.number("largest_gap", largest_gap, above=0.0, unit="s")
-    return reader(place, part=part, calibration=calibration, largest_gap=largest_gap)
+    gap = validate.number("largest_gap", largest_gap, above=0.0, unit="s")
+    if calibration is not None:
+        validate.instance("calibration", calibration, Calibration, "a Calibration, as read_calibration gives")
+    return reader(place, part=part, calibration=calibration, largest_gap=gap)
 
 
 write = archive.write

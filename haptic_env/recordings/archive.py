@@ -60,8 +60,9 @@ def read(path: Path, *, part: str | None, largest_gap: float, **_: Any) -> Recor
 def write(path: Path | str, recording: Recording) -> None:
     """Write `recording` to `path`, so that `read` gives the same, bit for bit.
 
-    Raises `ValueError` for settings that JSON cannot say.
+    Raises `ValueError` for what is no path, and settings that JSON cannot say.
     """
+    place = validate.path("path", path)
     content: dict[str, Any] = {
         "time": recording.time,
         "joint_names": np.array(recording.joint_names),
@@ -81,7 +82,7 @@ def write(path: Path | str, recording: Recording) -> None:
             content["settings"] = np.array(json.dumps(dict(recording.settings)))
         except (TypeError, ValueError) as error:
             raise ValueError(f"settings must be what JSON can say, got {recording.settings!r}: {error}") from error
-    np.savez_compressed(path, **content)
+    np.savez_compressed(place, **content)
 
 
 def _recording(path: Path, content: Content) -> Recording:

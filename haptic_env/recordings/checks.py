@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from haptic_env import validate
 from haptic_env.hand import Hand
 from haptic_env.sensors import FeltAngles
 
@@ -36,11 +37,12 @@ def frame_number(frame: int) -> str:
 
 def plain(source: str, what: str, value: ArrayLike) -> NDArray[Any]:
     """`value` as an array of real numbers, none of them masked; else raises `ValueError`."""
-    result = np.asanyarray(value)
-    if isinstance(result, np.ma.MaskedArray):
+    if isinstance(value, np.ma.MaskedArray):
         raise ValueError(f"{source}: {what} must be numbers, got a masked array; fill what is masked, or leave it out")
-    if result.dtype.kind not in "biuf":
-        raise ValueError(f"{source}: {what} must be numbers, got {result.dtype}")
+    result = validate.real(value)
+    if result is None:
+        got = value.dtype if isinstance(value, np.ndarray) else validate.shown(value)
+        raise ValueError(f"{source}: {what} must be numbers, got {got}")
     return result
 
 
@@ -57,8 +59,9 @@ def numbers(source: str, what: str, value: ArrayLike, shape: tuple[int, ...], co
 
 def names(source: str, value: Sequence[str]) -> tuple[str, ...]:
     """`value` as the names of joints; raises `ValueError` for none, too many, the same ones, or what is no text."""
-    if isinstance(value, str) or not all(isinstance(name, str) for name in value):
-        raise ValueError(f"{source}: joint_names must be text, got {value!r:.200}")
+    several = isinstance(value, Sequence) and not isinstance(value, str)
+    if not several or not all(isinstance(name, str) for name in value):
+        raise ValueError(f"{source}: joint_names must be text, got {validate.shown(value)}")
     if not 1 <= len(value) <= MOST_JOINTS:
         raise ValueError(f"{source}: joint_names must be 1 to {MOST_JOINTS} names, got {len(value)}")
     twice = sorted({name for name in value if list(value).count(name) > 1})

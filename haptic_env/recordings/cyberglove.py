@@ -45,8 +45,14 @@ class Calibration:
     gain: Array
 
     def joint_angles(self, sensors: Array) -> Array:
-        """(T, J) rad for `sensors` (T, S) in the unit of the file."""
-        return np.asarray(self.offset + self.unit * sensors @ self.gain.T)
+        """(T, J) rad for `sensors` (T, S) in the unit of the file.
+
+        Raises `ValueError` for other sensors, or what is not finite or beyond ± `LARGEST`.
+        """
+        values = validate.numbers("sensors", sensors, 2, bound=LARGEST)
+        if values.shape[1] != len(self.sensors):
+            raise ValueError(f"sensors must be of shape (T, {len(self.sensors)}), got {values.shape}")
+        return np.asarray(self.offset + self.unit * values @ self.gain.T)
 
 
 def calibration_for(hand: str) -> Calibration:
@@ -61,11 +67,12 @@ def read_calibration(path: Path | str) -> Calibration:
 
     Raises `ValueError` for a key or sensor that is unknown, or a value that is no number; `OSError` without the file.
     """
+    place = validate.path("path", path)
     try:
-        content = reading.toml(path)
+        content = reading.toml(place)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
-    return _calibration(str(path), content)
+        raise ValueError(f"{place}: {error}") from error
+    return _calibration(str(place), content)
 
 
 def _calibration(source: str, content: Mapping[str, Any]) -> Calibration:

@@ -61,7 +61,7 @@ class Recording:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        source, frames = self.source, len(np.atleast_1d(np.asanyarray(self.time)))
+        source, frames = self.source, len(np.atleast_1d(checks.plain(self.source, "time", self.time)))
         if frames < 2:
             raise ValueError(f"{source}: a recording needs two frames, got {frames}")
 
@@ -108,6 +108,7 @@ class Recording:
     def columns_of(self, hand: Hand) -> NDArray[np.int64]:
         """(J,) for each joint of `hand` its column here; raises `ValueError` for joints that are missing, or that the
         hand does not have."""
+        validate.instance("hand", hand, Hand, "a Hand, as haptic_env.hands.make gives")
         missing = [name for name in hand.joint_names if name not in self.joint_names]
         unknown = [name for name in self.joint_names if name not in hand.joint_names]
         if missing or unknown:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
 
@@ -22,8 +22,13 @@ class ContactDetection:
         chance = rng.random(touched.shape)
         return np.where(touched, chance >= self.miss, chance < self.false_alarm)
 
-    def log_prob(self, contacts: NDArray[np.bool_], touch_probability: NDArray[np.float64]) -> float:
-        """Log probability of the reported `contacts` (P,) where each patch is touched with `touch_probability` (P,)."""
-        ring = (1 - self.miss) * touch_probability + self.false_alarm * (1 - touch_probability)
+    def log_prob(self, contacts: ArrayLike, touch_probability: ArrayLike) -> float:
+        """Log probability of the reported `contacts` (P,) where each patch is touched with `touch_probability` (P,).
+
+        Raises `ValueError` for contacts that are not 0 or 1, no probabilities, or other shapes.
+        """
+        touch = validate.probabilities("touch_probability", touch_probability)
+        rang = validate.binary("contacts", contacts, touch.shape)
+        ring = (1 - self.miss) * touch + self.false_alarm * (1 - touch)
         with np.errstate(divide="ignore"):
-            return float(np.log(np.where(contacts, ring, 1 - ring)).sum())
+            return float(np.log(np.where(rang, ring, 1 - ring)).sum())

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
 from haptic_env.compiled import GIVEN, inner
 from haptic_env.sensors.gaussian import log_normal
+
+LARGEST = 1e9  # of a torque, in any unit
 
 
 class MotorNoise:
@@ -27,9 +29,11 @@ class MotorNoise:
         _disturb(command, self.fraction, torque)
         return torque
 
-    def log_prob(self, torque: NDArray[np.float64], command: NDArray[np.float64]) -> float:
-        """Log density of the real `torque` (J,) given `command` (J,)."""
-        return log_normal(torque, command, self.sd(command))
+    def log_prob(self, torque: ArrayLike, command: ArrayLike) -> float:
+        """Log density of the real `torque` (J,) given `command` (J,); raises `ValueError` for other shapes, and what is
+        not finite or beyond ± `LARGEST`."""
+        real, told = validate.together(LARGEST, torque=torque, command=command)
+        return log_normal(real, told, self.sd(told))
 
 
 @inner(types.void(GIVEN, types.float64, types.float64[::1]))

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
 from haptic_env.compiled import GIVEN, inner
@@ -18,6 +18,7 @@ from haptic_env.sensors.gaussian import log_normal
 
 Rng = np.random.Generator
 Angles = NDArray[np.float64]
+LARGEST = 1e9  # rad
 
 
 class Noise(ABC):
@@ -73,7 +74,7 @@ class Drift(Noise):
     def __init__(self, drift_deg: float, drift_seconds: float, step_seconds: float) -> None:
         self.sd = np.deg2rad(validate.number("drift_deg", drift_deg, 0.0, 90.0, unit="degrees"))
         tau = validate.number("drift_seconds", drift_seconds, above=0.0, unit="s")
-        self.decay = np.exp(-step_seconds / tau)
+        self.decay = np.exp(-validate.number("step_seconds", step_seconds, above=0.0, unit="s") / tau)
         self.step_sd = self.sd * np.sqrt(1 - self.decay**2)
 
     def reset(self, rng: Rng, joints: int) -> None:
@@ -121,13 +122,15 @@ class Proprioception:
             felt = felt + noise.sample(rng, joint_angles)
         return felt
 
-    def log_prob(self, felt: Angles, joint_angles: Angles) -> float:
+    def log_prob(self, felt: ArrayLike, joint_angles: ArrayLike) -> float:
         """Log density of `felt` (J,) rad given the true `joint_angles` (J,) rad at one step.
 
         Bias and drift enter with the variance that they have over episodes: successive steps are not independent.
+        Raises `ValueError` for other shapes, and what is not finite or beyond ± `LARGEST` rad.
         """
-        variance = sum((noise.variance(joint_angles) for noise in self.noises), np.zeros(joint_angles.shape))
-        return log_normal(felt, joint_angles, np.sqrt(variance))
+        said, true = validate.together(LARGEST, felt=felt, joint_angles=joint_angles)
+        variance = sum((noise.variance(true) for noise in self.noises), np.zeros(true.shape))
+        return log_normal(said, true, np.sqrt(variance))
 
 
 class FeltAngles:

@@ -74,13 +74,9 @@ class Solid:
     def signed_distance(self, points: ArrayLike) -> NDArray[np.float64]:
         """Distance (...,) m from `points` (..., 3) m, world frame, to the surface; negative inside. Raises `ValueError`
         for points that are not finite or out of all reach."""
-        shape = np.shape(points)
-        if not shape or shape[-1] != 3:
-            raise ValueError(f"points must be of shape (..., 3) in m, got shape {shape}")
-        places = validate.array("points", points, shape, "m")
-        if not (np.abs(places) <= FAR).all():
-            far = places[(np.abs(places) > FAR).any(axis=-1)][0].tolist()
-            raise ValueError(f"points must lie in [{-FAR:g}, {FAR:g}] m, got {far}")
+        places = validate.numbers("points", points, bound=FAR)
+        if places.ndim == 0 or places.shape[-1] != 3:
+            raise ValueError(f"points must be of shape (..., 3) in m, got shape {places.shape}")
         local = (places - self.position) @ rotation_matrix(self.quaternion)
         return self.shape.signed_distance(local, np.asarray(self.size))
 

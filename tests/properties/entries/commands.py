@@ -1,0 +1,228 @@
+"""What commands read: their flags, and files of settings, results and models. Nothing is explored or trained."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+import agents
+import haptic_env
+from haptic_env import shapes
+from observer import OBSERVERS
+from observer.classifiers import CLASSIFIERS
+from tests.properties import samples
+from tests.properties.entry import Entry
+from tests.properties.files import archives, file, out
+from tests.properties.parameters import Parameter
+from tests.properties.rule import Allowed
+from tests.properties.strategies import NAMES, NUMBERS, PATHS
+
+sys.path.insert(0, str(samples.ROOT / "scripts"))
+
+WORDS = sorted(
+    {str(each) for each in (*NUMBERS, *NAMES, *PATHS) if isinstance(each, str | int | float | Path)}, key=ascii
+)
+odd_words = st.lists(st.sampled_from([word for word in WORDS if len(word) < 5000]) | st.text(max_size=4), max_size=2)
+COMMAND = Allowed(exits=True, words=("--", "error"))
+FILE = Allowed(files=True, words=("input", "config", "trials", "checkpoints"))
+SWEEP = b"""shapes = ["cube", "sphere"]
+sigmas = [3.0, 5]
+trials = 2
+seconds = 5.0
+observers = ["floor", "haptic_slam"]
+policy = ["random_torque"]
+bias_deg = 1.5
+classifiers = []
+quick = false
+out = "out/sweep"
+"""
+
+
+def _run(module: str, function: str, flags: Mapping[str, Any]) -> Any:
+    """The command's own parser on the words of `flags`; a path stands for itself."""
+    arguments: list[str] = []
+    for flag, words in flags.items():
+        arguments += [f"--{flag.replace('_', '-')}", *(words if isinstance(words, list) else [str(words)])]
+    getattr(importlib.import_module(module), function)(*([None] if function == "check" else []), arguments)
+
+
+def _command(module: str, function: str = "parse") -> Any:
+    return lambda **flags: _run(module, function, flags)
+
+
+def words(*valid: str) -> Parameter:
+    """The word after a flag."""
+    return Parameter(st.sampled_from(valid).map(lambda word: [word]), odd_words)
+
+
+def _preset(path: Any) -> Any:
+    return importlib.import_module("presets").read(str(path))
+
+
+def _checkpoint(path: Path) -> Any:
+    """The newest below a folder with a list that is odd."""
+    place = path.parent / "checkpoints" / "000000100"
+    place.mkdir(parents=True)
+    path.replace(place / "checkpoint.json")
+    found, broken = importlib.import_module("checkpoints").newest(place.parent)
+    return found is None, len(broken)
+
+
+def _results(path: Path, config: Any = None) -> Any:
+    """A table of a sweep that somebody has edited."""
+    results = importlib.import_module("results")
+    folder = path.parent / "sweep"
+    folder.mkdir()
+    path.replace(folder / "trials.csv")
+    if isinstance(config, Path):
+        config.replace(folder / "config.json")
+    else:
+        (folder / "config.json").write_text('{"trials": 1}')
+    made = results.Results(folder, {"trials": 1}, *COLUMNS, ["floor", "haptic_slam"])
+    return len(made.trials)
+
+
+def _showing(path: Path) -> Any:
+    return importlib.import_module("showing").read(path)
+
+
+def _begin(path: Any, shape: Any = "sphere") -> Any:
+    """As explore.py does up to its first step."""
+    explore = importlib.import_module("explore")
+    name = [str(path)] if isinstance(path, str | Path) else []
+    settings, recording = explore.parse(["--recording", *name, "--shape", shape, "--particles", "2"])
+    try:
+        session = explore.begin(settings, recording)
+    except ValueError as error:
+        importlib.import_module("terminal").refuse(str(error))
+    observation, _ = session.env.reset(seed=0)
+    action = session.policy.predict(observation)[0] if not isinstance(session.policy, str) else np.zeros(samples.JOINTS)
+    return session.env.step(action)[0]
+
+
+KEY = ("sigma_deg", "bias_deg", "drift_deg", "drift_seconds", "proportional", "motor_noise", "contact_miss")
+KEY = (*KEY, "contact_false_alarm", "policy", "seconds", "shape", "seed", "observer")
+COLUMNS = ([*KEY, "value"], [each for each in KEY if each not in ("policy", "shape", "observer")] + ["value"])
+ROW = "3.0,0,0,10,0,0.1,0,0,random_torque,10.0,cube,1,{},0.5"
+TABLE = "\n".join([",".join(COLUMNS[0]), ROW.format("floor"), ROW.format("haptic_slam"), ""]).encode()
+FLAGS: dict[str, dict[str, Parameter]] = {
+    "evaluate": {
+        "env": words(*haptic_env.ENVIRONMENTS, "two_finger"),
+        "shapes": words(*shapes.SHAPES),
+        "scale": words("1", "0.5"),
+        "sigmas": words("1", "3.5"),
+        "bias_deg": words("0", "2"),
+        "contact_miss": words("0.1"),
+        "policy": words(*agents.POLICIES),
+        "seconds": words("5", "2.5"),
+        "trials": words("2"),
+        "first_seed": words("7"),
+        "observers": words(*OBSERVERS),
+        "particles": words("4"),
+        "exemplars": words("2"),
+        "classifiers": words(*CLASSIFIERS),
+        "size_jitter": words("0.1"),
+        "believed_sigma": words("2"),
+        "jobs": words("1"),
+        "cluster": words("tcp://10.0.0.1:8786"),
+        "out": words("out/a"),
+    },
+    "explore": {
+        "env": words(*haptic_env.ENVIRONMENTS, "two_finger"),
+        "shape": words(*shapes.SHAPES),
+        "scale": words("1", "0.5"),
+        "sigma": words("3"),
+        "seconds": words("5"),
+        "particles": words("4"),
+        "policy": words("random_torque"),
+        "seed": words("3"),
+        "recording": words("missing.npz"),
+        "part": words("a"),
+        "calibration": words("missing.toml"),
+        "out": words("out/a"),
+    },
+    "figures": {
+        "sigmas": words("1"),
+        "trials": words("2"),
+        "seconds": words("3"),
+        "show_seconds": words("3"),
+        "trials_of": words("missing"),
+        "seed": words("3"),
+        "shapes": words(*shapes.SHAPES),
+        "out": words("out/a"),
+    },
+    "bench": {
+        "env": words("two_finger"),
+        "shape": words("cube"),
+        "sigma": words("3"),
+        "seed": words("1"),
+        "rounds": words("1"),
+        "json": words("missing/a.json"),
+    },
+    "train": {
+        "preset": words("trained", "sac", "ppo"),
+        "steps": words("1000"),
+        "seed": words("3"),
+        "envs": words("2"),
+        "jobs": words("1"),
+    },
+}
+PRESETS = tuple(path.read_bytes() for path in sorted((samples.ROOT / "scripts" / "presets").glob("*.toml")))
+SHOWING = {"angles": np.zeros((3, 8)), "occupancy": np.zeros((3, 4, 4, 4), dtype=np.uint16)}
+
+ENTRIES: dict[str, Entry] = {
+    **{
+        f"scripts.{name}": Entry(_command(name), FLAGS[name], COMMAND, weight=2 if name != "train" else 1)
+        for name in ("explore", "figures", "bench")
+    },
+    "scripts.evaluate": Entry(_command("command_line", "check"), FLAGS["evaluate"], COMMAND, weight=2),
+    "scripts.evaluate[config]": Entry(
+        _command("command_line", "check"),
+        {"config": file(".toml", SWEEP).always, "trials": words("3")},
+        COMMAND,
+        weight=2,
+    ),
+    "scripts.train": Entry(
+        lambda **flags: _run("train", "parse", {**flags, "out": [out("run")]}), FLAGS["train"], COMMAND
+    ),
+    "scripts.train[preset]": Entry(
+        lambda preset: _run("train", "parse", {"preset": preset, "out": [out("run")]}),
+        {"preset": file(".toml", *PRESETS).always},
+        COMMAND,
+        weight=2,
+    ),
+    "scripts.explore[recording]": Entry(
+        partial(_begin),
+        {
+            "path": file(".npz", *samples.recordings_npz(), also=archives(samples.arrays())).always,
+            "shape": Parameter(st.just("sphere"), st.sampled_from([w for w in WORDS if len(w) < 5000])),
+        },
+        COMMAND,
+        weight=0.3,
+    ),
+    "scripts.presets.read": Entry(_preset, {"path": file(".toml", *PRESETS, there=True).always}, FILE, weight=2),
+    "scripts.checkpoints.newest": Entry(
+        _checkpoint,
+        {"path": file(".json", b'{"files": {"model.npz": "00"}, "state": {"steps": 3}}', there=True).always},
+        FILE,
+    ),
+    "scripts.results.Results": Entry(
+        _results,
+        {
+            "path": file(".csv", TABLE, there=True).always,
+            "config": file(".json", b'{"trials": 1}', there=True),
+        },
+        FILE,
+        weight=2,
+    ),
+    "scripts.showing.read": Entry(
+        _showing, {"path": file(".npz", samples.npz(SHOWING), also=archives(SHOWING), there=True).always}, FILE
+    ),
+}

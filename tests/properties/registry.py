@@ -1,0 +1,89 @@
+"""Every entry point of the public interface by its name, area by area; what has none is `LEFT_OUT`, with a reason.
+
+Add a new public function as one line to the `ENTRIES` of its area: its parameters, by kind. Registries of the packages
+are gone through by themselves.
+"""
+
+from __future__ import annotations
+
+import observer
+from tests.properties import samples
+from tests.properties.entries import agents, commands, environment, geometry, naming, observers, recordings
+from tests.properties.entry import Entry
+
+AREAS: dict[str, dict[str, Entry]] = {
+    "environment": environment.ENTRIES,
+    "shapes": geometry.ENTRIES,
+    "recordings": recordings.ENTRIES,
+    "observers": observers.ENTRIES,
+    "naming": naming.ENTRIES,
+    "agents": agents.ENTRIES,
+    "commands": commands.ENTRIES,
+}
+ENTRIES: dict[str, Entry] = {name: entry for area in AREAS.values() for name, entry in area.items()}
+
+
+def prepare(area: str) -> None:
+    """Compile what the entries of `area` need, which takes longer than any input may."""
+    if area not in ("shapes", "recordings", "commands"):
+        observer.warm_up(samples.hand())
+        observers.prepare()
+
+
+MODULES = (
+    "haptic_env.explore",
+    "haptic_env.grid",
+    "haptic_env.hand",
+    "haptic_env.hands",
+    "haptic_env.patches",
+    "haptic_env.pose",
+    "haptic_env.reading",
+    "haptic_env.recordings",
+    "haptic_env.replay",
+    "haptic_env.sensors",
+    "haptic_env.shapes",
+    "observer",
+    "observer.classifiers",
+    "observer.metrics",
+    "observer.variants",
+    "agents",
+    "agents.follow_recording",
+    "agents.hold_action",
+    "agents.repeat_torques",
+    "agents.sb3",
+    "agents.synergy",
+)
+BUILT = "made by the packages, and handed out; what is given to it was checked before"
+LEFT_OUT: dict[str, str] = {
+    "haptic_env.hand.parse": "reads the MJCF that hands are built from, which ships",
+    "haptic_env.patches.Link": BUILT,
+    "haptic_env.patches.Patches": "made by haptic_env.hands.make, whose keywords are its own",
+    "haptic_env.patches.Skin": BUILT,
+    "haptic_env.patches.patch_at": "compiled, within the bounds that Patches keeps",
+    "haptic_env.patches.row_at": "compiled, within the bounds that Patches keeps",
+    "haptic_env.recordings.Felt": "a tuple of arrays, which Recording checks",
+    "haptic_env.recordings.Track": "a tuple of arrays, which Recording checks",
+    "haptic_env.reading.npy": "whoever asks says which file it was: agents.synergy.posture_basis",
+    "haptic_env.reading.text": "whoever asks says which file it was: recordings.read",
+    "haptic_env.reading.toml": "whoever asks says which file it was: recordings.read_calibration, presets.read",
+    "haptic_env.replay.roots": "asked by Playback and KinematicReplay, which have entries",
+    "haptic_env.sensors.FeltAngles": "made by ExploreEnv.felt_at, of sensors that have entries",
+    "haptic_env.shapes.Shape": "abstract; SHAPES has them all",
+    "observer.Belief": BUILT,
+    "observer.DeadReckoning": "OBSERVERS has it, as floor",
+    "observer.Kalman": "OBSERVERS has it",
+    "observer.Smoother": "OBSERVERS has it",
+    "observer.TruePose": "OBSERVERS has it, as ceiling",
+    "observer.classifiers.AlignedNearestNeighbour": "CLASSIFIERS has it",
+    "observer.classifiers.MapClassifier": "abstract; CLASSIFIERS has them all",
+    "observer.classifiers.NearestNeighbour": "CLASSIFIERS has it",
+    "observer.classifiers.ShapeLikelihood": "CLASSIFIERS has it",
+    "observer.metrics.Reliability": BUILT,
+    "observer.metrics.Share": BUILT,
+    "observer.metrics.SurfaceScore": BUILT,
+    "agents.Guided": "abstract; POLICIES has them all",
+    "agents.Policy": "abstract; POLICIES has them all",
+    "agents.sb3.Trained": "POLICIES has it",
+    "agents.synergy.Synergy": "POLICIES has it",
+    "agents.synergy.opposition_basis": "takes a hand alone",
+}

@@ -1,0 +1,28 @@
+"""Some tens of inputs for each entry point: it works, or is refused with an error that names the value."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.properties.accounts import shown
+from tests.properties.fuzz import inputs_of
+from tests.properties.registry import ENTRIES
+
+INPUTS = 24
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
+    """Odd paths are relative to a folder of their own."""
+    place = tmp_path / "deep" / "down"
+    place.mkdir(parents=True)
+    monkeypatch.chdir(place)
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_it_works_or_is_refused_by_name(name):
+    entry = ENTRIES[name]
+    count = max(4, round(INPUTS * min(entry.weight, 2.0)))
+    for index, arguments in enumerate(inputs_of(name, entry, seed=0, count=count)):
+        outcome = entry.try_with(arguments)
+        assert not outcome.fault, f"input {index}: {outcome.kind}\n{shown(arguments)}\n{outcome.told}"
