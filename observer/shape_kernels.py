@@ -78,10 +78,11 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
 
 
 @inner(error_model="numpy")
-def repeated(said, link, place, contacts, alike, first, end):
-    """Exponent with which `link` has `said` before what it says at `place` (6,) m while its patches, `first` to `end`,
-    feel `contacts` (P,): of each look the share that says the same (`observer.novelty`); places are `alike` m apart."""
+def repeated(said, link, place, contacts, alike):
+    """Exponent with which `link` has `said` before what it says at `place` (6,) m while its patches feel `contacts`
+    (P,): of each look the share that says the same (`observer.novelty`); places are some `alike` m apart."""
     total, most = 0.0, 2.0 * (APART * alike) ** 2
+    first, end = said.first_patch[link], said.first_patch[link + 1]
     for look in range(min(said.looks[link], len(said.contacts))):
         square = 0.0
         for i in range(6):
@@ -98,26 +99,24 @@ def repeated(said, link, place, contacts, alike, first, end):
 
 
 @inner(error_model="numpy")
-def ends(skin, link, position, rotation, place):
-    """Fill `place` (6,) m with both ends of the bone of `link`, its body at `position` (3,) and `rotation` (3, 3)."""
+def ends(length, position, rotation, place):
+    """Fill `place` (6,) m with both ends of a bone of `length` m that begins at `position` (3,) m and lies along the z
+    axis of `rotation` (3, 3)."""
     for i in range(3):
         place[i] = position[i]
-        place[3 + i] = position[i] + 2.0 * skin.middle[link] * rotation[i, 2]
+        place[3 + i] = position[i] + length * rotation[i, 2]
 
 
 @numba.njit(cache=True, error_model="numpy")
-def note(tree, skin, said, angles, contacts, alike, temper, news):
-    """Fill `news` (L,) with how much of what each link says is new, 1 for all of it, at the `angles` (J,) and with
-    `contacts` (P,); looks from places some `alike` (L,) m apart say the same. It is noted in `said`, with the exponent
-    `temper` as far as it is new, so that like looks together have at most 1."""
-    position = np.empty((len(tree.parent), 3))
-    rotation = np.empty((len(tree.parent), 3, 3))
+def note(said, position, rotation, contacts, alike, temper, news):
+    """Fill `news` (L,) with how much of what each link says is new, 1 for all of it, at `position` (L, 3) m and
+    `rotation` (L, 3, 3) and with `contacts` (P,); looks from places some `alike` (L,) m apart say the same. It is noted
+    in `said`, with the exponent `temper` as far as it is new, so that like looks together have at most 1."""
     place = np.empty(6)
-    body_frames(tree, angles, position, rotation)
     for link in range(len(news)):
-        body, first, end = skin.body[link], skin.first_patch[link], skin.first_patch[link + 1]
-        ends(skin, link, position[body], rotation[body], place)
-        new = 1.0 - repeated(said, link, place, contacts, alike[link], first, end)
+        first, end = said.first_patch[link], said.first_patch[link + 1]
+        ends(said.length[link], position[link], rotation[link], place)
+        new = 1.0 - repeated(said, link, place, contacts, alike[link])
         news[link] = new if new > LITTLE else 0.0
         if news[link] == 0.0:
             continue
