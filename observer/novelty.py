@@ -25,18 +25,20 @@ from observer.shape_kernels import note
 
 KEPT = 1024  # looks of a link that said something new; the oldest are forgotten
 ALIKE = 0.6  # voxels: what a link says of them from places further apart is news to a map
-MOSTLY = 0.5  # a map listens as long as so much of what a link says is news
+LITTLE = 0.001  # share of what a link says that is not worth weighing
+MOSTLY = 0.5  # a map takes in what a link says as long as more of it than that is news
 
 
 class Said(NamedTuple):
     """The `place` (L, M, 6) m of each look, both ends of the link's bone, and the `exponent` (L, M) with which it
-    counts; what was felt, `contacts` (M, P), each link's in the columns of its patches; `looks` (L,): how many there
-    were, the last one at (looks - 1) % M. The `length` (L,) m of the bones; the patches of link l are `first_patch[l]`
-    up to `first_patch[l + 1]`."""
+    counts; what was felt, `contacts` (M, P), each link's in the columns of its patches, and how many of them did,
+    `touches` (L, M). `looks` (L,): how many there were, the last one at (looks - 1) % M. The `length` (L,) m of the
+    bones; the patches of link l are `first_patch[l]` up to `first_patch[l + 1]`."""
 
     place: NDArray[np.float64]
     exponent: NDArray[np.float64]
     contacts: NDArray[np.bool_]
+    touches: NDArray[np.int64]
     looks: NDArray[np.int64]
     length: NDArray[np.float64]
     first_patch: NDArray[np.int64]
@@ -49,6 +51,7 @@ class Said(NamedTuple):
             np.zeros((links, kept, 6)),
             np.zeros((links, kept)),
             np.zeros((kept, len(hand.patches)), dtype=np.bool_),
+            np.zeros((links, kept), dtype=np.int64),
             np.zeros(links, dtype=np.int64),
             np.array([link.length for link in hand.links]),
             np.searchsorted(hand.patches.link, np.arange(links + 1)).astype(np.int64),
@@ -74,5 +77,5 @@ class MapNovelty:
         if self._share:
             body = self._hand.link_bodies
             frames = stance.position[body], stance.rotation[body]
-            note(self._said, *frames, contacts, self._alike, self._share, self._news)
-        return self._news > MOSTLY
+            note(self._said, *frames, contacts, self._alike, self._share, MOSTLY, self._news)
+        return self._news > 0.0

@@ -228,7 +228,7 @@ def test_what_tells_candidates_apart_leaves_less_entropy():
         lookahead.roll(tree, spheres, solids, world, line, push[1], 5, poses)
         for pose in np.repeat(poses, 50, axis=0):
             contacts = _touching(hand, pose, list(balls.values())[world][0])
-            note(shape.said, *link_frames(tree, pose), contacts, alike, 0.2, news)
+            note(shape.said, *link_frames(tree, pose), contacts, alike, 0.2, 0.001, news)
     again = lookahead.class_entropies(*asked, told)
     assert again[1].min() > 0.95
 

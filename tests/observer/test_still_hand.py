@@ -10,7 +10,7 @@ import pytest
 from haptic_env.hand import Hand
 from observer import Belief, ContactModel, HapticSLAM, PoseOnly, ShapePosterior
 from observer.kinematics import link_frames, tree_of
-from observer.novelty import Said
+from observer.novelty import LITTLE, Said
 from observer.shape_kernels import note
 from observer.shape_posterior import Habit
 
@@ -51,7 +51,7 @@ def _news(hand, poses, contacts, alike, temper, said=None):
     tree, reach = tree_of(hand), np.full(len(hand.links), alike)
     told = np.empty((len(poses), len(hand.links)))
     for row, pose, felt in zip(told, poses, contacts, strict=True):
-        note(said, *link_frames(tree, pose), felt, reach, temper, row)
+        note(said, *link_frames(tree, pose), felt, reach, temper, LITTLE, row)
     return told, said
 
 
