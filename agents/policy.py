@@ -161,8 +161,8 @@ def act(
     torques = validate.real(action)
     if torques is None:
         raise ValueError(f"policy {name!r} commands no torques, but {validate.shown(action)}")
-    if joints is not None and np.shape(action)[-1:] != (joints,):
-        raise ValueError(f"policy {name!r} commands torques of shape {np.shape(action)}; the hand has {joints} joints")
+    if (joints is not None and torques.shape[-1:] != (joints,)) or torques.size > validate.MOST:
+        raise ValueError(f"policy {name!r} commands torques of shape {torques.shape}; the hand has {joints} joints")
     if not np.isfinite(torques).all():
         raise ValueError(f"policy {name!r} commands torques that are not finite: {validate.shown(torques.tolist())}")
     return action, state

@@ -49,7 +49,7 @@ def _run(module: str, function: str, flags: Mapping[str, Any]) -> Any:
     """The command's own parser on the words of `flags`; a path stands for itself."""
     arguments: list[str] = []
     for flag, words in flags.items():
-        arguments += [f"--{flag.replace('_', '-')}", *(words if isinstance(words, list) else [str(words)])]
+        arguments += [f"--{flag.replace('_', '-')}", *map(str, words if isinstance(words, list) else [words])]
     getattr(importlib.import_module(module), function)(*([None] if function == "check" else []), arguments)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import lru_cache, partial
@@ -46,7 +47,9 @@ def _root(position: Any, rotation: Any) -> Any:
         changed = Pose(np.zeros(3), np.eye(3))
         for part, numbers in zip(changed, (position, rotation), strict=True):
             try:
-                part[...] = numbers
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    part[...] = numbers
             except (ValueError, TypeError, OverflowError, RuntimeError):
                 return (position, rotation)
         return changed
