@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import checkpoints
 import gymnasium as gym
 import stable_baselines3
 import torch
@@ -12,8 +13,6 @@ from presets import RAW, Preset
 from sb3_contrib import RecurrentPPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
-
-import checkpoints
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
     "PPO": stable_baselines3.PPO,

@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import checkpoints
 import learners
 import numpy as np
 import torch
@@ -26,7 +27,6 @@ from tasks import versions
 from training_env import close, make_env, make_vector
 
 import agents
-import checkpoints
 from haptic_env import reading
 
 EVALUATION_SEED = 5_000  # the same explorations at every evaluation

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 # CoACD's own measure of concavity, and few enough iterations that a ring takes ten seconds; its pieces stick out by 1 %
 HOW = {"threshold": 0.02, "mcts_iterations": 40, "preprocess_mode": "off", "seed": 0}
-SECONDS = 900.0  # a teapot of 10,000 triangles takes a minute and a half beside other work
+SECONDS = 600.0  # a teapot of 10,000 triangles takes a minute and a half beside other work
 
 
 def cut(vertices: Array, faces: NDArray[np.int64], seconds: float = SECONDS) -> list[Array]:

@@ -54,29 +54,20 @@ def convex_pieces(solid: Any, tolerance: float) -> list[Array]:
     hull = solid.convex_hull
     if _beyond(solid, hull) <= tolerance:
         return [np.asarray(hull.vertices)]
-    pieces = _remembered(np.asarray(solid.vertices), np.asarray(solid.faces))
-    wrong = _astray(solid, pieces)
-    if wrong > ASTRAY:
-        raise ValueError(
-            f"cannot be cut into convex pieces: they differ from it in {wrong:.0%} of its bounding box; it may cross "
-            "itself, repair it"
-        )
-    return pieces
+    return _remembered(solid)
 
 
 def _astray(solid: Any, pieces: list[Array]) -> float:
     """In how much of the bounding box of `solid` its `pieces` are and it is not, or the other way round, surfaces
     aside."""
-    width, places = (
-        float(solid.extents.max()),
-        np.random.default_rng(0).uniform(solid.bounds[0], solid.bounds[1], (SAMPLES, 3)),
-    )
-    outside = distance_from(solid.vertices, solid.faces, places)
-    beyond = np.full(len(places), np.inf)
+    width, (low, high) = float(solid.extents.max()), solid.bounds
+    near = NEAR * width
+    around = np.random.default_rng(0).uniform(low - 2 * near, high + 2 * near, (SAMPLES, 3))
+    outside = distance_from(solid.vertices, solid.faces, around)
+    beyond = np.full(len(around), np.inf)
     for piece in felt(pieces, width):
         planes = ConvexHull(piece).equations
-        beyond = np.minimum(beyond, (places @ planes[:, :3].T + planes[:, 3]).max(axis=1))
-    near = NEAR * width
+        beyond = np.minimum(beyond, (around @ planes[:, :3].T + planes[:, 3]).max(axis=1))
     return float((((outside < -near) & (beyond > 0)) | ((outside > near) & (beyond < 0))).mean())
 
 
@@ -114,21 +105,28 @@ def _beyond(solid: Any, hull: Any) -> float:
     return float(distance_from(solid.vertices, solid.faces, np.asarray(places)).max())
 
 
-def _remembered(vertices: Array, faces: NDArray[np.int64]) -> list[Array]:
-    """`cut`, kept in the user's cache folder: it takes seconds to minutes."""
+def _remembered(solid: Any) -> list[Array]:
+    """The pieces of a concave `solid`, kept in the user's cache folder: cutting takes seconds to minutes."""
     extras.folder("coacd", "meshes", "a concave mesh")
+    vertices, faces = np.asarray(solid.vertices, np.float64), np.asarray(solid.faces, np.int64)
     told = f"{metadata.version('coacd')} {HOW} {vertices.shape} {faces.shape}".encode()
-    arrays = np.ascontiguousarray(vertices, np.float64), np.ascontiguousarray(faces, np.int64)
-    name = hashlib.sha256(b"".join([told, *(each.tobytes() for each in arrays)])).hexdigest()
-    place = cache.folder() / "pieces" / f"{name}.npz"
-    try:
-        return decomposition.unpack_pieces(place.read_bytes())
-    except Exception:  # not there, or no answer: it is found again
-        pass
+    name = hashlib.sha256(told + vertices.tobytes() + faces.tobytes()).hexdigest()
+    with contextlib.suppress(Exception):  # not there, or no answer: it is found again
+        return decomposition.unpack_pieces(_place(name).read_bytes())
     pieces = decomposition.cut(vertices, faces)
+    wrong = _astray(solid, pieces)
+    if wrong > ASTRAY:
+        raise ValueError(
+            f"cannot be cut into convex pieces: they differ from it in {wrong:.0%} of its bounding box; it may cross "
+            "itself, repair it"
+        )
     with contextlib.suppress(OSError):  # a full disk costs the time, no more
-        _save(place, pieces)
+        _save(_place(name), pieces)
     return pieces
+
+
+def _place(name: str) -> Path:
+    return cache.folder() / "pieces" / f"{name}.npz"
 
 
 def _save(place: Path, pieces: list[Array]) -> None:

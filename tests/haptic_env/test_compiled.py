@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from haptic_env import cache
+
 ROOT = Path(__file__).resolve().parents[2]
 WORK = """
 import numpy as np
@@ -16,19 +18,19 @@ print(sensors.MotorNoise(0.1).sample(np.random.default_rng(0), np.ones(3)).tolis
 """
 
 
-def begin(cache: Path) -> subprocess.Popen:
-    variables = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(cache)}
-    return subprocess.Popen([sys.executable, "-c", WORK], stdout=subprocess.PIPE, cwd=cache, env=variables)
+def begin(place: Path) -> subprocess.Popen:
+    variables = {**os.environ, "PYTHONPATH": str(ROOT), cache.VARIABLE: str(place)}
+    return subprocess.Popen([sys.executable, "-c", WORK], stdout=subprocess.PIPE, cwd=place, env=variables)
 
 
 def end(run: subprocess.Popen) -> bytes:
-    told, _ = run.communicate(timeout=200)
+    told, _ = run.communicate()
     assert run.returncode == 0
     return told
 
 
-def kept(cache: Path) -> dict[Path, int]:
-    return {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")}
+def kept(place: Path) -> dict[Path, int]:
+    return {path: path.stat().st_mtime_ns for path in place.rglob("*.kernel")}
 
 
 def test_two_processes_compile_at_once_and_a_third_finds_it_done(tmp_path: Path) -> None:

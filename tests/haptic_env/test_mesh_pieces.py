@@ -56,6 +56,12 @@ def _corner() -> trimesh.Trimesh:
     return trimesh.Trimesh(corners, triangles, process=False)
 
 
+def _arms(at: np.ndarray | float = 0.0) -> list[np.ndarray]:
+    """The corners of two boxes that are the bracket together."""
+    unit = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    return [unit * (0.08, 0.03, 0.04) + at, unit * (0.03, 0.08, 0.04) + at]
+
+
 def _cut(seconds: float = 100.0) -> list[np.ndarray]:
     solid = _corner()
     return decomposition.cut(np.asarray(solid.vertices), np.asarray(solid.faces), seconds)
@@ -134,13 +140,13 @@ def _kept() -> Path:
 
 @pytest.fixture
 def counted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[int]:
-    """How often something was cut, into its own corners and as many twice as large."""
+    """How often something was cut, into the two arms of a bracket."""
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "cache"))
     calls: list[int] = []
 
     def cut(vertices: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
         calls.append(len(faces))
-        return [vertices, 2 * vertices[:8]]
+        return _arms(vertices.min(axis=0))
 
     monkeypatch.setattr("haptic_env.shapes.decomposition.cut", cut)
     return calls
@@ -152,7 +158,7 @@ def test_pieces_are_found_once_and_kept_as_plain_arrays(counted):
     for one, other in zip(first, again, strict=True):
         np.testing.assert_array_equal(one, other)
     with np.load(_kept(), allow_pickle=False) as arrays:
-        assert arrays["lengths"].tolist() == [12, 8]
+        assert arrays["lengths"].tolist() == [8, 8]
     moved = _corner().apply_translation((1e-3, 0, 0))
     pieces.convex_pieces(moved, 1e-4)
     assert len(counted) == 2, "of another solid"
@@ -214,12 +220,36 @@ def test_a_full_disk_costs_time_and_no_more(counted, monkeypatch):
 
 def test_a_solid_of_many_triangles_is_simplified_first(counted, monkeypatch):
     monkeypatch.setattr(pieces, "MANY", 3000)
+    monkeypatch.setattr("haptic_env.shapes.decomposition.cut", lambda v, f: counted.append(len(f)) or [v])
+    monkeypatch.setattr(pieces, "_astray", lambda *_: 0.0)
     torus = trimesh.creation.torus(0.03, 0.01, major_sections=64, minor_sections=48)
     assert len(torus.faces) > 2 * 3000
     tolerance = 0.006 * 0.08
     found = pieces.convex_pieces(torus, tolerance)[0]
     assert counted[0] <= 3000
     assert np.abs(pieces.distance_from(torus.vertices, torus.faces, found)).max() <= tolerance
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        _arms()[:1],
+        [*_arms(), _arms()[0] + (0.03, 0.03, 0)],
+        [2 * arm for arm in _arms()],
+        [np.vstack(_arms())],
+        [_arms()[0][:3]],
+    ],
+)
+def test_pieces_that_do_not_fill_the_solid_are_refused(counted, tmp_path, monkeypatch, wrong):
+    path = meshes.save(_corner(), tmp_path / "bracket.stl")
+    gym.make("HapticSLAM/TwoFinger-v0", shape=path).reset(seed=0)
+    shapes.find(path).__dict__.pop("_pieces")
+    _kept().unlink()
+    monkeypatch.setattr("haptic_env.shapes.decomposition.cut", lambda *_: wrong)
+    with pytest.raises(
+        ValueError, match=r"mesh '.*bracket\.stl' cannot be cut into convex pieces: they differ from it in"
+    ):
+        shapes.find(path).prepare()
 
 
 def test_flakes_that_the_physics_cannot_take_are_left_out():
