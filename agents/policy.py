@@ -12,6 +12,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.belief import Belief
 from observer.shape_posterior import ShapePosterior
@@ -32,7 +33,7 @@ class Policy(ABC):
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
         self.joints: int = env.action_space.shape[0]  # type: ignore[index]
-        self.rng = np.random.default_rng(seed)
+        self.rng = np.random.default_rng(validate.seed(seed))
         self.name = type(self).__name__  # `agents.make` puts the registered name here
 
     @abstractmethod

@@ -40,13 +40,21 @@ class BeliefFeatures:
     def __init__(
         self, hand: Hand, labels: Sequence[str], seconds: float, control_hz: float, entries: Sequence[str] | None = None
     ) -> None:
-        """`seconds`: of an episode; `entries` None: all. Raises `ValueError` for an unknown one or none."""
+        """`seconds`: of an episode; `entries` None: all. Raises `ValueError` for an unknown one or none, and for what
+        is out of range."""
+        validate.instance("hand", hand, Hand, "a haptic_env.hand.Hand, such as env.unwrapped.hand")
+        several = (list, tuple)
+        validate.instance("labels", labels, several, "a list of names")
+        if entries is not None:
+            validate.instance("entries", entries, several, f"a list of some of {', '.join(ENTRIES)}, or None for all")
         self.entries = tuple(ENTRIES if entries is None else entries)
         for entry in self.entries:
             validate.choice("entry", entry, ENTRIES)
         if not self.entries:
             raise ValueError(f"entries must name at least one of {', '.join(ENTRIES)}")
-        self._seconds, self._step_seconds = seconds, 1.0 / control_hz
+        self._seconds = validate.number("seconds", seconds, 1e-6, 1e12, unit="s")
+        self._step_seconds = 1.0 / validate.number("control_hz", control_hz, 1e-6, 1e6, unit="Hz")
+        self._patches, self._labels = len(hand.patches), len(labels)
         self._middle = hand.joint_limits.mean(axis=1)
         self._reach = 0.5 * np.ptp(hand.joint_limits, axis=1)
         self._tree = tree_of(hand)
@@ -72,15 +80,18 @@ class BeliefFeatures:
         self.space = gym.spaces.Box(low, high, dtype=np.float32)
 
     def vector(self, belief: Belief, contacts: ArrayLike, posterior: ArrayLike, step: int) -> NDArray[np.float32]:
-        """The numbers (D,) after `step` steps; `contacts` (P,) felt now, `posterior` (C,) of the labels."""
-        seconds = step * self._step_seconds
+        """The numbers (D,) after `step` steps; `contacts` (P,) felt now, `posterior` (C,) of the labels. Raises
+        `ValueError` for what is none of these."""
+        felt = validate.binary("contacts", contacts, (self._patches,))
+        names = validate.array("posterior", posterior, (self._labels,), bound=1.0)
+        seconds = validate.integer("step", step, 0, 10**12) * self._step_seconds
         turns = [2 * np.pi * hz * seconds for hz in CLOCKS_HZ]
         parts: dict[str, Any] = {
             "pose": (belief.joint_angles - self._middle) / self._reach,
             "spread": belief.joint_std / SPREAD_UNIT,
             "motion": belief.joint_angles - belief.lagged_joint_angles,
-            "contacts": contacts,
-            "names": posterior,
+            "contacts": felt,
+            "names": names,
             "time": [1.0 - seconds / self._seconds],
             "rhythm": [wave(turn) for turn in turns for wave in (np.sin, np.cos)],
         }

@@ -55,7 +55,7 @@ class ContactModel:
     def __post_init__(self) -> None:
         for field in fields(self):
             high = 1.0 if field.name in ("prior", "hit", "false_alarm", "temper") else 10.0
-            validate.number(field.name, getattr(self, field.name), 0.0, high)
+            object.__setattr__(self, field.name, validate.number(field.name, getattr(self, field.name), 0.0, high))
         if self.hit >= 1.0:
             raise ValueError(f"hit must be below 1, got {self.hit}")
         for name in ("prior", "false_alarm"):

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
 MEMORY = 4 * 2**30  # bytes that an observer may need
 GIB = 2**30
+COUNT = 10**12  # of anything: far more than fits into the memory
 
 
 class Told(NamedTuple):
@@ -28,6 +29,11 @@ class Told(NamedTuple):
     torque: Array
     joint_angles: Array
     contacts: NDArray[np.bool_]
+
+
+def a_hand(hand: Hand) -> None:
+    """Raise `ValueError` for what is no `Hand`."""
+    validate.instance("hand", hand, Hand, "a haptic_env.hand.Hand, such as env.unwrapped.hand")
 
 
 def told(hand: Hand, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Told:

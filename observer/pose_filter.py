@@ -50,10 +50,11 @@ class ContactDynamics:
     joint_speed: float = 15.0
 
     def __post_init__(self) -> None:
+        validate.boolean("constrained", self.constrained)
         for name in ("normal_force", "tangential_force", "joint_speed"):
-            validate.number(name, getattr(self, name), 0.0, 1e3)
+            object.__setattr__(self, name, validate.number(name, getattr(self, name), 0.0, 1e3))
         for name in ("normal_speed", "tangential_speed"):
-            validate.number(name, getattr(self, name), above=0.0)
+            object.__setattr__(self, name, validate.number(name, getattr(self, name), 1e-6, 1e3, unit="m/s"))
 
 
 class PoseFilter:
