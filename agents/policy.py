@@ -51,7 +51,7 @@ class Policy:
         self.joints: int = env.action_space.shape[0]  # type: ignore[index]
         # None: an environment that is played back need not say what it shows.
         self.observation_space: gym.Space[Any] | None = getattr(env, "observation_space", None)
-        self.rng = np.random.default_rng(None if seed is None else validate.integer("seed", seed, 0))
+        self.rng = np.random.default_rng(validate.seed(seed))
         self.name = type(self).__name__  # `agents.make` puts the registered name here
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:

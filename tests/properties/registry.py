@@ -25,7 +25,7 @@ ENTRIES: dict[str, Entry] = {name: entry for area in AREAS.values() for name, en
 
 def prepare(area: str) -> None:
     """Compile what the entries of `area` need, which takes longer than any input may."""
-    if area not in ("shapes", "recordings", "commands"):
+    if area not in ("shapes", "recordings"):
         observer.warm_up(samples.hand())
         observers.prepare()
 
