@@ -51,7 +51,7 @@ class Policy:
         self.joints: int = env.action_space.shape[0]  # type: ignore[index]
         # None: an environment that is played back need not say what it shows.
         self.observation_space: gym.Space[Any] | None = getattr(env, "observation_space", None)
-        self.rng = np.random.default_rng(None if seed is None else validate.integer("seed", seed, 0))
+        self.rng = np.random.default_rng(validate.seed(seed))
         self.name = type(self).__name__  # `agents.make` puts the registered name here
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
@@ -161,8 +161,8 @@ def act(
     torques = validate.real(action)
     if torques is None:
         raise ValueError(f"policy {name!r} commands no torques, but {validate.shown(action)}")
-    if joints is not None and np.shape(action)[-1:] != (joints,):
-        raise ValueError(f"policy {name!r} commands torques of shape {np.shape(action)}; the hand has {joints} joints")
+    if (joints is not None and torques.shape[-1:] != (joints,)) or torques.size > validate.MOST:
+        raise ValueError(f"policy {name!r} commands torques of shape {torques.shape}; the hand has {joints} joints")
     if not np.isfinite(torques).all():
         raise ValueError(f"policy {name!r} commands torques that are not finite: {validate.shown(torques.tolist())}")
     return action, state

@@ -139,7 +139,8 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         world_rng, self._motor_rng, proprioception_rng, self._contact_rng = streams
         self._proprioception_seed: Any = proprioception_rng.bit_generator.seed_seq
         if options is not None and not isinstance(options, Mapping):
-            raise ValueError(f"reset options must be a dictionary of {', '.join(RESET_OPTIONS)}, got {options!r}")
+            valid = f"a dictionary of {', '.join(RESET_OPTIONS)}"
+            raise ValueError(f"reset options must be {valid}, got {validate.shown(options)}")
         model = self._place_solid(world_rng, options or {})
         sigma = (options or {}).get("sigma_deg")
         self.felt_angles = self.felt_at(self.sigma_deg if sigma is None else sigma)
@@ -305,7 +306,8 @@ def _shape_names(shape: str | Path | Sequence[str | Path] | None, scale: float) 
     """The shapes to draw from; raises `ValueError` for an unknown one, a mesh of impossible size or an empty list."""
     if shape is None:
         return tuple(shapes.SHAPES)
-    given = (shape,) if isinstance(shape, str) or not isinstance(shape, Iterable) else tuple(shape)
+    single = isinstance(shape, str) or not isinstance(shape, Iterable) or getattr(shape, "ndim", 1) == 0
+    given: tuple[Any, ...] = (shape,) if single else tuple(shape)  # type: ignore[arg-type]
     names = tuple(shapes.check("shape", name) for name in given)
     if not names:
         raise ValueError(f"shape must name at least one of {', '.join(shapes.SHAPES)}, got an empty list")

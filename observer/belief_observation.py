@@ -30,7 +30,6 @@ ENTRIES = {
     "rhythm": "(6,) sine and cosine of clocks of 0.5 Hz, 1 Hz and 0.17 Hz: a network without memory keeps no rhythm",
 }
 SPREAD_UNIT = 0.1  # rad
-LATEST = 10**9  # steps of an episode
 BOUND = 2.0  # of what has no bound of its own; what is beyond is clipped
 SPACING = 0.01  # m
 CLOCKS_HZ = (0.5, 1.0, 0.17)  # the last fits into no other, so that a rhythm drifts
@@ -42,16 +41,21 @@ class BeliefFeatures:
     def __init__(
         self, hand: Hand, labels: Sequence[str], seconds: float, control_hz: float, entries: Sequence[str] | None = None
     ) -> None:
-        """`seconds`: of an episode; `entries` None: all. Raises `ValueError` for an unknown one or none, and values out
-        of range."""
+        """`seconds`: of an episode; `entries` None: all. Raises `ValueError` for an unknown one or none, and for what
+        is out of range."""
         edge.world(hand=hand)
-        self.entries = tuple(ENTRIES) if entries is None else validate.names("entries", entries)
+        several = (list, tuple)
+        validate.instance("labels", labels, several, "a list of names")
+        if entries is not None:
+            validate.instance("entries", entries, several, f"a list of some of {', '.join(ENTRIES)}, or None for all")
+        self.entries = tuple(ENTRIES if entries is None else entries)
         for entry in self.entries:
             validate.choice("entry", entry, ENTRIES)
-        self._labels = validate.names("labels", labels)
-        self._seconds = validate.number("seconds", seconds, above=0.0, unit="s")
-        self._step_seconds = 1.0 / validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
-        self._patches = len(hand.patches)
+        if not self.entries:
+            raise ValueError(f"entries must name at least one of {', '.join(ENTRIES)}")
+        self._seconds = validate.number("seconds", seconds, 1e-6, 1e12, unit="s")
+        self._step_seconds = 1.0 / validate.number("control_hz", control_hz, 1e-6, 1e6, unit="Hz")
+        self._patches, self._labels = len(hand.patches), len(labels)
         self._middle = hand.joint_limits.mean(axis=1)
         self._reach = 0.5 * np.ptp(hand.joint_limits, axis=1)
         self._tree = tree_of(hand)
@@ -65,7 +69,7 @@ class BeliefFeatures:
             "spread": (joints, 0.0, BOUND),
             "motion": (joints, -BOUND, BOUND),
             "contacts": (patches, 0.0, 1.0),
-            "names": (len(self._labels), 0.0, 1.0),
+            "names": (len(labels), 0.0, 1.0),
             "occupancy": (cells, -1.0, 1.0),
             "time": (1, 0.0, 1.0),
             "rhythm": (2 * len(CLOCKS_HZ), -1.0, 1.0),
@@ -78,15 +82,17 @@ class BeliefFeatures:
 
     def vector(self, belief: Belief, contacts: ArrayLike, posterior: ArrayLike, step: int) -> NDArray[np.float32]:
         """The numbers (D,) after `step` steps; `contacts` (P,) felt now, `posterior` (C,) of the labels. Raises
-        `ValueError` for what is not that."""
-        seconds = validate.integer("step", step, 0, LATEST) * self._step_seconds
+        `ValueError` for what is none of these."""
+        felt = validate.binary("contacts", contacts, (self._patches,))
+        names = validate.array("posterior", posterior, (self._labels,), bound=1.0)
+        seconds = validate.integer("step", step, 0, 10**12) * self._step_seconds
         turns = [2 * np.pi * hz * seconds for hz in CLOCKS_HZ]
         parts: dict[str, Any] = {
             "pose": (belief.joint_angles - self._middle) / self._reach,
             "spread": belief.joint_std / SPREAD_UNIT,
             "motion": belief.joint_angles - belief.lagged_joint_angles,
-            "contacts": validate.binary("contacts", contacts, (self._patches,)),
-            "names": validate.array("posterior", posterior, (len(self._labels),), bound=1.0),
+            "contacts": felt,
+            "names": names,
             "time": [1.0 - seconds / self._seconds],
             "rhythm": [wave(turn) for turn in turns for wave in (np.sin, np.cos)],
         }

@@ -56,9 +56,11 @@ class OneMap(HapticSLAM):
 
 
 class DeadReckoning(OneMap):
-    """Floor: the map at the raw angles."""
+    """Floor: the map at the raw angles, which knows no `lag`."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: float = 3.0, *, lag: int | None = None, **keywords: Any) -> None:
+        if lag is not None:
+            validate.integer("lag of raw angles", lag, 0, 0)
         sigma = validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")
         super().__init__(hand, lag=0, **keywords)
         self.pose = RawAngles(hand, np.deg2rad(sigma))

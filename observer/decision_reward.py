@@ -25,7 +25,7 @@ class DecisionReward(PotentialReward, gym.utils.RecordConstructorArgs):
         gym.utils.RecordConstructorArgs.__init__(self, price=price, least=least)
         gym.Wrapper.__init__(self, env)
         base: Any = env.unwrapped
-        if not base.reveal_truth:
+        if not getattr(base, "reveal_truth", False):
             raise ValueError("DecisionReward compares with the truth: make the environment with reveal_truth=True")
         self._least = validate.number("least", least, 0.0, 0.1, above=0.0)
         self._cost = validate.number("price", price, 0.0) / base.control_hz

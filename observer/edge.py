@@ -23,10 +23,11 @@ WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's obser
 MEMORY = 4 * 2**30  # bytes that an observer may need
 GIB = 2**30
 WORLD: dict[str, tuple[type, str]] = {
-    "hand": (Hand, "a Hand, as haptic_env.hands.make gives"),
+    "hand": (Hand, "a haptic_env.hand.Hand, such as env.unwrapped.hand"),
     "grid": (Grid, "a haptic_env.grid.Grid"),
     "solid": (Solid, "a Solid, as haptic_env.shapes.make gives"),
 }
+COUNT = 10**12  # of anything: far more than fits into the memory
 
 
 class Told(NamedTuple):

@@ -95,15 +95,16 @@ class HapticSLAM:
 
         Raises `ValueError` for a value out of range.
         """
+        edge.world(hand=hand)
         sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.hand, self.control_hz = hand, rate
-        self.n_particles = validate.integer("particles", particles, 1)
-        self.n_candidates = validate.integer("candidates", candidates, 1)
+        self.n_particles = validate.integer("particles", particles, 1, edge.COUNT)
+        self.n_candidates = validate.integer("candidates", candidates, 1, edge.COUNT)
         self.matching = validate.choice("matching", matching, MATCHING)
         self.threads = side_by_side.check(threads)
-        self.lag = round(LAG_SECONDS * rate) if lag is None else validate.integer("lag", lag, 0)
+        self.lag = round(LAG_SECONDS * rate) if lag is None else validate.integer("lag", lag, 0, edge.COUNT)
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION) if grid is None else grid
         validate.instance("grid", self.grid, Grid, "a haptic_env.grid.Grid")
         self.contact_model = ContactModel() if contact_model is None else contact_model
@@ -120,10 +121,10 @@ class HapticSLAM:
             dynamics=ContactDynamics() if dynamics is None else dynamics,
         )
         self.in_hindsight = validate.boolean("in_hindsight", in_hindsight) and matching == "mean"
-        if solids is not None and not isinstance(solids, ShapePosterior):
-            raise ValueError(f"solids must be a ShapePosterior of what the object may be, got {solids!r}")
-        if solids is not None and solids.hand.joint_names != hand.joint_names:
-            raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {solids.hand.name!r}")
+        if solids is not None:
+            validate.instance("solids", solids, ShapePosterior, "a ShapePosterior of what the object may be")
+            if solids.hand.joint_names != hand.joint_names or len(solids.hand.patches) != len(hand.patches):
+                raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {solids.hand.name!r}")
         self._known = None if solids is None else KnownSolids(solids, rate)
         self._fixed = tree_of(hand)
         self._body = capsules.body_of(hand.patches, self.grid.resolution)

@@ -50,14 +50,18 @@ class SmoothMotion:
     temper: float = 0.4
 
     def __post_init__(self) -> None:
-        if not self.speeds or list(self.speeds) != sorted(set(self.speeds)):
-            raise ValueError(f"speeds must be rising, got {self.speeds!r}")
-        for speed in self.speeds:
-            validate.number("speeds", speed, above=0.0, unit="rad/s")
-        validate.number("seconds", self.seconds, above=0.0, unit="s")
-        validate.number("dwell", self.dwell, above=0.0, unit="s")
-        validate.number("together", self.together, 0.0, 0.999)
-        validate.number("temper", self.temper, 0.0, 1.0)
+        validate.instance("speeds", self.speeds, (tuple, list), "several numbers, rising")
+        speeds = tuple(validate.number("speeds", speed, 1e-4, 1e4, unit="rad/s") for speed in self.speeds)
+        if not speeds or list(speeds) != sorted(set(speeds)):
+            raise ValueError(f"speeds must be rising, got {validate.shown(self.speeds)}")
+        object.__setattr__(self, "speeds", speeds)
+        for name, low, high, unit in (
+            ("seconds", 0.005, 100.0, "s"),
+            ("dwell", 1e-6, 1e9, "s"),
+            ("together", 0.0, 0.999, ""),
+            ("temper", 0.0, 1.0, ""),
+        ):
+            object.__setattr__(self, name, validate.number(name, getattr(self, name), low, high, unit=unit))
 
     def transition(self, step: float) -> Array:
         """(3, 3): what a `step` of so many seconds makes of (q, v, a), on average."""

@@ -151,9 +151,7 @@ def surface_precision(occupancy: Array, grid: Grid, solid: Solid, voxels: float 
 def surface_recall(occupancy: Array, grid: Grid, places: Array, voxels: float = 1.0) -> float:
     """Share of `places` (M, 3) m with the centre of an occupied voxel within `voxels`; NaN without a place."""
     edge.world(grid=grid)
-    where = validate.numbers("places", places, 2, bound=FAR)
-    if where.shape[1] != 3:
-        raise ValueError(f"places must be of shape (M, 3) in m, got shape {where.shape}")
+    where = _places("places", places)
     occupied, near = _map(occupancy, grid) > OCCUPIED, _length(voxels, grid)
     if len(where) == 0:
         return float("nan")
@@ -166,7 +164,7 @@ def surface_recall(occupancy: Array, grid: Grid, places: Array, voxels: float = 
 def surface_score(occupancy: Array, grid: Grid, solid: Solid, touched: Array, voxels: float = 1.0) -> SurfaceScore:
     """Precision of the occupied voxels against the true surface, recall of the `touched` (M, 3) places, F-score."""
     precision = surface_precision(occupancy, grid, solid, voxels)
-    recall = surface_recall(occupancy, grid, validate.numbers("touched", touched, 2, bound=FAR), voxels)
+    recall = surface_recall(occupancy, grid, _places("touched", touched), voxels)
     total = precision + recall
     return SurfaceScore(precision, recall, 2 * precision * recall / total if total != 0 else 0.0)
 
@@ -298,6 +296,13 @@ def closure(slam: float, floor: float, ceiling: float) -> float:
 def _length(voxels: float, grid: Grid) -> float:
     """Metres; a hair more, so that rounding does not decide about what is exactly so far away (neighbours are)."""
     return validate.number("voxels", voxels, 0.0, 1e6) * grid.resolution * (1 + 1e-6)
+
+
+def _places(what: str, value: ArrayLike) -> Array:
+    places = validate.numbers(what, value, 2, bound=FAR)
+    if places.shape[1] != 3:
+        raise ValueError(f"{what} must be of shape (M, 3) in m, got shape {places.shape}")
+    return places
 
 
 def _map(occupancy: ArrayLike, grid: Grid) -> Array:

@@ -30,7 +30,6 @@ from observer.set_aside import Gate, take_in
 Array = NDArray[np.float64]
 SKIN_SPACING = 0.001  # metres
 RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a filter that was lost
-SLOWEST = 1e-9  # m/s: squares of less are zero
 MANY = 256  # patches in contact: with more, what they say of the joints' speeds is put together first
 
 
@@ -55,8 +54,7 @@ class ContactDynamics:
         for name in ("normal_force", "tangential_force", "joint_speed"):
             object.__setattr__(self, name, validate.number(name, getattr(self, name), 0.0, 1e3))
         for name in ("normal_speed", "tangential_speed"):
-            value = validate.number(name, getattr(self, name), SLOWEST, 1e3, unit="m/s")
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, validate.number(name, getattr(self, name), 1e-6, 1e3, unit="m/s"))
 
 
 class PoseFilter:

@@ -44,8 +44,9 @@ class PoseOnly:
 
         Raises `ValueError` for a value out of range.
         """
+        edge.world(hand=hand)
         self.hand = hand
-        self.stride = validate.integer("stride", stride, 1)
+        self.stride = validate.integer("stride", stride, 1, edge.COUNT)
         self.control_hz = rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.lag = self.stride * max(1, round(LAG_SECONDS * rate / self.stride))
         edge.memory(f"stride={stride}", edge.of_poses(hand.joints, self.lag + self.stride))

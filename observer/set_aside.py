@@ -28,7 +28,7 @@ LOST = 3.5  # the same, of what a filter makes of readings that may be
 FASTEST = 40.0  # rad/s: recorded fingers turn at up to 30
 JUMP = 0.5  # rad beyond that from where the joint is expected, and as many SDs as the next line says
 JUMP_SDS = 8.0
-MOST = 1e6  # of a variance, in rad² or (rad/s)²
+MOST = 1e6  # rad²: of an angle's variance
 IN_A_ROW = 5  # readings that agree with each other: the next one is believed, for then the filter is wrong
 
 
@@ -159,8 +159,8 @@ def _sound(mean: Array, covariance: Array, past: int, low: Array, high: Array) -
     sound = True
     for i in range(len(mean)):
         if i < joints or i >= past:
-            sound &= low[i % joints] <= mean[i] <= high[i % joints]
-        sound &= 0.0 <= covariance[i, i] <= MOST
+            sound &= low[i % joints] <= mean[i] <= high[i % joints] and covariance[i, i] <= MOST
+        sound &= 0.0 <= covariance[i, i] < np.inf
     return sound
 
 

@@ -44,6 +44,12 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
         another environment since the reset, and where a wrapper inside takes more or less than one control step.
         """
         gym.Wrapper.__init__(self, env)
+        if not all(hasattr(observer, name) for name in ("hand", "reset", "step", "flush")):
+            raise ValueError(f"observer must be a HapticSLAM, a PoseOnly or the like, got {validate.shown(observer)}")
+        if shape is not None:
+            validate.instance("shape", shape, ShapePosterior, "a ShapePosterior, or None")
+        if not hasattr(env.unwrapped, "hand"):
+            raise ValueError(f"env must be an environment with a hand, got {env}")
         if not isinstance(env.observation_space, gym.spaces.Dict) or not set(FELT) <= set(env.observation_space):
             raise ValueError(
                 f"an observer hears {' and '.join(FELT)}, got a space {type(env.observation_space).__name__}; put the "

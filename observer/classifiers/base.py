@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
+from itertools import islice
 from typing import Any, Self
 
 import numpy as np
@@ -18,6 +19,7 @@ from haptic_env import validate
 Array = NDArray[np.float64]
 UNKNOWN = 0.5  # what a map says of a voxel that the hand never came near
 CERTAIN = 0.001, 0.999  # evidence beyond is no more
+MOST = 100_000  # maps that are learnt from
 WINDOW = 1e-6, 1e6  # of a bandwidth: beyond, squares of distances in its units are no numbers
 
 
@@ -86,7 +88,10 @@ def _several(what: str, given: Any) -> list[Any]:
     single = isinstance(given, str | bytes) or (isinstance(given, np.ndarray) and given.ndim == 0)
     if single or not isinstance(given, Iterable) or np.ma.is_masked(given):
         raise ValueError(f"{what} must be a list, got {validate.shown(given)}")
-    return list(given)
+    result = list(islice(given, MOST + 1))
+    if len(result) > MOST:
+        raise ValueError(f"{what} must be {MOST} at most, got {validate.shown(given)}")
+    return result
 
 
 def _texts(labels: Any) -> list[str]:

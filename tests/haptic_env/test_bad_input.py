@@ -31,7 +31,7 @@ def test_unknown_shape_lists_the_known(env_id, shape):
     assert all(name in str(error.value) for name in shapes.SHAPES)
 
 
-@pytest.mark.parametrize("shape", [3, 2.5, True, [None], [["cube"]]])
+@pytest.mark.parametrize("shape", [3, 2.5, True, [None], [["cube"]], np.array(3.0), [np.zeros(3)]], ids=str)
 def test_a_shape_that_is_no_name_is_refused(env_id, shape):
     with _refused("unknown shape .*; choose from"):
         gym.make(env_id, shape=shape)
@@ -176,6 +176,12 @@ def test_impossible_actions_are_refused(env_id, make, build, message):
         ({"position": "here"}, "object position must be finite numbers .*'here'"),
         ({"quaternion": [0.0, 0.0, 0.0, 0.0]}, r"object quaternion \(wxyz\) must not be zero"),
         ({"quaternion": [1.0, 0.0, 0.0]}, r"object quaternion must be finite numbers of shape \(4,\)"),
+        ({"quaternion": [1e300] * 4}, r"object quaternion must lie in \[-1e\+06, 1e\+06\], got \[1e\+300"),
+        ({"quaternion": [1j, 0, 0, 0]}, "object quaternion must be finite numbers .*1j"),
+        ({"position": [1e300, 0.0, 0.0]}, r"object position must lie in \[-100, 100\] m, got \[1e\+300"),
+        ({"position": np.ma.array([0.0, 0.0, 0.0], mask=[1, 0, 0])}, "object position must be finite .*masked"),
+        ({"sigma_deg": 1e300}, r"sigma_deg must be a finite number in \[0, 90\] degrees, got 1e\+300"),
+        ({3: "red"}, "unknown reset option 3; choose from"),
     ],
 )
 def test_impossible_options_are_refused(env_id, make, options, message):

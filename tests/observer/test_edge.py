@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from haptic_env import hands
 from haptic_env.grid import Grid
-from observer import ContactDynamics, ContactModel, DeadReckoning, HapticSLAM, Kalman, PoseOnly
+from observer import ContactDynamics, ContactModel, DeadReckoning, HapticSLAM, Kalman, PoseOnly, ShapePosterior
 from observer.kinematics import link_frames, tree_of
 
 OBSERVERS = {
@@ -97,7 +98,7 @@ def test_a_seed_that_is_none_is_refused(watching, seed):
         ({"candidates": 10**9, "matching": "sample"}, "candidates=1000000000"),
         ({"lag": 10**5}, "lag=100000"),
         ({"lag": 3000, "motion": "kinematic"}, "lag=3000"),
-        ({"particles": 10**30}, "particles=1" + "0" * 30),
+        ({"particles": 10**12}, "particles=1000000000000"),
         ({"grid": Grid((0, 0, 0), 0.004, (256, 256, 256)), "matching": "sample", "particles": 300}, "16777216 voxels"),
     ],
 )
@@ -106,7 +107,7 @@ def test_what_does_not_fit_into_the_memory_is_refused(two_finger, keywords, told
         HapticSLAM(two_finger, **keywords)
 
 
-@pytest.mark.parametrize("stride", [10**5, 10**30])
+@pytest.mark.parametrize("stride", [10**5, 10**12])
 def test_a_stride_that_does_not_fit_into_the_memory_is_refused(two_finger, stride):
     with pytest.raises(ValueError, match=f"stride={stride} would need .* of memory"):
         PoseOnly(two_finger, stride=stride)
@@ -123,6 +124,32 @@ def test_a_stride_that_does_not_fit_into_the_memory_is_refused(two_finger, strid
 def test_parts_of_another_kind_are_refused(two_finger, keywords, told):
     with pytest.raises(ValueError, match=told):
         HapticSLAM(two_finger, **keywords)
+
+
+@pytest.mark.parametrize("name", ["particles", "candidates", "lag"])
+def test_counts_beyond_all_are_refused(two_finger, name):
+    with pytest.raises(ValueError, match=rf"{name} must be an integer in \[[01], 1000000000000\], got 10+$"):
+        HapticSLAM(two_finger, **{name: 10**30})
+
+
+@pytest.mark.parametrize("hand", [None, "two_finger", 3, HapticSLAM])
+@pytest.mark.parametrize("make", OBSERVERS.values(), ids=OBSERVERS)
+def test_what_is_no_hand_is_refused(make, hand):
+    with pytest.raises(ValueError, match=r"hand must be a haptic_env\.hand\.Hand, such as env\.unwrapped\.hand, got"):
+        make(hand)
+
+
+def test_raw_angles_have_no_lag(two_finger):
+    for lag in (None, 0):
+        assert DeadReckoning(two_finger, lag=lag).lag == 0
+    with pytest.raises(ValueError, match=r"lag of raw angles must be an integer in \[0, 0\], got 3"):
+        DeadReckoning(two_finger, lag=3)
+
+
+def test_solids_of_another_hand_are_refused(two_finger):
+    other = ShapePosterior(hands.make("two_finger", patches_around=6))
+    with pytest.raises(ValueError, match="solids must be told of hand 'two_finger'"):
+        HapticSLAM(two_finger, solids=other)
 
 
 @pytest.mark.parametrize("angles", [np.zeros(7), np.zeros(9), np.full(8, np.nan), np.zeros((8, 1)), "rest"])

@@ -23,6 +23,7 @@ from observer import (
     HapticSLAM,
     InformationGainReward,
     ObserverWrapper,
+    PoseOnly,
     ShapePosterior,
 )
 from observer.belief_observation import ENTRIES
@@ -302,3 +303,46 @@ def test_a_hand_without_fingertips_has_no_occupancy_about_them():
     tips = sum(link.tip for link in hand.links)
     features = BeliefFeatures(hand, ("a", "b"), 1.0, 50.0, ["occupancy", "time"])
     assert features.space.shape == (27 * tips + 1,)
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"contacts": np.full(50, np.nan)}, "contacts must be 0 or 1, got nan"),
+        ({"contacts": np.zeros(49)}, r"contacts must be 0 or 1 of shape \(50,\)"),
+        ({"contacts": np.zeros(50, complex)}, "contacts must be 0 or 1"),
+        ({"posterior": [np.nan, 0.5]}, "posterior must be finite .*nan"),
+        ({"posterior": [0.5, 1e300]}, r"posterior must lie in \[-1, 1\]"),
+        ({"posterior": [1.0]}, r"posterior must be .*got shape \(1,\)"),
+        ({"step": np.nan}, "step must be an integer"),
+        ({"step": -1}, "step must be an integer"),
+        ({"step": 10**30}, "step must be an integer"),
+    ],
+)
+def test_features_of_what_is_not_felt_are_refused(two_finger, changed, told):
+    features = BeliefFeatures(two_finger, ("cube", "ball"), 10.0, 50.0, ["contacts", "names", "time"])
+    given = {"contacts": np.zeros(50), "posterior": [0.5, 0.5], "step": 3}
+    belief = PoseOnly(two_finger).reset()
+    assert np.isfinite(features.vector(belief, **given)).all()
+    with pytest.raises(ValueError, match=told):
+        features.vector(belief, **{**given, **changed})
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"hand": "two_finger"}, "hand must be a haptic_env"),
+        ({"labels": "cube"}, "labels must be a list of names, got 'cube'"),
+        ({"labels": None}, "labels must be a list of names, got None"),
+        ({"seconds": np.nan}, "seconds must be a finite number in"),
+        ({"seconds": 0}, "seconds must be a finite number in"),
+        ({"control_hz": None}, "control_hz must be a finite number"),
+        ({"control_hz": 1e-320}, "control_hz must be a finite number"),
+        ({"entries": "pose"}, "entries must be a list of some of pose, .* got 'pose'"),
+        ({"entries": 3}, "entries must be a list of some of pose, .* got 3"),
+    ],
+)
+def test_features_of_nothing_are_refused(two_finger, changed, told):
+    given = {"hand": two_finger, "labels": ("cube",), "seconds": 10.0, "control_hz": 50.0, "entries": None}
+    with pytest.raises(ValueError, match=told):
+        BeliefFeatures(**{**given, **changed})

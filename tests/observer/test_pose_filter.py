@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import mujoco
 import numpy as np
 import pytest
 from scipy import stats
 
 from haptic_env import hands
-from observer import pose_filter
+from observer import ContactModel, pose_filter
+from observer.kinematic_pose import SmoothMotion
 from observer.pose_filter import ContactDynamics, PoseFilter
 from observer.set_aside import Gate
 from tests.observer.hands import many_patches, pointer, random_tree
@@ -259,3 +262,19 @@ def test_many_contacts_put_together_say_what_they_say_one_by_one(monkeypatch):
     for together, apart in zip(*told, strict=True):
         np.testing.assert_allclose(together, apart, rtol=1e-6, atol=1e-12)
     assert np.count_nonzero(contacts) > 200
+
+
+@pytest.mark.parametrize("value", [-1.0, 0.0, 1e-300, 1e300, np.nan, "1", None, 1j])
+@pytest.mark.parametrize("name", ["normal_speed", "tangential_speed"])
+def test_speeds_of_skin_whose_squares_are_no_numbers_are_refused(name, value):
+    with pytest.raises(ValueError, match=f"{name} must be a finite number in .* m/s, got"):
+        ContactDynamics(**{name: value})
+
+
+def test_numbers_of_any_kind_are_made_plain():
+    """What is given to kernels is typed by them."""
+    made = ContactDynamics(normal_force=Fraction(1, 2), normal_speed=np.float32(0.25), joint_speed=3)
+    assert (made.normal_force, made.normal_speed, made.joint_speed) == (0.5, 0.25, 3.0)
+    assert {type(each) for each in (made.normal_force, made.normal_speed, made.joint_speed)} == {float}
+    assert type(ContactModel(hit=Fraction(1, 8)).hit) is float
+    assert type(SmoothMotion(speeds=[np.float32(1), 2]).speeds[0]) is float

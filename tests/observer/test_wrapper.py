@@ -296,3 +296,22 @@ def test_an_observer_may_watch_one_environment_after_the_other(two_finger, close
     env.reset(seed=0)
     env.step(np.zeros(8))
     env.close()
+
+
+@pytest.mark.parametrize("given", [None, "haptic_slam", HapticSLAM, 3, np.zeros(3)], ids=str)
+def test_what_is_no_observer_or_namer_is_refused(two_finger, given):
+    inner = gym.make("HapticSLAM/TwoFinger-v0")
+    if given is not HapticSLAM:
+        with pytest.raises(ValueError, match="observer must be a HapticSLAM, a PoseOnly or the like, got"):
+            ObserverWrapper(inner, given)
+    if given is not None:
+        with pytest.raises(ValueError, match="shape must be a ShapePosterior, or None, got"):
+            ObserverWrapper(inner, PoseOnly(two_finger), given)
+    inner.close()
+
+
+def test_an_environment_without_a_hand_is_refused(two_finger):
+    other = gym.make("CartPole-v1")
+    with pytest.raises(ValueError, match=r"env must be an environment with a hand, got .*CartPole"):
+        ObserverWrapper(other, PoseOnly(two_finger))
+    other.close()

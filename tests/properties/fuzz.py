@@ -32,11 +32,11 @@ from typing import IO, Any
 from tests.properties.accounts import ROOT, SHOWN, Account, death, shown, table
 
 BATCH = 50  # inputs of an entry from one seed: what a signal ends, and what is drawn to come to a single one again
-LONGEST = 20.0  # seconds that an input may take
-HOPELESS = 3  # times that, after which a process that hangs in compiled code is ended
+LONGEST = 60.0  # seconds that an input may take
+HOPELESS = 2  # times that, after which a process that hangs in compiled code is ended
 START = 120.0  # seconds that a process may take to begin
 REGISTRY = "tests.properties.registry"
-ROOM = 6 * 2**30  # bytes of address space above those at the start
+ROOM = 5 * 2**30  # bytes of address space above those at the start
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,14 @@ def _try(entry: Any, arguments: Any, longest: float) -> tuple[str, str]:
         signal.setitimer(signal.ITIMER_REAL, 0)
 
 
+def limit_memory() -> None:
+    """Let this process have `ROOM` more than it has, so that what asks for all there is gets none of it."""
+    if sys.platform == "linux":
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        resource.setrlimit(resource.RLIMIT_AS, (used + ROOM, hard))
+
+
 def child(run: Run, area: str, share: int, minutes: float, done: Mapping[str, int], log: IO[str]) -> None:
     """Run `share` inputs of `area`; each is announced before it runs, and what came of it follows. `done`: how many
     batches of each entry an earlier process has used up."""
@@ -103,9 +111,7 @@ def child(run: Run, area: str, share: int, minutes: float, done: Mapping[str, in
     faulthandler.enable()
     registry.prepare(area)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    if sys.platform == "linux":
-        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (used + ROOM, used + ROOM))
+    limit_memory()
     end, entries = time.monotonic() + 60 * minutes, registry.AREAS[area]
     total = sum(entry.weight for entry in entries.values())
     batches = {name: max(1, round(share * entry.weight / total / BATCH)) for name, entry in entries.items()}

@@ -78,6 +78,11 @@ def one_of(*values: Any) -> Parameter:
     return Parameter(made, st.one_of(odd_numbers, odd_names))
 
 
+def one_of_these(*values: Any) -> Parameter:
+    """One of a few `values`, and nothing else."""
+    return Parameter(st.sampled_from(values), st.sampled_from(values))
+
+
 def seed() -> Parameter:
     """Where chance begins."""
     return Parameter(st.one_of(st.none(), SEEDS), odd_numbers)

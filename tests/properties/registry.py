@@ -25,7 +25,7 @@ ENTRIES: dict[str, Entry] = {name: entry for area in AREAS.values() for name, en
 
 def prepare(area: str) -> None:
     """Compile what the entries of `area` need, which takes longer than any input may."""
-    if area not in ("shapes", "recordings", "commands"):
+    if area not in ("shapes", "recordings"):
         observer.warm_up(samples.hand())
         observers.prepare()
 
@@ -83,6 +83,8 @@ LEFT_OUT: dict[str, str] = {
     "observer.metrics.SurfaceScore": BUILT,
     "agents.Guided": "abstract; POLICIES has them all",
     "agents.Policy": "abstract; POLICIES has them all",
+    "agents.sb3.is_model": "agents has it",
+    "agents.sb3.load_model": "agents has it",
     "agents.sb3.Trained": "POLICIES has it",
     "agents.synergy.Synergy": "POLICIES has it",
     "agents.synergy.opposition_basis": "takes a hand alone",

@@ -6,6 +6,7 @@ Odd arrays are drawn as a kind and a seed and built from these, which is a hundr
 from __future__ import annotations
 
 import datetime
+import itertools
 from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
@@ -159,7 +160,8 @@ def _structured(rng: np.random.Generator, shape: Shape) -> Any:
 
 def _no_array(rng: np.random.Generator, shape: Shape) -> Any:
     odd = (None, "", "text", b"bytes", 3, 0.5, float("nan"), {}, {"x": 1}, {1, 2}, Stranger(), Liar(), object, ..., [])
-    return (*odd, iter([1.0]), range(3), (x for x in (1.0, 2.0)), memoryview(b"abc"))[rng.integers(len(odd) + 4)]
+    more = iter([1.0]), range(3), (x for x in (1.0, 2.0)), memoryview(b"abc"), itertools.count()
+    return (*odd, *more)[rng.integers(len(odd) + len(more))]
 
 
 ARRAYS: dict[str, Callable[[np.random.Generator, Shape], Any]] = {

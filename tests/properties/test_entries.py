@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+import resource
+from collections.abc import Iterator
+
 import pytest
 
 from tests.properties.accounts import shown
-from tests.properties.fuzz import inputs_of
+from tests.properties.fuzz import inputs_of, limit_memory
 from tests.properties.registry import ENTRIES
 
 INPUTS = 24
+
+
+@pytest.fixture(autouse=True)
+def bounded() -> Iterator[None]:
+    """Memory runs out before the machine's does."""
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    limit_memory()
+    yield
+    resource.setrlimit(resource.RLIMIT_AS, before)
 
 
 @pytest.fixture(autouse=True)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import agents
 import haptic_env
 from haptic_env import shapes
-from observer import OBSERVERS
+from observer import OBSERVERS, HapticSLAM
 from observer.classifiers import CLASSIFIERS
 from tests.properties import samples
 from tests.properties.entry import Entry
@@ -49,7 +49,7 @@ def _run(module: str, function: str, flags: Mapping[str, Any]) -> Any:
     """The command's own parser on the words of `flags`; a path stands for itself."""
     arguments: list[str] = []
     for flag, words in flags.items():
-        arguments += [f"--{flag.replace('_', '-')}", *(words if isinstance(words, list) else [str(words)])]
+        arguments += [f"--{flag.replace('_', '-')}", *map(str, words if isinstance(words, list) else [words])]
     getattr(importlib.import_module(module), function)(*([None] if function == "check" else []), arguments)
 
 
@@ -102,11 +102,20 @@ def _begin(path: Any, shape: Any = "sphere") -> Any:
         session = explore.begin(settings, recording)
     except ValueError as error:
         importlib.import_module("terminal").refuse(str(error))
-    observation, _ = session.env.reset(seed=0)
-    action = session.policy.predict(observation)[0] if not isinstance(session.policy, str) else np.zeros(samples.JOINTS)
-    return session.env.step(action)[0]
+    told = {name: each for name, each in session.told.items() if name != "grid"}
+    slam = HapticSLAM(session.hand, particles=2, lag=1, **told)
+    (felt, info), state = session.env.reset(seed=0), None
+    seen = [slam.reset(seed=0, joint_angles=felt["joint_angles"])]
+    for _ in range(3):
+        action, state = session.policy.predict(felt, state) if not isinstance(session.policy, str) else (STILL, None)
+        felt, *_, over, info = session.env.step(action)
+        seen.append(slam.step(action, felt["joint_angles"], felt["contacts"], info.get("root")))
+        if over:
+            break
+    return seen
 
 
+STILL = np.zeros(samples.JOINTS)
 KEY = ("sigma_deg", "bias_deg", "drift_deg", "drift_seconds", "proportional", "motor_noise", "contact_miss")
 KEY = (*KEY, "contact_false_alarm", "policy", "seconds", "shape", "seed", "observer")
 COLUMNS = ([*KEY, "value"], [each for each in KEY if each not in ("policy", "shape", "observer")] + ["value"])

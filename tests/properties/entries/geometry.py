@@ -51,6 +51,14 @@ def _mesh(path: Any, **call: Any) -> Any:
     return _solid(name=path, **call)
 
 
+def _explored(path: Any) -> Any:
+    """By a hand, for which it is cut into convex pieces."""
+    env = samples.environment(shape=path)
+    seen = env.reset(seed=0)
+    env.close()
+    return seen
+
+
 ENTRIES: dict[str, Entry] = {
     "haptic_env.grid.Grid": Entry(
         _grid,
@@ -102,6 +110,12 @@ ENTRIES: dict[str, Entry] = {
     **{
         f"haptic_env.shapes.mesh[{kind}]": Entry(
             _mesh, {"path": file(*whole).always, "points": array((3, 3)), "size": SIZE}, OBJECT, weight=3
+        )
+        for kind, whole in MESHES.items()
+    },
+    **{
+        f"haptic_env.shapes.mesh.prepare[{kind}]": Entry(
+            _explored, {"path": file(*whole, there=True).always}, OBJECT, weight=0.3
         )
         for kind, whole in MESHES.items()
     },

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import lru_cache, partial
@@ -11,7 +12,9 @@ import numpy as np
 from hypothesis import strategies as st
 
 import observer
+from haptic_env import hands
 from haptic_env.grid import Grid
+from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from observer import ContactDynamics, ContactModel, HapticSLAM, PoseOnly, ShapePosterior, variants
 from observer.fastslam import MOTIONS
@@ -27,6 +30,7 @@ from tests.properties.parameters import (
     name,
     number,
     one_of,
+    one_of_these,
     seed,
     switch,
 )
@@ -46,7 +50,9 @@ def _root(position: Any, rotation: Any) -> Any:
         changed = Pose(np.zeros(3), np.eye(3))
         for part, numbers in zip(changed, (position, rotation), strict=True):
             try:
-                part[...] = numbers
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    part[...] = numbers
             except (ValueError, TypeError, OverflowError, RuntimeError):
                 return (position, rotation)
         return changed
@@ -58,21 +64,23 @@ ROOT = Parameter(
 )
 STEP = {"torque": TORQUE.always, "joint_angles": ANGLES.always, "contacts": CONTACTS.always, "root": ROOT}
 STEPS: Strategy = st.lists(given(STEP), min_size=1, max_size=5)
-WILD = st.builds(lambda kind, seed: (kind, seed), st.sampled_from(["limits", "jumps", "all", "noise"]), SEEDS)
+WILD = st.builds(lambda kind, seed: (kind, seed), st.sampled_from(["limits", "jumps", "all", "noise", "rest"]), SEEDS)
 
 
-def _legal_but_wild(kind: str, seed: int) -> list[dict[str, Any]]:
+def _legal_but_wild(kind: str, seed: int, hand: Hand | None = None, most: int = 12) -> list[dict[str, Any]]:
     """Steps that the spaces of the environment allow."""
-    rng, steps = np.random.default_rng(seed), []
-    for _ in range(int(rng.integers(1, 12))):
+    hand = samples.hand() if hand is None else hand
+    rng, steps, joints = np.random.default_rng(seed), [], hand.joints
+    for _ in range(int(rng.integers(1, most))):
         angles = {
-            "limits": samples.hand().joint_limits[:, rng.integers(2)],
-            "jumps": 12.566 * rng.choice([-1.0, 0.0, 1.0], J),
-            "all": np.full(J, rng.uniform(-12.566, 12.566)),
-            "noise": rng.uniform(-12.566, 12.566, J),
+            "limits": hand.joint_limits[:, rng.integers(2)],
+            "jumps": 12.566 * rng.choice([-1.0, 0.0, 1.0], joints),
+            "all": np.full(joints, rng.uniform(-12.566, 12.566)),
+            "noise": rng.uniform(-12.566, 12.566, joints),
+            "rest": hand.rest_pose,
         }[kind]
-        touches = rng.random(P) < rng.choice([0.0, 0.1, 0.9, 1.0])
-        steps.append({"torque": rng.choice([-1.0, 0.0, 1.0], J), "joint_angles": angles, "contacts": touches})
+        touches = rng.random(len(hand.patches)) < rng.choice([0.0, 0.1, 0.9, 1.0])
+        steps.append({"torque": rng.choice([-1.0, 0.0, 1.0], joints), "joint_angles": angles, "contacts": touches})
     return steps
 
 
@@ -99,8 +107,8 @@ def _explore(made: Any, steps: Any, **reset: Any) -> list[Any]:
         except (ValueError, TypeError) as error:
             refused = error
             break
-    rest = samples.hand().rest_pose
-    beliefs.append(made.step(np.zeros(J), rest, np.zeros(P)))
+    hand = made.hand
+    beliefs.append(made.step(np.zeros(hand.joints), hand.rest_pose, np.zeros(len(hand.patches))))
     beliefs += made.flush()
     for belief in beliefs:
         numbers = belief.joint_angles, belief.joint_std, belief.occupancy
@@ -119,6 +127,18 @@ def _made(build: Any, **keywords: Any) -> list[Any]:
     """An observer is not done before it has observed something."""
     steps = _legal_but_wild("noise", 0)[:3]
     return _explore(build(samples.hand(), **keywords), steps)
+
+
+def _long(steps: Any, hand: str = "two_finger", **keywords: Any) -> list[Any]:
+    """What is legal for seconds, which no hand does."""
+    known = _hand(hand)
+    made = HapticSLAM(known, **{"particles": 3, "grid": samples.grid(), **keywords})
+    return _explore(made, _legal_but_wild(*steps, hand=known, most=200))[-3:]
+
+
+@lru_cache(maxsize=3)
+def _hand(name: str) -> Hand:
+    return hands.make(name)
 
 
 def _posterior(**keywords: Any) -> list[Any]:
@@ -205,6 +225,24 @@ ENTRIES: dict[str, Entry] = {
     },
     "observer.HapticSLAM": Entry(partial(_made, HapticSLAM), SLAM, OBSERVER, weight=4),
     "observer.HapticSLAM.paper": Entry(partial(_made, HapticSLAM.paper), SLAM, OBSERVER),
+    **{
+        f"observer.HapticSLAM.step[{hand}]": Entry(
+            partial(_long, hand=hand),
+            {
+                "steps": Parameter(WILD, WILD, needed=True),
+                **{
+                    key: Parameter(SLAM[key].valid, SLAM[key].valid)
+                    for key in ("motion", "matching", "dynamics", "lag")
+                },
+                "sigma_deg": one_of_these(0.0, 1e-9, 1.0, 90.0),
+                "motor_noise": one_of_these(0.0, 0.1, 1.0),
+                "control_hz": one_of_these(1.0, 2.0, 50.0, 500.0),
+            },
+            OBSERVER,
+            weight=0.2 if hand == "two_finger" else 0.02,
+        )
+        for hand in hands.HANDS
+    },
     "observer.HapticSLAM.reset": Entry(
         lambda **call: _explore(samples.slam(), [], **call), {"seed": seed(), "joint_angles": ANGLES}, weight=2
     ),
