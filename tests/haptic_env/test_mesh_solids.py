@@ -270,5 +270,5 @@ def test_a_scale_that_is_none_is_quoted(tmp_path, scale):
 
 @pytest.mark.parametrize("place", [{"position": (1e300, 0, 0)}, {"quaternion": (1e200, 0, 0, 0)}])
 def test_a_pose_out_of_all_reach_is_refused(place):
-    with pytest.raises(ValueError, match=r"object (position|quaternion) .*(must lie in \[-100, 100\] m|must be)"):
+    with pytest.raises(ValueError, match=r"object (position|quaternion) must lie in"):
         shapes.make("cube", **place)
