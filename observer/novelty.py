@@ -26,7 +26,7 @@ from observer.shape_kernels import note
 KEPT = 1024  # looks of a link that said something new; the oldest are forgotten
 ALIKE = 0.6  # voxels: what a link says of them from places further apart is news to a map
 LITTLE = 0.001  # share of what a link says that is not worth weighing
-MOSTLY = 0.5  # a map takes in what a link says as long as more of it than that is news
+FEW, MOSTLY = 0.05, 0.5  # the same for a map, and the share of news from which on it takes all in
 
 
 class Said(NamedTuple):
@@ -77,5 +77,5 @@ class MapNovelty:
         if self._share:
             body = self._hand.link_bodies
             frames = stance.position[body], stance.rotation[body]
-            note(self._said, *frames, contacts, self._alike, self._share, MOSTLY, self._news)
-        return self._news > 0.0
+            note(self._said, *frames, contacts, self._alike, self._share, FEW, self._news)
+        return self._news > MOSTLY
