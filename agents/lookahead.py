@@ -174,8 +174,8 @@ def _feel(skin, solids, world, told, log_likelihood, scratch):
             rings[patch] = felt[patch] < FELT
         weight = told.weight
         if told.alike > 0.0:
-            ends(skin, link, position[body], rotation[body], place)
-            weight *= max(1.0 - repeated(said, link, place, rings, told.alike, first, end), 0.0)
+            ends(said.length[link], position[body], rotation[body], place)
+            weight *= max(1.0 - repeated(said, link, place, rings, touches, told.alike), 0.0)
         if weight == 0.0:
             continue
         for h in range(len(log_likelihood)):

@@ -210,7 +210,7 @@ def probabilities(what: str, value: ArrayLike, dimensions: int | None = None) ->
 
 def real(value: ArrayLike) -> NDArray[Any] | None:
     """`value` as an array; None for one that is no array of real numbers, or of which entries are masked."""
-    if np.ma.is_masked(value):
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         return None
     try:
         result = np.asarray(value)
@@ -251,8 +251,8 @@ def _first(values: NDArray[Any], wrong: NDArray[np.bool_], names: Sequence[str] 
 
 
 def _float64(numbers: NDArray[Any]) -> NDArray[np.float64]:
-    if numbers.dtype == np.float64:
-        return numbers
+    if numbers.dtype.itemsize <= 8:
+        return numbers.astype(np.float64, copy=False)
     with np.errstate(over="ignore"):  # of wider numbers, which are infinite then
         return numbers.astype(np.float64)
 

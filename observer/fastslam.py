@@ -262,7 +262,7 @@ class HapticSLAM:
             self.pose.covariance[lagged, lagged].copy(),
         )
         touch = np.where(self._felt, self.contact_model.sustained, self.contact_model.touch)
-        heard = self._novelty.heard(self._tree, proposal.mean, contacts)
+        heard = self._novelty.heard(stance, contacts)
         if self.in_hindsight and heard.any():
             moment = hindsight.Moment(stance.position, stance.rotation, reach.place, contacts, touch, heard)
             self._moments.append(moment)

@@ -14,7 +14,6 @@ from observer.solid_fields import field_distance
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 APART = 3.0  # in units of what is alike: from places further apart nothing is said again
-LITTLE = 0.001  # a share of news below which there is none
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
 
 
@@ -76,9 +75,10 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
 
 
 @inner()
-def repeated(said, link, place, contacts, alike, first, end):
-    """Exponent with which `link` has `said` before what it says at `place` (6,) m while its patches, `first` to `end`,
-    feel `contacts` (P,): of each look the share that says the same (`observer.novelty`); places are `alike` m apart."""
+def repeated(said, link, place, contacts, touches, alike):
+    """Exponent with which `link` has `said` before what it says at `place` (6,) m while its patches feel `contacts`
+    (P,), `touches` of them: of each look the share that says the same (`observer.novelty`); places are some `alike` m
+    apart."""
     total, most = 0.0, 2.0 * (APART * alike) ** 2
     for look in range(min(said.looks[link], len(said.contacts))):
         square = 0.0
@@ -86,37 +86,41 @@ def repeated(said, link, place, contacts, alike, first, end):
             square += (said.place[link, look, i] - place[i]) ** 2
         if square > most:
             continue
-        both, either = 0, 0
-        for patch in range(first, end):
-            both += contacts[patch] and said.contacts[look, patch]
-            either += contacts[patch] or said.contacts[look, patch]
-        same = both / either if either > 0 else 1.0
+        same, either = 1.0, touches + said.touches[link, look]
+        if either > 0:
+            both = 0
+            if touches > 0 and said.touches[link, look] > 0:
+                for patch in range(said.first_patch[link], said.first_patch[link + 1]):
+                    both += contacts[patch] and said.contacts[look, patch]
+            same = both / (either - both)
         total += said.exponent[link, look] * same * np.exp(-0.25 * square / alike**2)
     return total
 
 
 @inner()
-def ends(skin, link, position, rotation, place):
-    """Fill `place` (6,) m with both ends of the bone of `link`, its body at `position` (3,) and `rotation` (3, 3)."""
+def ends(length, position, rotation, place):
+    """Fill `place` (6,) m with both ends of a bone of `length` m that begins at `position` (3,) m and lies along the z
+    axis of `rotation` (3, 3)."""
     for i in range(3):
         place[i] = position[i]
-        place[3 + i] = position[i] + 2.0 * skin.middle[link] * rotation[i, 2]
+        place[3 + i] = position[i] + length * rotation[i, 2]
 
 
 @kernel()
-def note(tree, skin, said, angles, contacts, alike, temper, news):
-    """Fill `news` (L,) with how much of what each link says is new, 1 for all of it, at the `angles` (J,) and with
-    `contacts` (P,); looks from places some `alike` (L,) m apart say the same. It is noted in `said`, with the exponent
-    `temper` as far as it is new, so that like looks together have at most 1."""
-    position = np.empty((len(tree.parent), 3))
-    rotation = np.empty((len(tree.parent), 3, 3))
+def note(said, position, rotation, contacts, alike, temper, least, news):
+    """Fill `news` (L,) with how much of what each link says is new, 1 for all of it, at `position` (L, 3) m and
+    `rotation` (L, 3, 3) and with `contacts` (P,); looks from places some `alike` (L,) m apart say the same. It is noted
+    in `said`, with the exponent `temper` as far as it is new, so that like looks together have at most 1; up to `least`
+    it is no news at all."""
     place = np.empty(6)
-    body_frames(tree, angles, position, rotation)
     for link in range(len(news)):
-        body, first, end = skin.body[link], skin.first_patch[link], skin.first_patch[link + 1]
-        ends(skin, link, position[body], rotation[body], place)
-        new = 1.0 - repeated(said, link, place, contacts, alike[link], first, end)
-        news[link] = new if new > LITTLE else 0.0
+        first, end = said.first_patch[link], said.first_patch[link + 1]
+        ends(said.length[link], position[link], rotation[link], place)
+        touches = 0
+        for patch in range(first, end):
+            touches += contacts[patch]
+        new = 1.0 - repeated(said, link, place, contacts, touches, alike[link])
+        news[link] = new if new > least else 0.0
         if news[link] == 0.0:
             continue
         look = said.looks[link] % len(said.contacts)
@@ -124,6 +128,7 @@ def note(tree, skin, said, angles, contacts, alike, temper, news):
             said.place[link, look, i] = place[i]
         for patch in range(first, end):
             said.contacts[look, patch] = contacts[patch]
+        said.touches[link, look] = touches
         said.exponent[link, look] = temper * new
         said.looks[link] += 1
 

@@ -32,8 +32,8 @@ from haptic_env.shapes.base import Solid
 from observer import edge
 from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
-from observer.kinematics import link_spread, placed, tree_of
-from observer.novelty import Said
+from observer.kinematics import link_frames, link_spread, placed, tree_of
+from observer.novelty import LITTLE, Said
 from observer.parts import parts_of
 from observer.shape_kernels import CLEAR, contact_likelihood, note, resample, weigh
 from observer.solid_fields import FIELD_RESOLUTION, Solids, skin_of
@@ -186,8 +186,8 @@ class ShapePosterior:
         spread = link_spread(tree, self._lengths, now.mean, belief.lagged_covariance)
         near = np.hypot(self.tolerance, np.minimum(spread, WIDEST))
         if self.alike:
-            alike = self.alike * near
-            note(tree, self._skin, self.said, now.mean, belief.lagged_contacts, alike, self.temper, self._news)
+            frames = link_frames(tree, now.mean)
+            note(self.said, *frames, belief.lagged_contacts, self.alike * near, self.temper, LITTLE, self._news)
         if self.none:
             self._habit.update(belief.lagged_contacts, self._news[self.hand.patches.link])
         contact_likelihood(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from haptic_env import extras
 from haptic_env.shapes.pieces import distance_from, inside_of
-from haptic_env.shapes.touching import Edges, apart, edges_of, neighbours
+from haptic_env.shapes.touching import Edges, edges_of, neighbours
 
 FLAT = 1e-6  # of its bounding box: less volume is none
 MOST = 500  # closed parts: more are the specks of a scan
@@ -32,21 +32,11 @@ def closed_parts(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) ->
         raise ValueError("has no triangles: it is empty, or was cut short")
     surface = trimesh.Trimesh(vertices, triangles, process=False)
     surface.merge_vertices(merge_tex=True, merge_norm=True)
-    kept, once = _real(surface.faces)
-    if len(kept) == 0:
-        raise ValueError(f"has no volume: it is flat, or all faces are there from both sides, {_wide(vertices)} wide")
-    edges = edges_of(surface.faces[once])
-    if edges.balance.any() and len(kept) > len(once):
-        once, edges = kept, edges_of(surface.faces[kept])  # a body that is there twice, some faces of it cut otherwise
-    surface.update_faces(once)
-    if edges.balance.any():
-        raise ValueError(_why_open(trimesh, surface, edges))
-    parts = _apart(trimesh, surface, edges)
+    parts = _apart(trimesh, surface)
     for part in parts:
-        box, volume = float(np.prod(part.extents)), _volume(part)
-        if abs(volume) <= FLAT * box:
+        if _is_flat(part):
             raise ValueError(f"has no volume: a part of it is flat, {part.extents.tolist()} wide")
-        if not part.is_winding_consistent or volume < 0:
+        if not part.is_winding_consistent or _volume(part) < 0:
             raise ValueError("is turned inside out or hollow: the triangles of a part of it do not all face outwards")
     return parts
 
@@ -80,35 +70,72 @@ def union(parts: list[Any]) -> Any:
 
 
 def _real(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which of `faces` (T, 3) to keep: none whose corners coincide, and none of two that lie back to back, as where
-    bodies touch; and which, where each is kept once."""
+    """Which of `faces` (T, 3) have three corners; and which of those are left where none is kept twice, and none of two
+    that lie back to back."""
     low = np.sort(faces, axis=1)
     real = np.flatnonzero((low[:, 0] != low[:, 1]) & (low[:, 1] != low[:, 2]))
-    start = np.argmin(faces, axis=1)[:, None]
-    turned = np.take_along_axis(faces, (start + [0, 1, 2]) % 3, axis=1)  # the least corner first, as it is wound
-    sign = np.where(turned[:, 1] < turned[:, 2], 1, -1)[real]
     key = (low[real] * (int(faces.max()) + 1) ** np.array([2, 1, 0])).sum(axis=1)  # below 2⁶³ for 1.5 million corners
     _, which, count = np.unique(key, return_inverse=True, return_counts=True)
     if (count == 1).all():
         return real, real
-    total = np.bincount(which, weights=sign).astype(np.int64)
-    # Of each sort as many as are left over, the first ones.
-    order = np.lexsort((np.arange(len(real)), which))
-    wanted = (sign == np.sign(total)[which])[order]
-    before = np.cumsum(wanted) - wanted
-    first = np.cumsum(count) - count
-    rank = before - np.repeat(before[first], count)
-    kept = order[wanted & (rank < np.abs(total)[which][order])]
-    once = kept[np.unique(which[kept], return_index=True)[1]]
-    return np.sort(real[kept]), np.sort(real[once])
+    start = np.argmin(faces, axis=1)[:, None]
+    turned = np.take_along_axis(faces, (start + [0, 1, 2]) % 3, axis=1)  # the least corner first, as it is wound
+    sign = np.where(turned[:, 1] < turned[:, 2], 1, -1)[real]
+    more = np.sign(np.bincount(which, weights=sign)).astype(np.int64)[which]
+    kept = np.flatnonzero(sign == more)
+    return real, np.sort(real[kept[np.unique(which[kept], return_index=True)[1]]])
+
+
+def _apart(trimesh: Any, surface: Any) -> list[Any]:
+    """The closed parts of `surface`, which loses the triangles that bound nothing; raises `ValueError` where it is not
+    closed."""
+    faces = surface.faces
+    real, once = _real(faces)
+    if len(once) == 0:
+        wide = _wide(surface.vertices)
+        raise ValueError(f"has no volume: it is flat, or all faces are there from both sides, {wide} wide")
+    edges = edges_of(faces[once])
+    if (edges.run == 2).all() and not edges.balance.any():
+        surface.update_faces(once)
+        return _split(trimesh, surface, surface.face_adjacency)
+    for kept in (real, once):  # faces back to back are two bodies' that touch, or a wall
+        some = surface.submesh([kept], append=True, repair=False)
+        meeting = edges_of(some.faces)
+        if not meeting.balance.any():
+            beside = np.vstack([some.face_adjacency, neighbours(some.vertices, some.faces, meeting)])
+            parts = [part for part in _split(trimesh, some, beside) if not _is_flat(part)]
+            if parts and all(part.is_watertight for part in parts):
+                return parts
+    surface.update_faces(once)
+    raise ValueError(_why_open(trimesh, surface, edges))
+
+
+def _split(trimesh: Any, surface: Any, beside: NDArray[np.int64]) -> list[Any]:
+    """The parts where each triangle is with those `beside` it (M, 2); raises `ValueError` where they are too many."""
+    labels = trimesh.graph.connected_component_labels(beside, node_count=len(surface.faces))
+    if labels.max() >= MOST:
+        low, high = np.full((labels.max() + 1, 3), np.inf), np.full((labels.max() + 1, 3), -np.inf)
+        np.minimum.at(low, labels, surface.triangles.min(axis=1))
+        np.maximum.at(high, labels, surface.triangles.max(axis=1))
+        small = int(((high - low).max(axis=1) < SPECK * surface.extents.max()).sum())
+        raise ValueError(
+            f"has {len(low):,} separate parts, at most {MOST} are taken; {small:,} of them are smaller than "
+            f"{SPECK:.0%} of it: remove the specks of the scan, keep its largest part"
+        )
+    return list(surface.split(only_watertight=False, adjacency=beside, repair=False))
 
 
 def _why_open(trimesh: Any, surface: Any, edges: Edges) -> str:
-    odd = edges.run % 2 == 1
+    odd, turned = edges.run % 2 == 1, edges.balance != 0
+    if not turned.any():
+        return (
+            f"touches itself at {int((edges.run > 2).sum())} edges where more than two triangles meet, and nobody can "
+            "say which belong together: separate what touches there, or unite it"
+        )
     if not odd.any():
         return (
             "is turned inside out or hollow: the triangles of a part of it do not all face outwards; at "
-            f"{int((edges.balance != 0).sum())} edges two neighbours face opposite ways"
+            f"{int(turned.sum())} edges two neighbours face opposite ways"
         )
     labels = trimesh.graph.connected_component_labels(surface.face_adjacency, node_count=len(surface.faces))
     parts = len(np.unique(labels[np.flatnonzero(odd[edges.which]) // 3]))
@@ -122,32 +149,8 @@ def _why_open(trimesh: Any, surface: Any, edges: Edges) -> str:
     )
 
 
-def _apart(trimesh: Any, surface: Any, edges: Edges) -> list[Any]:
-    """The parts of a closed surface."""
-    beside, touching = surface.face_adjacency, (edges.run > 2).any()
-    if touching:
-        beside = np.vstack([beside, neighbours(surface.vertices, surface.faces, edges)])
-    labels = trimesh.graph.connected_component_labels(beside, node_count=len(surface.faces))
-    if labels.max() >= MOST:
-        low, high = np.full((labels.max() + 1, 3), np.inf), np.full((labels.max() + 1, 3), -np.inf)
-        np.minimum.at(low, labels, surface.triangles.min(axis=1))
-        np.maximum.at(high, labels, surface.triangles.max(axis=1))
-        raise ValueError(_specks(high - low, surface.extents))
-    parts = list(surface.split(only_watertight=False, adjacency=beside, repair=False))
-    if touching:
-        split = [each for part in parts for each in ([part] if part.is_watertight else apart(part))]
-        parts = [part for part in split if abs(_volume(part)) > FLAT * np.prod(part.extents)]
-    if not parts:
-        raise ValueError(f"has no volume: it is flat, {_wide(surface.vertices)} wide")
-    return parts
-
-
-def _specks(extents: NDArray[np.float64], whole: NDArray[np.float64]) -> str:
-    small = int((extents.max(axis=1) < SPECK * whole.max()).sum())
-    return (
-        f"has {len(extents):,} separate parts, at most {MOST} are taken; {small:,} of them are smaller than "
-        f"{SPECK:.0%} of it: remove the specks of the scan, keep its largest part"
-    )
+def _is_flat(part: Any) -> bool:
+    return bool(abs(_volume(part)) <= FLAT * np.prod(part.extents))
 
 
 def _volume(part: Any) -> float:

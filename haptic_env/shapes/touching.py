@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from haptic_env import extras
 
 ALIKE = 1e-6  # radians: directions closer than that are one
 
@@ -33,7 +31,8 @@ def edges_of(faces: NDArray[np.int64]) -> Edges:
 def neighbours(vertices: NDArray[np.float64], faces: NDArray[np.int64], edges: Edges) -> NDArray[np.int64]:
     """(M, 2): the triangles that bound one body together, at all edges of a closed surface where more than two meet.
 
-    Around an edge the inside begins at a triangle that runs against it and ends at one that runs along it.
+    Around an edge the inside begins at a triangle that runs against it and ends at one that runs along it. Where two
+    lie back to back, one inside ends before the next begins; of a body that is there twice, one lies in the other.
     """
     sides, first = np.argsort(edges.which, kind="stable"), np.cumsum(edges.run) - edges.run
     found: list[tuple[int, int]] = []
@@ -43,7 +42,7 @@ def neighbours(vertices: NDArray[np.float64], faces: NDArray[np.int64], edges: E
         along = start < end
         low, high = vertices[min(start[0], end[0])], vertices[max(start[0], end[0])]
         turn = np.round(_angles(high - low, vertices[apex] - low) / ALIKE) % round(2 * np.pi / ALIKE)
-        order = np.lexsort((~along, turn))  # where two lie back to back, one inside ends before the next begins
+        order = np.lexsort((np.where(along, -face, face), ~along, turn))
         depth = np.cumsum(np.where(along[order], -1, 1))
         begun: list[int] = []
         for each in np.roll(order, -1 - int(np.argmin(depth))):
@@ -59,15 +58,3 @@ def _angles(axis: NDArray[np.float64], arms: NDArray[np.float64]) -> NDArray[np.
     axis = axis / np.linalg.norm(axis)
     across = arms - np.outer(arms @ axis, axis)
     return np.arctan2(across @ np.cross(axis, across[0]), across @ across[0])
-
-
-def apart(surface: Any) -> list[Any]:
-    """The parts of one closed trimesh that touches itself, each with edges of two triangles."""
-    trimesh = extras.load("trimesh", "meshes", "bodies that touch")
-    manifold = extras.load("manifold3d", "meshes", "bodies that touch")
-    corners, faces = surface.vertices.astype(np.float64), surface.faces.astype(np.uint64)
-    whole = manifold.Manifold(manifold.Mesh64(vert_properties=corners, tri_verts=faces))
-    if whole.status() != manifold.Error.NoError:
-        raise ValueError("touches itself along edges where more than two triangles meet: separate what touches there")
-    meshes = [part.to_mesh64() for part in whole.decompose()]
-    return [trimesh.Trimesh(each.vert_properties, each.tri_verts.astype(np.int64), process=False) for each in meshes]

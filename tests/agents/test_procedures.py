@@ -255,7 +255,8 @@ def test_what_tells_candidates_apart_leaves_less_entropy():
     for world in range(2):
         lookahead.roll(tree, spheres, solids, world, line, push[1], 5, poses)
         for pose in np.repeat(poses, 50, axis=0):
-            note(tree, skin, shape.said, pose, _touching(hand, pose, list(balls.values())[world][0]), alike, 0.2, news)
+            contacts = _touching(hand, pose, list(balls.values())[world][0])
+            note(shape.said, *link_frames(tree, pose), contacts, alike, 0.2, 0.001, news)
     lookahead.class_entropies(0, 2, *asked, told, again)
     assert again[1].min() > 0.95
 

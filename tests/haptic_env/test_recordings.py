@@ -136,7 +136,7 @@ def test_files_that_are_no_recordings(tmp_path: Path) -> None:
         recordings.read(path)
     arrays = {"time": np.arange(2.0) / 50, "joint_names": ["a"], "joint_angles": np.zeros((2, 1))}
     np.savez(path, **arrays, torques=np.zeros((2, 1)), felt_angles=np.zeros((2, 1)), contacts=np.full((2, 3), 2))
-    with pytest.raises(ValueError, match=r"it.npz: contacts must be 0 or 1, got 2 at index 0"):
+    with pytest.raises(ValueError, match=r"it.npz: contacts must be 0 or 1, got 2 at index \(0, 0\)"):
         recordings.read(path)
     np.savez(path, **arrays, settings=np.array("{sigma"))
     with pytest.raises(ValueError, match=r"it.npz: settings must be a JSON object, got '{sigma'"):

@@ -113,8 +113,9 @@ def test_all_that_explore_together_go_on_as_the_originals(bits, copied, name):
     inner = gym.make("HapticSLAM/TwoFinger-v0", size_jitter=0.1, episode_seconds=1.0, reveal_truth=True)
     hand = inner.unwrapped.hand
     env = ObserverWrapper(inner, HapticSLAM(hand, particles=4, lag=3), ShapePosterior(hand))
-    env = BeliefObservation(DecisionReward(DecideWhenSure(env, 0.999)))
-    policy, state = agents.make(name, env, seed=1), None
+    env = DecisionReward(DecideWhenSure(env, 0.999))
+    policy, state = agents.make(name, env, seed=1), None  # which reads what is felt, not the features
+    env = BeliefObservation(env)
     env.reset(seed=2)
     for _ in range(15):
         action, state = policy.predict(_felt(env), state)

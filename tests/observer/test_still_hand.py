@@ -10,10 +10,9 @@ import pytest
 from haptic_env.hand import Hand
 from observer import Belief, ContactModel, HapticSLAM, PoseOnly, ShapePosterior
 from observer.kinematics import link_frames, tree_of
-from observer.novelty import Said
+from observer.novelty import LITTLE, Said
 from observer.shape_kernels import note
 from observer.shape_posterior import Habit
-from observer.solid_fields import skin_of
 
 UNKNOWN = {"size_jitter": 0.2, "yaw_jitter": 45.0, "position_jitter": 0.005, "variants": 24}
 
@@ -49,10 +48,10 @@ def _reference(hand, poses, contacts, alike, temper):
 def _news(hand, poses, contacts, alike, temper, said=None):
     """(T, L), and what is then said."""
     said = Said.nothing(hand) if said is None else said
-    tree, skin, reach = tree_of(hand), skin_of(hand), np.full(len(hand.links), alike)
+    tree, reach = tree_of(hand), np.full(len(hand.links), alike)
     told = np.empty((len(poses), len(hand.links)))
     for row, pose, felt in zip(told, poses, contacts, strict=True):
-        note(tree, skin, said, pose, felt, reach, temper, row)
+        note(said, *link_frames(tree, pose), felt, reach, temper, LITTLE, row)
     return told, said
 
 

@@ -18,6 +18,7 @@ import pytest
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
 
+import checkpoints
 import learning
 import presets
 import train
@@ -25,7 +26,6 @@ from presets import World
 from training_env import make_env
 
 import agents
-import checkpoints
 from observer import HapticSLAM, ObserverWrapper, ShapePosterior
 from observer.belief_observation import CLOCKS_HZ
 

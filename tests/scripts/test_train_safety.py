@@ -22,11 +22,10 @@ import pytest
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
 
+import checkpoints
 import cloudpickle
 import train
 from learning import OF_EVALUATIONS, read_evaluations
-
-import checkpoints
 
 SCRIPT = Path(train.__file__)
 TINY = """
