@@ -95,6 +95,11 @@ def of_poses(joints: int, lag: int, kinematic: bool = False) -> float:
     return 8.0 * (3 * size**2 + (10 * joints**2 * (lag + 3) ** 2 if kinematic else 0))
 
 
+def of_hypotheses(joints: int, hypotheses: float, samples: float) -> float:
+    """Bytes of so many `hypotheses` of what an object is, each with weights for `samples` of the pose, part by part."""
+    return 8.0 * (32.0 * hypotheses + samples * (4.0 * joints + 2.0 * joints * hypotheses))
+
+
 def of_maps(hand: Hand, grid: Grid, particles: int, candidates: int, slots: int) -> float:
     """Bytes that the maps of `particles` take, each with its own `slots` of voxels, and what is made of them at a step:
     `candidates` of each particle, and the voxels about the links."""

@@ -235,12 +235,15 @@ class HapticSLAM:
         each one's lies (N, J).
 
         What was felt since has told more of q_{k-1} too, the same for all: it moves the particles with the Gaussian
-        that they were drawn about, so that no weight is needed for it.
+        that they were drawn about, so that no weight is needed for it. Raises `FloatingPointError` for poses that are
+        not finite, which no kernel is to have.
         """
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + 1)
         mean, covariance = self.pose.mean, self.pose.covariance
         proposal = Transition.between(mean, covariance, before, now)
         centres, factor = carried_on(covariance, before.start, now.start, proposal.follow, *self._drawn, self._poses)
+        if not all(np.isfinite(each).all() for each in (proposal.mean, proposal.rest, centres, factor)):
+            raise FloatingPointError(f"the pose of {ago} steps ago is not finite")
         self._drawn = proposal.mean, factor
         return proposal, centres
 

@@ -155,7 +155,8 @@ class KinematicPose:
         else:
             log_density = self._turn_without(heard)
         self.log_evidence += float(log_density[:joints].sum())
-        self.partners.learn(log_density)
+        if np.isfinite(log_density).all():  # else the filter is lost, and nobody's partner known by it
+            self.partners.learn(log_density)
         self._combine()
         if self._gate.lost(self.mean, self.covariance, PRESENT * joints):
             self.log_evidence = before  # what it said of this step may be no number

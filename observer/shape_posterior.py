@@ -43,6 +43,7 @@ Array = NDArray[np.float64]
 NONE = "none"
 FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step taken in
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
+LOOSEST = 0.05  # m: tolerance with which distances are told apart as far as a table may reach
 WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
 TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # with jitter the latter: what fits best of many solids fits too well
@@ -103,10 +104,10 @@ class ShapePosterior:
             raise ValueError(f"a candidate must not be called {NONE!r} where none > 0, got none={none!r}")
         self.hand = hand
         self.labels = (*candidates, *([NONE] if self.none else []))
-        self.tolerance = validate.number("tolerance", tolerance, above=0.0, unit="m")
+        self.tolerance = validate.number("tolerance", tolerance, 0.0, LOOSEST, above=0.0, unit="m")
         self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
-        self.samples = validate.integer("samples", samples, 1)
+        self.samples = validate.integer("samples", samples, 1, edge.COUNT)
         widest = np.hypot(self.tolerance, WIDEST if self.samples == 1 else 0.0)
         self._skin = skin_of(hand)
         self.variants = Variants(
@@ -117,6 +118,8 @@ class ShapePosterior:
             position_jitter=position_jitter,
             far=self._skin.ball.max() + CLEAR * widest + FIELD_RESOLUTION,
         )
+        hypotheses = self.variants.count * sum(map(len, candidates.values()))
+        edge.memory(f"samples={self.samples}", edge.of_hypotheses(hand.joints, hypotheses, self.samples))
         if self.none and self.variants.unknown:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
         usual = TEMPER_UNKNOWN if self.variants.unknown else TEMPER

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from haptic_env import validate
 from haptic_env.shapes.base import Solid
-from observer import resampling
+from observer import edge, resampling
 from observer.gaussian import lower_factor
 from observer.solid_fields import Solids, solids_of
 
@@ -41,9 +41,12 @@ class Variants:
         yaw = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
         offset = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
         self.ranges = np.array([size, np.deg2rad(yaw), offset, offset, offset])
-        count = validate.integer("variants", variants, 1)
+        count = validate.integer("variants", variants, 1, edge.COUNT)
         self.unknown = bool(self.ranges.any())
         self.count = count if self.unknown else 1
+        edge.memory(
+            f"variants={self.count} of {len(solids)} solids", edge.of_hypotheses(1, self.count * len(solids), 1)
+        )
         self._nominal = solids_of(solids, far / (1.0 - size))
         self._solid_of = np.repeat(np.arange(len(solids)), self.count)
 
