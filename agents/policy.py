@@ -17,6 +17,7 @@ from haptic_env.hand import Hand
 from observer.belief import Belief
 from observer.shape_posterior import ShapePosterior
 
+Remembered = tuple[tuple[int, ...] | None, ...]
 State = tuple[Any, ...] | None
 LARGEST = 1e9  # of a state's numbers
 EpisodeStart = NDArray[np.bool_] | bool | None
@@ -40,7 +41,7 @@ class Policy:
     """Whether it also asks what the object may be, so that the wrapper must have a `shape`."""
     blind: ClassVar[bool] = False
     """Whether it commands the same whatever is felt."""
-    remembers: tuple[tuple[int, ...] | None, ...] | None = None
+    remembers: Remembered | None = None
     """Shapes of what `decide` hands to the next call, None for what is None; what is handed back is compared with them.
     Nothing is compared where it is None itself."""
 
@@ -98,7 +99,7 @@ class Policy:
             self._check_state(state, self.remembers)
         return self.decide(observation, state, deterministic)
 
-    def _check_state(self, state: Any, remembers: tuple[tuple[int, ...] | None, ...]) -> None:
+    def _check_state(self, state: Any, remembers: Remembered) -> None:
         fits = isinstance(state, tuple) and len(state) == len(remembers)
         if not fits or any((each is None) != (shape is None) for each, shape in zip(state, remembers, strict=True)):
             raise ValueError(f"state must be None or what the last call returned, got {validate.shown(state)}")

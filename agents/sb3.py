@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from agents import network
 from agents.network import Network
-from agents.policy import Guided, Policy, State, check_env
+from agents.policy import Guided, Policy, Remembered, State, check_env
 from agents.saved_model import WHY, SavedModel
 from haptic_env import validate
 from observer.belief_observation import features_of
@@ -71,8 +71,10 @@ class Sb3(Guided):
             raise ValueError(
                 f"the model {path or SHIPPED.name} was trained for another hand or observation: {'; '.join(wrong)}"
             )
-        if isinstance(model, Network) and model.noise != "lasting":
-            self.remembers = ((), (self.joints,), *[model.memory] * 2, None)
+        if isinstance(model, Network):
+            noise = model.log_std if model.noise == "lasting" else None
+            lasting = noise.shape if isinstance(noise, np.ndarray) else None
+            self.remembers = ((), (self.joints,), *[model.memory] * 2, lasting)
         self._hold = 1 if env.has_wrapper_attr("held") else model.told.get("hold", 1)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
@@ -93,6 +95,12 @@ class Sb3(Guided):
             memory = list(after)
         assert held is not None
         return held.astype(np.float32), (step + 1, held, *memory)
+
+
+    def _check_state(self, state: Any, remembers: Remembered) -> None:
+        # Noise that lasts is drawn when it is first needed.
+        drawn = isinstance(state, tuple) and len(state) == len(remembers) and state[-1] is not None
+        super()._check_state(state, remembers if drawn else (*remembers[:-1], None))
 
 
 class Trained(Sb3):

@@ -324,8 +324,10 @@ def _posed(hand: Hand, joint_angles: ArrayLike, roots: Sequence[Pose] | None) ->
     tree, angles = tree_of(hand), validate.numbers("joint_angles", joint_angles, 2)
     if angles.shape[1] != hand.joints:
         raise ValueError(f"joint_angles must be of shape (T, {hand.joints}) in rad, got shape {angles.shape}")
-    known = [None] * len(angles) if roots is None else list(roots) if isinstance(roots, Sequence) else None
-    if known is None or len(known) != len(angles):
-        raise ValueError(f"roots must be poses, as many as steps, {len(angles)}, got {validate.shown(roots)}")
+    if roots is not None:
+        validate.instance("roots", roots, Sequence, "a list of poses")
+    known = [None] * len(angles) if roots is None else list(roots)
+    if len(known) != len(angles):
+        raise ValueError(f"roots must be as many as steps, {len(angles)}, got {len(known)}")
     for each, root in zip(angles, known, strict=True):
         yield placed(tree, edge.root(root)), each

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import agents
+from agents.repeat_torques import RepeatTorques
 from observer import BeliefObservation, ObserverWrapper, PoseOnly, ShapePosterior
 
 READING = [name for name, kind in agents.POLICIES.items() if not kind.blind]
@@ -174,3 +175,39 @@ def test_acting_refuses_what_no_motor_can_do(action, said):
 def test_acting_refuses_what_is_no_policy(policy):
     with pytest.raises(ValueError, match="policy must have `predict`, as those of"):
         agents.act(policy, {})
+
+
+STATES = [(), (None,), ("x",), (np.zeros(3),) * 9, [np.zeros(8)], 3, {}]
+
+
+@pytest.mark.parametrize("state", STATES, ids=map(str, range(len(STATES))))
+@pytest.mark.parametrize("name", agents.POLICIES)
+def test_a_state_that_no_call_has_returned_is_refused(env, name, state):
+    observation, _ = env.reset(seed=0)
+    policy = agents.make(name, env, seed=0)
+    with pytest.raises(ValueError, match="state must be"):
+        policy.predict(observation, state)
+
+
+@pytest.mark.parametrize("name", agents.POLICIES)
+def test_a_state_that_is_not_finite_is_refused(env, name):
+    observation, _ = env.reset(seed=0)
+    policy = agents.make(name, env, seed=0)
+    _, state = policy.predict(observation)
+    spoilt = tuple(None if each is None else np.full(np.shape(each), np.nan) for each in state)
+    with pytest.raises(ValueError, match=r"entry \d of state must be finite numbers"):
+        policy.predict(observation, spoilt)
+    policy.predict(observation, state)
+
+
+@pytest.mark.parametrize("deterministic", [1, "yes", None])
+def test_deterministic_is_a_switch(env, deterministic):
+    observation, _ = env.reset(seed=0)
+    with pytest.raises(ValueError, match="deterministic must be True or False"):
+        agents.make("random_torque", env).predict(observation, deterministic=deterministic)
+
+
+@pytest.mark.parametrize("torques", [np.full((2, 8), np.nan), np.full((2, 8), 2.0), np.zeros((2, 7)), np.zeros(8), "a"])
+def test_torques_that_no_motor_has_are_not_repeated(env, torques):
+    with pytest.raises(ValueError, match="torques must"):
+        RepeatTorques(env, torques)

@@ -79,3 +79,24 @@ def test_torques_along_a_path_move_the_hand_along_it():
         np.testing.assert_allclose(data.qpos, place, atol=np.deg2rad(0.5))
         data.ctrl[:] = torque / hand.torque_limits
         mujoco.mj_step(model, data)
+
+
+@pytest.mark.parametrize("size", [None, np.zeros(2), np.full(3, np.nan), "large", np.full(3, 1e9)])
+def test_an_object_of_no_size_has_no_place(size):
+    with pytest.raises(ValueError, match="object size must"):
+        hands.make("two_finger").place(size)
+
+
+@pytest.mark.parametrize(
+    ("path", "rate", "told"),
+    [
+        (np.zeros((5, 7)), 50.0, r"path must be two frames or more of shape \(T, 8\)"),
+        (np.zeros((1, 8)), 50.0, "path must be two frames or more"),
+        (np.full((5, 8), np.nan), 50.0, "path must be an array of finite numbers"),
+        (np.full((5, 8), 1e9), 50.0, r"path must lie in \[-100, 100\]"),
+        (np.zeros((5, 8)), 0.0, "rate must be a finite number"),
+    ],
+)
+def test_a_path_that_no_hand_goes_needs_no_torques(path, rate, told):
+    with pytest.raises(ValueError, match=told):
+        hands.make("two_finger").torques_along(path, rate)

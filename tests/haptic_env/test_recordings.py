@@ -318,3 +318,24 @@ def test_gloves_of_people_are_read(name: str, seconds: float) -> None:
     recording = recordings.read(SHARED / f"{name}.txt", calibration=recordings.calibration_for("adroit"))
     assert recording.seconds == pytest.approx(seconds, abs=0.05)
     assert len(recordings.resample(recording, 50.0)) == int(recording.seconds * 50) + 1
+
+
+@pytest.mark.parametrize("path", [None, 3, "", "a\0b.npz", "\ud800.npz"])
+def test_what_is_no_path_is_no_recording(path):
+    with pytest.raises(ValueError, match="path must be the path of a file, got"):
+        recordings.read(path)
+    with pytest.raises(ValueError, match="path must be the path of a file, got"):
+        recordings.read_calibration(path)
+
+
+@pytest.mark.parametrize("calibration", ["adroit", {"sensors": []}, 3])
+def test_what_is_no_calibration_is_refused(tmp_path, calibration):
+    (tmp_path / "a.txt").write_text("")
+    with pytest.raises(ValueError, match="calibration must be a Calibration, as read_calibration gives, got"):
+        recordings.read(tmp_path / "a.txt", calibration=calibration)
+
+
+@pytest.mark.parametrize("sensors", [np.zeros((2, 3)), np.full((2, 22), np.nan), np.zeros(22), ["a"] * 22])
+def test_what_no_glove_says_has_no_angles(sensors):
+    with pytest.raises(ValueError, match="sensors must be"):
+        recordings.calibration_for("adroit").joint_angles(sensors)

@@ -233,3 +233,24 @@ BUILD = {
 def test_impossible_parameters_are_refused_by_name(name, value):
     with pytest.raises(ValueError, match=f"{name} must be a finite number in .*, got {re.escape(repr(value))}"):
         BUILD[name](value)
+
+
+@pytest.mark.parametrize("wrong", [np.full(4, np.nan), np.full(4, 1e300), np.zeros(3), ["a"] * 4, np.zeros(4, complex)])
+@pytest.mark.parametrize(
+    ("score", "names"),
+    [
+        (sensors.Proprioception([sensors.White(3.0)]).log_prob, ("felt", "joint_angles")),
+        (sensors.MotorNoise(0.1).log_prob, ("torque", "command")),
+        (sensors.ContactDetection(0.1, 0.1).log_prob, ("contacts", "touch_probability")),
+    ],
+)
+def test_what_cannot_have_been_sensed_has_no_probability(score, names, wrong):
+    for name in names:
+        with pytest.raises(ValueError, match=" must "):
+            score(**{**dict.fromkeys(names, np.zeros(4)), name: wrong})
+
+
+@pytest.mark.parametrize("step_seconds", [0.0, -1.0, np.nan, None])
+def test_drift_between_steps_that_take_no_time_is_refused(step_seconds):
+    with pytest.raises(ValueError, match="step_seconds must be a finite number"):
+        sensors.Drift(1.0, 10.0, step_seconds)

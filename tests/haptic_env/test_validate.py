@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -104,3 +105,38 @@ def test_what_is_no_seed_is_refused(value):
 @pytest.mark.parametrize("value", [None, 0, 7, 2**70, np.int64(3)])
 def test_seeds(value):
     assert validate.seed(value) == value
+
+
+@pytest.mark.parametrize("value", [None, 3, b"a.npz", "", "a\0b", "\ud800", Path("a\0b")])
+def test_what_is_no_path_is_refused(value):
+    with pytest.raises(ValueError, match=r"^recording must be the path of a file, got .+"):
+        validate.path("recording", value)
+
+
+@pytest.mark.parametrize("value", ["a b.npz", Path("~/ü.npz"), "a\udcff"])
+def test_paths(value):
+    assert validate.path("recording", value) == Path(value)
+
+
+@pytest.mark.parametrize("value", [np.timedelta64(3, "s"), True])
+def test_what_only_counts_as_a_number_is_refused(value):
+    with pytest.raises(ValueError, match=r"^it must be a finite number .* got"):
+        validate.number("it", value)
+    with pytest.raises(ValueError, match=r"^it must be an integer .* got"):
+        validate.integer("it", value, 0)
+
+
+def test_arrays_without_their_numbers_are_refused_before_any_memory_is_taken():
+    declared = np.broadcast_to(0.0, (10**10, 8))
+    for check in (validate.numbers, validate.probabilities, validate.binary):
+        with pytest.raises(ValueError, match=r"it must have \d+ entries at most, got shape \(10000000000, 8\)"):
+            check("it", declared)
+    with pytest.raises(ValueError, match=r"a and b must have \d+ entries at most"):
+        validate.together(a=np.zeros((10**4, 1)), b=np.zeros((1, 10**5)))
+
+
+def test_numbers_beyond_a_bound_are_named():
+    with pytest.raises(ValueError, match=r"it must lie in \[-2, 2\], got -3.0 at index \(0, 1\)"):
+        validate.numbers("it", [[1.0, -3.0]], bound=2.0)
+    with pytest.raises(ValueError, match=r"b must lie in \[-2, 2\]"):
+        validate.together(2.0, a=[1.0], b=[3.0])

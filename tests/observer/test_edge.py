@@ -5,9 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from haptic_env import hands
+from haptic_env import hands, shapes
 from haptic_env.grid import Grid
-from observer import ContactDynamics, ContactModel, DeadReckoning, HapticSLAM, Kalman, PoseOnly, ShapePosterior
+from observer import (
+    ContactDynamics,
+    ContactModel,
+    DeadReckoning,
+    HapticSLAM,
+    Kalman,
+    PoseOnly,
+    ShapePosterior,
+    warm_up,
+)
 from observer.kinematics import link_frames, tree_of
 
 OBSERVERS = {
@@ -170,3 +179,61 @@ def test_kinematics_of_angles_that_are_none_are_refused(two_finger, angles):
 def test_patches_of_no_point_are_refused(two_finger, link, points, told):
     with pytest.raises(ValueError, match=told):
         two_finger.patches.locate(np.array(link), points)
+
+
+@pytest.mark.parametrize(
+    "candidates", [{}, 3, {"a": []}, {"a": None}, {"a": ["cube"]}, {3: [shapes.make("cube")]}, [shapes.make("cube")]]
+)
+def test_what_gives_no_solids_is_refused(two_finger, candidates):
+    with pytest.raises(ValueError, match="candidates must give each label at least one solid, got"):
+        ShapePosterior(two_finger, candidates)
+
+
+@pytest.mark.parametrize(
+    ("keywords", "told"),
+    [
+        ({"samples": 10**9}, "samples=1000000000 would need .* GiB"),
+        ({"variants": 10**9, "size_jitter": 0.1}, "variants=1000000000 of 1 solids would need .* GiB"),
+        ({"tolerance": 0.1}, r"tolerance must be a finite number in \(0, 0.05\] m, got 0.1"),
+    ],
+)
+def test_posteriors_that_do_not_fit_into_the_memory_are_refused(two_finger, keywords, told):
+    with pytest.raises(ValueError, match=told):
+        ShapePosterior(two_finger, {"cube": [shapes.make("cube")]}, **keywords)
+
+
+@pytest.mark.parametrize("belief", [None, 3, np.zeros(3), {}])
+def test_what_is_no_belief_tells_nothing(two_finger, belief):
+    namer = ShapePosterior(two_finger, {"cube": [shapes.make("cube")]})
+    with pytest.raises(ValueError, match="belief must be a Belief, as an observer gives, got"):
+        namer.update(belief)
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, "1", np.nan])
+def test_a_posterior_begins_with_a_seed_that_is_one(two_finger, seed):
+    with pytest.raises(ValueError, match="seed must be an integer"):
+        ShapePosterior(two_finger, {"cube": [shapes.make("cube")]}).reset(seed)
+
+
+def test_models_of_whole_numbers_are_those_of_floats():
+    """Kernels are compiled for floats: an int would have them compiled once more, in the middle of a trial."""
+    for made in (ContactModel(hit=0, touch=2), ContactDynamics(normal_force=1, normal_speed=1)):
+        assert all(isinstance(each, float) for name, each in vars(made).items() if name != "constrained")
+
+
+@pytest.mark.parametrize("constrained", [1, "yes", None, np.nan])
+def test_dynamics_are_constrained_or_not(constrained):
+    with pytest.raises(ValueError, match="constrained must be True or False"):
+        ContactDynamics(constrained=constrained)
+
+
+@pytest.mark.parametrize("progress", [3, "yes", [1]])
+def test_progress_is_a_function(two_finger, progress):
+    with pytest.raises(ValueError, match="progress must be a function"):
+        warm_up(two_finger, progress)
+
+
+@pytest.mark.parametrize("resolution", [0.0, -1.0, np.nan, None, 1e9])
+def test_evidence_is_of_voxels(resolution):
+    with pytest.raises(ValueError, match="resolution must be a finite number"):
+        ContactModel().evidence(resolution)

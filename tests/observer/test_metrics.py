@@ -316,3 +316,32 @@ def test_a_whole_interval_holds_what_is_exact():
 def test_roots_are_as_many_as_steps():
     with pytest.raises(ValueError, match="roots must be poses, as many as steps, 1, got"):
         metrics.swept(HAND, REST, GRID, roots=[Pose(np.zeros(3), np.eye(3))] * 2)
+
+
+@pytest.mark.parametrize("what", ["hand", "grid", "solid"])
+def test_what_is_no_part_of_a_world_is_named(what):
+    hand = hands.make("two_finger")
+    angles, map_ = np.zeros((2, hand.joints)), np.zeros(GRID.shape)
+    asked = {
+        "hand": [
+            lambda it: metrics.swept(it, angles, GRID),
+            lambda it: metrics.touched_places(it, angles, np.zeros((2, 50)), CUBE),
+        ],
+        "grid": [
+            lambda it: metrics.surface_recall(map_, it, np.zeros((1, 3))),
+            lambda it: metrics.surface_places(CUBE, it),
+            lambda it: metrics.reached_into(CUBE, it),
+        ],
+        "solid": [lambda it: metrics.surface_precision(map_, GRID, it), lambda it: metrics.surface_places(it, GRID)],
+    }
+    for ask in asked[what]:
+        for wrong in (None, 3, "cube", np.zeros(3)):
+            with pytest.raises(ValueError, match=f"{what} must be a .*, got"):
+                ask(wrong)
+
+
+@pytest.mark.parametrize("roots", [3, "x", [None], [3, 3], {}])
+def test_roots_that_are_no_poses_are_refused(roots):
+    hand = hands.make("two_finger")
+    with pytest.raises(ValueError, match="root"):
+        metrics.swept(hand, np.zeros((2, hand.joints)), GRID, roots)
