@@ -11,7 +11,6 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-import haptic_env
 from agents import observations
 from haptic_env import validate
 from haptic_env.hand import Hand
@@ -27,7 +26,7 @@ EpisodeStart = NDArray[np.bool_] | bool | None
 def check_env(env: gym.Env[Any, Any]) -> None:
     """Raise `ValueError` unless `env` is one environment, and has a hand."""
     if not isinstance(env, gym.Env) or not isinstance(getattr(env.unwrapped, "hand", None), Hand):
-        raise ValueError(f"env must be one environment with a hand ({', '.join(haptic_env.ENVIRONMENTS)}), got {env!r}")
+        raise ValueError(f"env must be one environment with a hand, such as HapticSLAM/TwoFinger-v0, got {env!r}")
 
 
 class Policy:

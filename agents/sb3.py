@@ -96,7 +96,6 @@ class Sb3(Guided):
         assert held is not None
         return held.astype(np.float32), (step + 1, held, *memory)
 
-
     def _check_state(self, state: Any, remembers: Remembered) -> None:
         # Noise that lasts is drawn when it is first needed.
         drawn = isinstance(state, tuple) and len(state) == len(remembers) and state[-1] is not None

@@ -62,7 +62,7 @@ class ContactModel:
     def __post_init__(self) -> None:
         for field in fields(self):
             high = 1.0 if field.name in ("prior", "hit", "false_alarm", "temper") else 10.0
-            high = np.inf if field.name == "repeats" else high
+            high = 1e6 if field.name == "repeats" else high
             value = validate.number(field.name, getattr(self, field.name), 0.0, high)
             object.__setattr__(self, field.name, value)  # a float whatever was given: kernels are compiled for those
         if self.hit >= 1.0:

@@ -98,14 +98,13 @@ def _apart(trimesh: Any, surface: Any) -> list[Any]:
     if (edges.run == 2).all() and not edges.balance.any():
         surface.update_faces(once)
         return _split(trimesh, surface, surface.face_adjacency)
-    for kept in (real, once):  # faces back to back are two bodies' that touch, or a wall
-        some = surface.submesh([kept], append=True, repair=False)
-        meeting = edges_of(some.faces)
-        if not meeting.balance.any():
-            beside = np.vstack([some.face_adjacency, neighbours(some.vertices, some.faces, meeting)])
-            parts = [part for part in _split(trimesh, some, beside) if not _is_flat(part)]
-            if parts and all(part.is_watertight for part in parts):
-                return parts
+    whole = surface.submesh([real], append=True, repair=False)  # faces back to back are of two bodies that touch
+    meeting = edges_of(whole.faces)
+    if not meeting.balance.any():
+        beside = np.vstack([whole.face_adjacency, neighbours(whole.vertices, whole.faces, meeting)])
+        parts = [part for part in _split(trimesh, whole, beside) if not _is_flat(part)]
+        if parts and all(part.is_watertight for part in parts):
+            return parts
     surface.update_faces(once)
     raise ValueError(_why_open(trimesh, surface, edges))
 

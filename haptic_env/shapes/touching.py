@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+MOST = 50_000  # edges where more than two triangles meet
 ALIKE = 1e-6  # radians: directions closer than that are one
 
 
@@ -34,9 +35,15 @@ def neighbours(vertices: NDArray[np.float64], faces: NDArray[np.int64], edges: E
     Around an edge the inside begins at a triangle that runs against it and ends at one that runs along it. Where two
     lie back to back, one inside ends before the next begins; of a body that is there twice, one lies in the other.
     """
+    vertices, faces = np.asarray(vertices), np.asarray(faces)
     sides, first = np.argsort(edges.which, kind="stable"), np.cumsum(edges.run) - edges.run
     found: list[tuple[int, int]] = []
-    for edge in np.flatnonzero(edges.run > 2):
+    several = np.flatnonzero(edges.run > 2)
+    if len(several) > MOST:
+        raise ValueError(
+            f"touches itself at {len(several):,} edges, at most {MOST:,} are taken: unite what touches there"
+        )
+    for edge in several:
         face, place = np.divmod(sides[first[edge] : first[edge] + edges.run[edge]], 3)
         start, end, apex = (faces[face, (place + k) % 3] for k in range(3))
         along = start < end
@@ -45,7 +52,8 @@ def neighbours(vertices: NDArray[np.float64], faces: NDArray[np.int64], edges: E
         order = np.lexsort((np.where(along, -face, face), ~along, turn))
         depth = np.cumsum(np.where(along[order], -1, 1))
         begun: list[int] = []
-        for each in np.roll(order, -1 - int(np.argmin(depth))):
+        least = int(np.argmin(depth)) + 1
+        for each in [*order[least:], *order[:least]]:
             if along[each]:
                 found.append((face[begun.pop()], face[each]))
             else:
@@ -57,4 +65,6 @@ def _angles(axis: NDArray[np.float64], arms: NDArray[np.float64]) -> NDArray[np.
     """(M,) radians about `axis` (3,) from the first of `arms` (M, 3) to each."""
     axis = axis / np.linalg.norm(axis)
     across = arms - np.outer(arms @ axis, axis)
-    return np.arctan2(across @ np.cross(axis, across[0]), across @ across[0])
+    x, y, z = across[0]
+    ahead = np.array([axis[1] * z - axis[2] * y, axis[2] * x - axis[0] * z, axis[0] * y - axis[1] * x])
+    return np.arctan2(across @ ahead, across @ across[0])

@@ -123,7 +123,7 @@ def test_a_seed_that_is_none_is_refused(env, name, seed):
 def test_what_is_no_environment_with_a_hand_is_refused(name, wrong):
     made = {"CartPole-v1": lambda: gym.make("CartPole-v1"), "vector": lambda: gym.make_vec("CartPole-v1", 2)}
     env = made.get(wrong, lambda: wrong)()
-    with pytest.raises(ValueError, match=r"env must be one environment with a hand \(HapticSLAM/TwoFinger-v0, .* got"):
+    with pytest.raises(ValueError, match="env must be one environment with a hand, such as HapticSLAM/"):
         agents.make(name, env)
 
 

@@ -15,7 +15,8 @@ import trimesh
 from matplotlib.path import Path as Outline
 
 from haptic_env import shapes
-from haptic_env.shapes.formats import polygons
+from haptic_env.shapes import formats
+from haptic_env.shapes.formats import polygons, text
 from tests.haptic_env import meshes
 
 BRACKET = meshes.BRACKET
@@ -150,6 +151,37 @@ def test_a_file_of_many_triangles_is_refused_before_it_is_checked(tmp_path, monk
         path = meshes.save(ball, tmp_path / f"ball{suffix}")
         with pytest.raises(ValueError, match=r"ball\.\w+' has 1,\d+ triangles or more, at most 1,000 are taken"):
             shapes.make(path)
+
+
+LIMITS = {
+    "LINES": (text, 10, "obj", "has more than 10 lines"),
+    "LONGEST": (text, 8, "obj", "line 1 has 1. characters, more than 8"),
+    "CORNERS": (polygons, 5, "ply big", "has a face of 6 corners, 3 to 5 are taken"),
+    "LARGEST": (formats, 100, "ply little", r"has \d+ bytes, at most 100 are taken"),
+    "MOST": (polygons, 4, "ply with more", "has 8 triangles or more, at most 4 are taken"),
+}
+
+
+@pytest.mark.parametrize("limit", LIMITS)
+def test_what_would_take_long_is_refused(tmp_path, monkeypatch, limit):
+    where, value, writer, why = LIMITS[limit]
+    monkeypatch.setattr(where, limit, value)
+    write, suffix = meshes.WRITERS[writer]
+    path = tmp_path / f"bracket{suffix}"
+    path.write_bytes(write(*meshes.prism(BRACKET, 0.04)))
+    with pytest.raises(ValueError, match=rf"bracket{suffix}' .*{why}"):
+        shapes.make(str(path))
+
+
+def test_a_list_that_nobody_wants_is_not_unpacked(tmp_path, monkeypatch):
+    monkeypatch.setattr(polygons, "MOST", 1000)
+    path = tmp_path / "long.ply"
+    head = (
+        f"format binary_little_endian 1.0\nelement vertex 3\nproperty list uint uchar junk\n{XYZ}element face 1\n{LIST}"
+    )
+    path.write_bytes(_ply(head, struct.pack("<I", 30_000) + bytes(30_000 + 100)))
+    with pytest.raises(ValueError, match=r"long\.ply' has 10,000 corners or more"):
+        shapes.make(str(path))
 
 
 def test_only_the_file_itself_is_opened(tmp_path):

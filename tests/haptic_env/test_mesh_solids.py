@@ -71,6 +71,15 @@ def test_bodies_that_touch_are_told_apart(tmp_path, places):
     assert [part.volume / SIDE**3 for part in found._parts] == pytest.approx([1] * len(cubes), rel=1e-5)
 
 
+def test_a_loose_triangle_of_both_sides_is_no_part_of_bodies_that_touch(tmp_path):
+    cubes = trimesh.util.concatenate([_cube((0, 0, 0)), _cube((1, 0, 0), 6)])
+    corners = [[0.01, 0.01, 0.01], [0.03, 0.01, 0.01], [0.01, 0.03, 0.02]]
+    loose = trimesh.Trimesh(corners, [[0, 1, 2], [2, 1, 0]], process=False)
+    path = meshes.save(trimesh.util.concatenate([cubes, loose]), tmp_path / "cubes.ply")
+    assert _volume(path) == pytest.approx(2, rel=1e-5)
+    assert len(shapes.find(path)._parts) == 2
+
+
 def test_a_body_that_is_there_twice_and_cut_otherwise_is_one(tmp_path):
     path = meshes.save(trimesh.util.concatenate([_cube((0, 0, 0)), _cube((0, 0, 0), 3)]), tmp_path / "cubes.ply")
     assert _volume(path) == pytest.approx(1, rel=1e-5)

@@ -362,7 +362,7 @@ def test_impossible_settings_are_refused(two_finger, name, value):
 
 
 @pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(ContactModel)])
-@pytest.mark.parametrize("value", [-0.1, np.nan, np.inf, 11.0, "1", None])
+@pytest.mark.parametrize("value", [-0.1, np.nan, np.inf, 1e7, "1", None])
 def test_impossible_contact_models_are_refused(name, value):
     with pytest.raises(ValueError, match=f"{name} must be a finite number in .* got"):
         ContactModel(**{name: value})

@@ -78,5 +78,5 @@ def test_it_runs_between_reset_and_flush(two_finger):
     assert [belief.lag_steps for belief in observer.flush()] == [0]
     with pytest.raises(ValueError, match=r"call reset\(\)"):
         observer.flush()
-    with pytest.raises(ValueError, match="stride must be an integer of at least 1, got 0"):
+    with pytest.raises(ValueError, match="stride must be an integer in"):
         PoseOnly(two_finger, stride=0)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from haptic_env import extras
 
 MOST = 500_000  # triangles: what is checked in seconds
+CORNERS = 10_000  # of one face
 FLAT = 0.01  # of the largest extent: how far a corner may lie from the plane of its face
 LEVEL = 1e-9  # of a polygon's area: less is none
 
@@ -43,8 +44,9 @@ def triangulate(held: Polygons) -> NDArray[np.int64]:
     """Triangles (T, 3) of the faces, in their order and wound as they are; raises `Refused` for a face that is not
     flat or crosses itself, since nobody can tell what solid it bounds."""
     vertices, corners, lengths = held
-    if (lengths < 3).any():
-        raise Refused(f"has a face of {lengths.min()} corners")
+    if (lengths < 3).any() or (lengths > CORNERS).any():
+        wrong = lengths[(lengths < 3) | (lengths > CORNERS)][0]
+        raise Refused(f"has a face of {wrong:,} corners, 3 to {CORNERS:,} are taken")
     check_count(int((lengths - 2).sum()))
     if (lengths == 3).all():
         return corners.reshape(-1, 3)

@@ -7,7 +7,7 @@ from array import array
 
 import numpy as np
 
-from haptic_env.shapes.formats.polygons import Polygons, check_count
+from haptic_env.shapes.formats.polygons import Polygons, check_corners, check_count
 from haptic_env.shapes.formats.text import numbers, words_of
 
 HEADER = 84  # bytes, the last four of which declare the triangles
@@ -39,12 +39,12 @@ def _text(data: bytes) -> Polygons:
         match words[0].lower() if words else b"":
             case b"vertex":
                 corners.extend(numbers(words[1:], 3, number))
+                check_corners(len(corners) // 3)
             case b"outer":
                 since = len(corners)
             case b"endloop":
                 if len(corners) - since != 9:
                     raise ValueError(f"line {number}: a facet of {(len(corners) - since) // 3} corners, not of three")
-                check_count(len(corners) // 9)
             case b"solid":
                 ended = False
             case b"endsolid":

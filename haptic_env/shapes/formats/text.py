@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from haptic_env.shapes.formats.polygons import Refused
+
 LONGEST = 1_000_000  # bytes of a line
+LINES = 5_000_000  # ten a triangle
 LARGEST = 2**31  # of a whole number: no mesh has so many corners
 
 
 def words_of(line: bytes, number: int) -> list[bytes]:
     """The words of line `number`."""
+    if number > LINES:
+        raise Refused(f"has more than {LINES:,} lines: simplify it")
     if len(line) > LONGEST:
         raise ValueError(f"line {number} has {len(line):,} characters, more than {LONGEST:,}")
     return line.split()
