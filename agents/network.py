@@ -213,7 +213,7 @@ def read(path: Path) -> Network:
         raise ValueError(f"{path} cannot be read: {error}") from error
     try:
         if "description" not in found:
-            raise ValueError(f"it has no description; it holds {', '.join(found) or 'nothing'}")
+            raise ValueError(f"it has no description; it holds {validate.listed(found) or 'nothing'}")
         told = json.loads(str(found.pop("description")))
         if not isinstance(told, dict) or (told.get("kind"), told.get("version")) != (KIND, VERSION):
             raise ValueError(f"its description is not of a {KIND} of version {VERSION}")

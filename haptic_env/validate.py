@@ -6,6 +6,7 @@ import difflib
 import math
 import os
 import sys
+import unicodedata
 from collections.abc import Collection, Iterable, Sequence
 from numbers import Integral, Real
 from pathlib import Path
@@ -22,6 +23,7 @@ FARTHEST = 100.0  # metres along each axis: nothing that a hand explores lies fu
 LONGEST = 1e6  # of a quaternion's numbers: their squares are numbers too
 REAL = "biuf"  # kinds of arrays that are numbers: no complex ones, no text, no times, no objects
 MOST = 2**28  # entries of an array of any length: as numbers they take 2 GiB
+NOT_IN_PATHS = ("Cc", "Cs", "Zl", "Zp")  # control characters, bytes that are no text, ends of lines
 NO_NUMBERS = (bool, np.timedelta64)  # which count as integers all the same
 QUOTED = 300  # characters of a value that an error quotes
 
@@ -33,6 +35,17 @@ def shown(value: object) -> str:
     except Exception:  # of an int of thousands of digits, say, or whatever a stranger's class does
         text = f"a value of type {type(value).__name__}"
     return text if len(text) <= QUOTED else f"{text[:QUOTED]}…"
+
+
+def plain(name: object) -> str:
+    """`name` as an error tells it: as it is where that can be printed in a line, else quoted."""
+    text = str(name)
+    return text if text.isprintable() and 0 < len(text) <= QUOTED else shown(text)
+
+
+def listed(names: Iterable[object]) -> str:
+    """`names`, one after the other, as an error tells them."""
+    return ", ".join(map(plain, names))
 
 
 def choice(what: str, value: Any, valid: Collection[str]) -> str:
@@ -105,14 +118,11 @@ def instance(what: str, value: object, kind: type | tuple[type, ...], hint: str)
 
 
 def path(what: str, value: object) -> Path:
-    """Return `value` as a path that a file can have; else raise `ValueError`."""
+    """Return `value` as a path that a file can have, and that can be told in a line; else raise `ValueError`."""
     text = os.fspath(value) if isinstance(value, str | os.PathLike) else None
-    try:
-        if isinstance(text, str) and "\0" not in text and os.fsencode(text):
-            return Path(text)
-    except UnicodeEncodeError:
-        pass
-    raise ValueError(f"{what} must be the path of a file, got {shown(value)}")
+    if not isinstance(text, str) or not text or any(unicodedata.category(each) in NOT_IN_PATHS for each in text):
+        raise ValueError(f"{what} must be the path of a file, of printable characters, got {shown(value)}")
+    return Path(text)
 
 
 def boolean(what: str, value: object) -> bool:

@@ -90,7 +90,8 @@ def environment_of(recording: Recording) -> str:
     if names & set(nearest.joint_names):
         recording.columns_of(nearest)  # raises, and says which joints are missing or unknown
     raise ValueError(
-        f"{recording.source}: no hand has its joints, {', '.join(recording.joint_names)}; say which it is by --hand"
+        f"{recording.source}: no hand has its joints, {validate.listed(recording.joint_names)}; "
+        "say which it is by --hand"
     )
 
 

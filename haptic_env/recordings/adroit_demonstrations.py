@@ -31,7 +31,7 @@ def pick(path: Path, content: Mapping[str, NDArray[Any]], part: str | None) -> R
     """The demonstration `part`; raises `ValueError` where it is not there, or several are and none is named."""
     parts = [name.removesuffix(SUFFIX) for name in content if name.endswith(SUFFIX)]
     if part is None and len(parts) > 1:
-        raise ValueError(f"{path}: it holds several recordings; choose a part from {', '.join(parts)}")
+        raise ValueError(f"{path}: it holds several recordings; choose a part from {validate.listed(parts)}")
     name = parts[0] if part is None else validate.choice(f"part of {path}", part, parts)
     seen = content[name + SUFFIX]
     first = len(ARM)

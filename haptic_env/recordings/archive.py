@@ -93,7 +93,7 @@ def _recording(path: Path, content: Content) -> Recording:
             raise ValueError(f"{path}: {error}") from error
     missing = [name for name in NEEDED if name not in content]
     if missing:
-        raise ValueError(f"{path}: the recording misses {', '.join(missing)}; it has {', '.join(content)}")
+        raise ValueError(f"{path}: the recording misses {', '.join(missing)}; it has {validate.listed(content)}")
     time, angles = np.atleast_1d(content["time"]), np.atleast_1d(content["joint_angles"])
     if len(time) != len(angles):
         raise ValueError(f"{path}: cut short: {len(time)} time stamps and {len(angles)} frames of joint_angles")

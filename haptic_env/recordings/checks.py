@@ -66,7 +66,7 @@ def names(source: str, value: Sequence[str]) -> tuple[str, ...]:
         raise ValueError(f"{source}: joint_names must be 1 to {MOST_JOINTS} names, got {len(value)}")
     twice = sorted({name for name in value if list(value).count(name) > 1})
     if twice:
-        raise ValueError(f"{source}: joint {', '.join(twice)} is named twice")
+        raise ValueError(f"{source}: joint {validate.listed(twice)} is named twice")
     return tuple(value)
 
 

@@ -61,7 +61,8 @@ class Recording:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        source, frames = self.source, len(np.atleast_1d(checks.plain(self.source, "time", self.time)))
+        source = validate.plain(self.source)
+        frames = len(np.atleast_1d(checks.plain(source, "time", self.time)))
         if frames < 2:
             raise ValueError(f"{source}: a recording needs two frames, got {frames}")
 
@@ -69,12 +70,13 @@ class Recording:
             return checks.numbers(source, what, value, (frames, *shape), columns)
 
         names = checks.names(source, self.joint_names)
+        said = tuple(map(validate.plain, names))
         time = numbers("time", self.time)
         checks.times(source, time, np.inf)
-        angles = numbers("joint_angles", self.joint_angles, len(names), columns=names)
-        checks.angles(source, "joint_angles", angles, names)
-        checks.leaps(source, angles, names)
-        whole: dict[str, Any] = {"joint_names": names, "time": time, "joint_angles": angles}
+        angles = numbers("joint_angles", self.joint_angles, len(names), columns=said)
+        checks.angles(source, "joint_angles", angles, said)
+        checks.leaps(source, angles, said)
+        whole: dict[str, Any] = {"source": source, "joint_names": names, "time": time, "joint_angles": angles}
         for what in ("root", "object"):
             track: Track | None = getattr(self, what)
             if track is not None:
@@ -86,10 +88,10 @@ class Recording:
         if "root" in whole and "object" in whole:
             checks.together(source, whole["root"].position, whole["object"].position)
         if self.felt is not None:
-            torques = numbers("torques", self.felt.torques, len(names), columns=names)
-            checks.torques(source, torques, names)
-            felt = numbers("felt_angles", self.felt.joint_angles, len(names), columns=names)
-            checks.angles(source, "felt_angles", felt, names)
+            torques = numbers("torques", self.felt.torques, len(names), columns=said)
+            checks.torques(source, torques, said)
+            felt = numbers("felt_angles", self.felt.joint_angles, len(names), columns=said)
+            checks.angles(source, "felt_angles", felt, said)
             contacts = checks.plain(source, "contacts", self.felt.contacts)
             if contacts.ndim != 2 or len(contacts) != frames:
                 raise ValueError(f"{source}: contacts must have shape ({frames}, P), got {contacts.shape}")
@@ -112,9 +114,8 @@ class Recording:
         missing = [name for name in hand.joint_names if name not in self.joint_names]
         unknown = [name for name in self.joint_names if name not in hand.joint_names]
         if missing or unknown:
-            told = [f"misses {', '.join(missing)}"] * bool(missing) + [f"has unknown {', '.join(unknown)}"] * bool(
-                unknown
-            )
+            parts = {"misses": missing, "has unknown": unknown}
+            told = [f"{what} {validate.listed(some)}" for what, some in parts.items() if some]
             raise ValueError(
                 f"{self.source}: the recording {' and '.join(told)}; the joints of hand {hand.name!r} are "
                 f"{', '.join(hand.joint_names)}"

@@ -322,9 +322,9 @@ def test_gloves_of_people_are_read(name: str, seconds: float) -> None:
 
 @pytest.mark.parametrize("path", [None, 3, "", "a\0b.npz", "\ud800.npz"])
 def test_what_is_no_path_is_no_recording(path):
-    with pytest.raises(ValueError, match="path must be the path of a file, got"):
+    with pytest.raises(ValueError, match=r"path must be the path of a file, .* got"):
         recordings.read(path)
-    with pytest.raises(ValueError, match="path must be the path of a file, got"):
+    with pytest.raises(ValueError, match=r"path must be the path of a file, .* got"):
         recordings.read_calibration(path)
 
 

@@ -107,13 +107,13 @@ def test_seeds(value):
     assert validate.seed(value) == value
 
 
-@pytest.mark.parametrize("value", [None, 3, b"a.npz", "", "a\0b", "\ud800", Path("a\0b")])
+@pytest.mark.parametrize("value", [None, 3, b"a.npz", "", "a\0b", "a\nb", "\ud800", "a\udcff", Path("a\0b")])
 def test_what_is_no_path_is_refused(value):
-    with pytest.raises(ValueError, match=r"^recording must be the path of a file, got .+"):
+    with pytest.raises(ValueError, match=r"^recording must be the path of a file, of printable characters, got .+"):
         validate.path("recording", value)
 
 
-@pytest.mark.parametrize("value", ["a b.npz", Path("~/ü.npz"), "a\udcff"])
+@pytest.mark.parametrize("value", ["a b.npz", Path("~/ü.npz"), "[x] (1).npz"])
 def test_paths(value):
     assert validate.path("recording", value) == Path(value)
 
@@ -140,3 +140,12 @@ def test_numbers_beyond_a_bound_are_named():
         validate.numbers("it", [[1.0, -3.0]], bound=2.0)
     with pytest.raises(ValueError, match=r"b must lie in \[-2, 2\]"):
         validate.together(2.0, a=[1.0], b=[3.0])
+
+
+@pytest.mark.parametrize("name", ["a\nb", "\ud800", "", "x" * 1000, "\x1b[31m"])
+def test_names_that_cannot_be_told_in_a_line_are_quoted(name):
+    told = validate.listed(["WRJ1", name])
+    assert told.startswith("WRJ1, '")
+    assert told.isprintable()
+    assert len(told) < 400
+    assert validate.listed(["a b", "ü"]) == "a b, ü"

@@ -131,12 +131,13 @@ def child(run: Run, area: str, share: int, minutes: float, done: Mapping[str, in
     log.write(json.dumps({"ended": True}) + "\n")
 
 
-def watch(run: Run, area: str, share: int, minutes: float, folder: Path) -> Account:
-    """Run `area` in processes until all of its inputs are done: a new one after each that is ended by an input."""
+def watch(run: Run, area: str, share: int, end: float, folder: Path) -> Account:
+    """Run `area` in processes until all of its inputs are done, or until `end`: a new one after each that is ended by
+    an input."""
     account, start, starts = Account(area), time.monotonic(), 0
     done: dict[str, int] = {}
     while True:
-        left = minutes - (time.monotonic() - start) / 60
+        left = max((end - time.monotonic()) / 60, 0.0)
         log = folder / f"{area}-{starts}.jsonl"
         told = {"run": asdict(run), "area": area, "share": share, "minutes": left, "done": done, "log": str(log)}
         with (folder / f"{area}-{starts}.err").open("w") as errors:
@@ -182,11 +183,12 @@ def fuzz(run: Run, areas: Sequence[str] = (), tell: Callable[[str], Any] = print
         for area, entries in importlib.import_module(run.registry).AREAS.items()
         if not areas or area in areas
     }
-    minutes = max(run.minutes * run.jobs / len(weights), 0.5)  # of an area, which is one process
+    end = time.monotonic() + 60 * run.minutes
+    largest_first = sorted(weights.items(), key=lambda each: -each[1])
     with tempfile.TemporaryDirectory(prefix="fuzz-") as folder, ThreadPoolExecutor(run.jobs) as pool:
         watched = [
-            pool.submit(watch, run, area, round(run.examples * weight / sum(weights.values())), minutes, Path(folder))
-            for area, weight in weights.items()
+            pool.submit(watch, run, area, round(run.examples * weight / sum(weights.values())), end, Path(folder))
+            for area, weight in largest_first
         ]
         accounts = [each.result() for each in watched]
     tell(table(accounts))
