@@ -81,6 +81,7 @@ def test_flags_that_it_names_exist(document: Path) -> None:
     for script, arguments in re.findall(r"python (scripts/\w+\.py)([^\n`]*)", text):
         assert set(re.findall(r"--[a-z][\w-]*", arguments)) <= flags(script), f"{script}{arguments}"
     every = set().union(*(flags(f"scripts/{path.name}") for path in (ROOT / "scripts").glob("*.py")))
+    every |= flags("tests/properties/fuzz.py")
     assert set(re.findall(r"--[a-z][\w-]*", text)) <= every | ELSEWHERE
 
 
