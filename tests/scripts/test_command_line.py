@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import command_line
 import pytest
+
+import agents
 
 WHOLE = """
 shapes = ["cube", "sphere"]
@@ -62,11 +65,11 @@ def test_flags_win_over_the_file(tmp_path: Path) -> None:
 
 def test_the_home_folder_may_be_meant_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
-    (tmp_path / "model.zip").touch()
-    (tmp_path / "sweep.toml").write_text("out = '~/out'\npolicy = '~/model.zip'", encoding="utf-8")
+    shutil.copy(Path(agents.__file__).parent / "trained.npz", tmp_path / "model.npz")
+    (tmp_path / "sweep.toml").write_text("out = '~/out'\npolicy = '~/model.npz'", encoding="utf-8")
     given = command_line.check(None, ["--config", "~/sweep.toml"])
     assert given.out == str(tmp_path / "out")
-    assert [each.policy for each in given.conditions] == [str(tmp_path / "model.zip")] * 3
+    assert [each.policy for each in given.conditions] == [str(tmp_path / "model.npz")] * 3
     assert command_line.check(None, ["--config", "~/sweep.toml", "--out=~/x"]).out == str(tmp_path / "x")
 
 
