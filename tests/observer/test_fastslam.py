@@ -218,6 +218,7 @@ def test_corrupting_the_truth_changes_no_belief(bits):
 # Of haptic_env; nothing that runs.
 ALLOWED = (
     "compiled",
+    "files",
     "grid",
     "hand",
     "kernel_cache",
