@@ -314,7 +314,7 @@ def test_a_whole_interval_holds_what_is_exact():
 
 
 def test_roots_are_as_many_as_steps():
-    with pytest.raises(ValueError, match="roots must be poses, as many as steps, 1, got"):
+    with pytest.raises(ValueError, match="roots must be as many as steps, 1, got 2"):
         metrics.swept(HAND, REST, GRID, roots=[Pose(np.zeros(3), np.eye(3))] * 2)
 
 
