@@ -33,7 +33,7 @@ class ContourFollowing(Guided):
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None, *, seconds: float = 0.8) -> None:
         super().__init__(env, seed)
         self._rate: float = env.unwrapped.control_hz  # type: ignore[attr-defined]
-        self._longest = validate.number("seconds", seconds, above=0.0, unit="s") * self._rate
+        self._longest = validate.seconds("seconds", seconds) * self._rate
         self._least = min(LEAST_SECONDS * self._rate, self._longest)
         self._harder = (HARD - LIGHT) / (PRESS_SECONDS * self._rate)
         self._softer = (HARD - LIGHT) / (YIELD_SECONDS * self._rate)

@@ -30,7 +30,7 @@ class Enclosure(Guided):
     ) -> None:
         super().__init__(env, seed)
         self.grip = validate.number("grip", grip, 0.0, 1.0, above=0.0)
-        longest = validate.number("seconds", seconds, above=0.0, unit="s")
+        longest = validate.seconds("seconds", seconds)
         self._rate: float = env.unwrapped.control_hz  # type: ignore[attr-defined]
         self._longest, self._opening = longest * self._rate, OPENING * longest * self._rate
         self._reach = Reach(self.hand)

@@ -68,8 +68,8 @@ class InformationGain(Guided):
         self.objective = validate.choice("objective", objective, OBJECTIVES)
         self.candidates = validate.integer("candidates", candidates, 1)
         self._rate = rate = float(env.unwrapped.control_hz)  # type: ignore[attr-defined]
-        self.steps = max(1, round(validate.number("seconds", seconds, above=0.0, unit="s") * rate))
-        self.every = max(1, round(validate.number("horizon", horizon, above=0.0, unit="s") * rate / LOOKS))
+        self.steps = max(1, round(validate.seconds("seconds", seconds) * rate))
+        self.every = max(1, round(validate.seconds("horizon", horizon) * rate / LOOKS))
         self._model = ForwardModel(self.hand, rate)
         self._reach = Reach(self.hand)
         self.remembers = ((self.joints,), (), (self.joints,))

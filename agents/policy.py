@@ -77,7 +77,7 @@ class Policy:
             raise ValueError(
                 f"policy {self.name!r} reads the beliefs about its own environment alone, got observations of {count}"
             )
-        began = np.ravel(False if episode_start is None else episode_start)
+        began = validate.binary("episode_start", False if episode_start is None else episode_start).ravel()
         if len(began) not in (1, count) or (state is not None and len(state) != count):
             raise ValueError(
                 f"episode_start and state must be of {count} environments, as the observations are, got "
@@ -145,8 +145,8 @@ class Guided(Policy):
 
 
 def starts(episode_start: EpisodeStart) -> bool:
-    """Whether `episode_start` says that an episode begins."""
-    return episode_start is not None and bool(np.any(episode_start))
+    """Whether `episode_start` says that an episode begins; raises `ValueError` where it says neither."""
+    return episode_start is not None and bool(validate.binary("episode_start", episode_start).any())
 
 
 def act(

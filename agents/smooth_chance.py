@@ -12,6 +12,7 @@ from agents.policy import State
 from haptic_env import validate
 
 Array = NDArray[np.float64]
+LARGEST = 1e6  # SD of the numbers, which are fractions of a torque
 
 
 class SmoothChance:
@@ -21,8 +22,8 @@ class SmoothChance:
     def __init__(self, env: gym.Env[Any, Any], size: int, *, sd: float, seconds: float) -> None:
         """Raises `ValueError` for a value out of range."""
         self.size = size
-        self.sd = validate.number("sd", sd, above=0.0)
-        tau = validate.number("seconds", seconds, above=0.0, unit="s")
+        self.sd = validate.number("sd", sd, 0.0, LARGEST, above=0.0)
+        tau = validate.seconds("seconds", seconds)
         self.decay = float(np.exp(-1.0 / (tau * env.unwrapped.control_hz)))  # type: ignore[attr-defined]
 
     def next(self, rng: np.random.Generator, state: State, deterministic: bool) -> Array:

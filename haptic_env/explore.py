@@ -63,7 +63,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.size_jitter = validate.number("size_jitter", size_jitter, 0.0, 0.5)
         self.position_jitter = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
         self.yaw_jitter = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
-        self.episode_seconds = validate.number("episode_seconds", episode_seconds, above=0.0, unit="s")
+        self.episode_seconds = validate.seconds("episode_seconds", episode_seconds)
         self.control_hz = validate.number("control_hz", control_hz, 1.0, 1.0 / scene.PHYSICS_SECONDS, unit="Hz")
         self.substeps = round(1.0 / (self.control_hz * scene.PHYSICS_SECONDS))
         if not np.isclose(self.substeps * scene.PHYSICS_SECONDS * self.control_hz, 1.0):

@@ -20,6 +20,7 @@ from haptic_env.compiled import GIVEN, inner
 
 LARGEST = sys.float_info.max
 FARTHEST = 100.0  # metres along each axis: nothing that a hand explores lies further away
+LONGEST_TIME = 1e9  # seconds, thirty years
 LONGEST = 1e6  # of a quaternion's numbers: their squares are numbers too
 REAL = "biuf"  # kinds of arrays that are numbers: no complex ones, no text, no times, no objects
 MOST = 2**28  # entries of an array of any length: as numbers they take 2 GiB
@@ -92,6 +93,12 @@ def number(
     if not math.isfinite(result) or not low <= result <= high or (above is not None and result <= above):
         raise ValueError(f"{what} must be {valid}, got {shown(value)}")
     return result
+
+
+def seconds(what: str, value: Any, *, above: float | None = 0.0) -> float:
+    """Return `value` as a time that a trial can be counted in steps of: a number of at least 0, and > `above`; else
+    raise `ValueError`."""
+    return number(what, value, 0.0, LONGEST_TIME, above=above, unit="s")
 
 
 def integer(what: str, value: Any, low: int, high: int | None = None) -> int:

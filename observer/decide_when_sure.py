@@ -23,7 +23,7 @@ class DecideWhenSure(gym.Wrapper, gym.utils.RecordConstructorArgs):
         gym.utils.RecordConstructorArgs.__init__(self, threshold=threshold, seconds=seconds)
         gym.Wrapper.__init__(self, env)
         self._threshold = validate.number("threshold", threshold, 0.0, 1.0)
-        self._seconds = validate.number("seconds", seconds, 0.0, unit="s")
+        self._seconds = validate.seconds("seconds", seconds, above=None)
         self._labels = labels_of(env)
         base: Any = env.unwrapped
         self._patience = max(1, round(self._seconds * base.control_hz))

@@ -29,6 +29,7 @@ from observer.kinematics import Tree, placed, placed_points, tree_of
 Array = NDArray[np.float64]
 OCCUPIED = 0.5
 IMPOSSIBLE = 1e-6  # probability below which the log loss takes all for the same
+LATEST = 1e10  # seconds: a clock that counts from 1970
 MOST_BINS = 100_000
 WIDEST = 1e9  # rad: an angle that has been added up for years
 FAR = 1e6  # metres
@@ -270,7 +271,10 @@ def time_to_decision(seconds: ArrayLike, posterior: ArrayLike, threshold: float 
 
     `posterior` (T, C). NaN where the decision is not made by the end.
     """
-    chain, stamps = validate.probabilities("posterior", posterior, 2), validate.numbers("seconds", seconds, 1)
+    chain, stamps = (
+        validate.probabilities("posterior", posterior, 2),
+        validate.numbers("seconds", seconds, 1, bound=LATEST),
+    )
     if len(stamps) != len(chain):
         raise ValueError(f"posterior must be of shape ({len(stamps)}, C), as long as seconds, got {chain.shape}")
     if chain.size == 0:

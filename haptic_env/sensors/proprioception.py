@@ -73,8 +73,8 @@ class Drift(Noise):
 
     def __init__(self, drift_deg: float, drift_seconds: float, step_seconds: float) -> None:
         self.sd = np.deg2rad(validate.number("drift_deg", drift_deg, 0.0, 90.0, unit="degrees"))
-        tau = validate.number("drift_seconds", drift_seconds, above=0.0, unit="s")
-        self.decay = np.exp(-validate.number("step_seconds", step_seconds, above=0.0, unit="s") / tau)
+        tau = validate.seconds("drift_seconds", drift_seconds)
+        self.decay = np.exp(-validate.seconds("step_seconds", step_seconds) / tau)
         self.step_sd = self.sd * np.sqrt(1 - self.decay**2)
 
     def reset(self, rng: Rng, joints: int) -> None:

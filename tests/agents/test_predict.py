@@ -211,3 +211,13 @@ def test_deterministic_is_a_switch(env, deterministic):
 def test_torques_that_no_motor_has_are_not_repeated(env, torques):
     with pytest.raises(ValueError, match="torques must"):
         RepeatTorques(env, torques)
+
+
+@pytest.mark.parametrize("start", [2, "yes", [np.nan], np.zeros(1, "f4,f4")], ids=map(str, range(4)))
+@pytest.mark.parametrize("name", agents.POLICIES)
+def test_an_episode_starts_or_not(env, name, start):
+    observation, _ = env.reset(seed=0)
+    policy = agents.make(name, env, seed=0)
+    for seen in (observation, _stacked(observation)):
+        with pytest.raises(ValueError, match="episode_start must be 0 or 1"):
+            policy.predict(seen, None, start)

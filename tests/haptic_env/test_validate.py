@@ -149,3 +149,10 @@ def test_names_that_cannot_be_told_in_a_line_are_quoted(name):
     assert told.isprintable()
     assert len(told) < 400
     assert validate.listed(["a b", "ü"]) == "a b, ü"
+
+
+@pytest.mark.parametrize("value", [-1.0, 0.0, 1.7e308, 1e10, np.nan, None])
+def test_times_that_no_trial_takes_are_refused(value):
+    with pytest.raises(ValueError, match=r"it must be a finite number in \(0, 1e\+09\] s, got"):
+        validate.seconds("it", value)
+    assert validate.seconds("it", 0.0, above=None) == 0.0

@@ -63,6 +63,7 @@ LEFT_OUT: dict[str, str] = {
     "haptic_env.patches.row_at": "compiled, within the bounds that Patches keeps",
     "haptic_env.recordings.Felt": "a tuple of arrays, which Recording checks",
     "haptic_env.recordings.Track": "a tuple of arrays, which Recording checks",
+    "haptic_env.reading.content": "whoever asks says which file it was: recordings.read",
     "haptic_env.reading.npy": "whoever asks says which file it was: agents.synergy.posture_basis",
     "haptic_env.reading.text": "whoever asks says which file it was: recordings.read",
     "haptic_env.reading.toml": "whoever asks says which file it was: recordings.read_calibration, presets.read",

@@ -135,7 +135,6 @@ def _arrays(path: Any) -> Any:
 NPZ = file(".npz", *samples.recordings_npz(), also=archives(samples.arrays())).always
 
 ENTRIES: dict[str, Entry] = {
-    "haptic_env.reading.content": Entry(lambda path: len(reading.content(path)), {"path": NPZ}, FILE, weight=0.3),
     "haptic_env.reading.npz": Entry(_arrays, {"path": NPZ}, FILE),
     "haptic_env.reading.Arrays": Entry(
         lambda whole: list(reading.Arrays(whole, "input")),
