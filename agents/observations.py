@@ -9,13 +9,18 @@ import gymnasium as gym
 
 from haptic_env import validate
 
+MOST = 2**16  # environments side by side
+
 
 def count(observation: Any, space: gym.Space[Any] | None) -> int | None:
-    """For how many environments `observation` is, stacked; None: for one, not stacked."""
-    for _, value, each in _entries(observation, space):
+    """For how many environments `observation` is, stacked; None: for one, not stacked. Raises `ValueError` for more than
+    `MOST`."""
+    for name, value, each in _entries(observation, space):
         given = validate.real(value)
         shape = () if given is None else given.shape
         if each.shape is not None and len(shape) == len(each.shape) + 1 and shape[1:] == each.shape:
+            if shape[0] > MOST:
+                raise ValueError(f"{name} must be of {MOST} environments at most, got {shape[0]}")
             return shape[0]
     return None
 

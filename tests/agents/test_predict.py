@@ -221,3 +221,11 @@ def test_an_episode_starts_or_not(env, name, start):
     for seen in (observation, _stacked(observation)):
         with pytest.raises(ValueError, match="episode_start must be 0 or 1"):
             policy.predict(seen, None, start)
+
+
+@pytest.mark.parametrize("name", agents.POLICIES)
+def test_more_environments_than_run_anywhere_are_refused_before_anything_is_made(env, name):
+    observation, _ = env.reset(seed=0)
+    many = {key: np.broadcast_to(each, (10**9, *each.shape)) for key, each in observation.items()}
+    with pytest.raises(ValueError, match="must be of 65536 environments at most, got 1000000000"):
+        agents.make(name, env, seed=0).predict(many)
