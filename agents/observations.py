@@ -13,8 +13,8 @@ MOST = 2**16  # environments side by side
 
 
 def count(observation: Any, space: gym.Space[Any] | None) -> int | None:
-    """For how many environments `observation` is, stacked; None: for one, not stacked. Raises `ValueError` for more than
-    `MOST`."""
+    """For how many environments `observation` is, stacked; None: for one, not stacked. Raises `ValueError` for
+    more than `MOST`."""
     for name, value, each in _entries(observation, space):
         given = validate.real(value)
         shape = () if given is None else given.shape
