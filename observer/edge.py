@@ -17,6 +17,7 @@ from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.sensors import FeltAngles
 from haptic_env.shapes import Solid
+from observer.belief import Belief
 
 Array = NDArray[np.float64]
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
@@ -65,6 +66,17 @@ def world(**given: object) -> None:
     """Raise `ValueError` where a `hand`, a `grid` or a `solid` is `given` that is none."""
     for what, value in given.items():
         validate.instance(what, value, *WORLD[what])
+
+
+def same_hand(hand: Hand, belief: Belief) -> None:
+    """Raise `ValueError` for a `belief`, with what was felt in it, about another hand than `hand`."""
+    told = len(belief.lagged_joint_angles), len(belief.lagged_contacts)  # type: ignore[arg-type]
+    mine = hand.joints, len(hand.patches)
+    if told != mine:
+        raise ValueError(
+            f"belief must be of hand {hand.name!r}, with {mine[0]} joints and {mine[1]} patches, got one of a hand "
+            f"with {told[0]} and {told[1]}"
+        )
 
 
 def candidates(given: object) -> None:

@@ -91,7 +91,8 @@ class ShapePosterior:
         m: SD of the gap between a patch that feels contact and the surface; `press` m: how deep a link that feels
         contact may lie inside, as in recordings that were fitted to markers; `surprise`: probability of what the model
         cannot explain; only one step in `stride` is taken in, and `temper` is the exponent of its evidence (None: 0.15
-        for solids that are known exactly, 0.05 for others).
+        for solids that are known exactly, 0.07 for others). Looks of a link within `alike` times what is not known of its
+        place share an exponent of one (`observer.novelty`); 0: each counts as news.
 
         Raises `ValueError` for a value out of range.
         """
@@ -171,10 +172,12 @@ class ShapePosterior:
         return Hypotheses(self._solids, log - np.logaddexp.reduce(log), label)
 
     def update(self, belief: Belief) -> Array:
-        """Take in what `belief` felt at its lagged pose; returns the posterior (C,)."""
+        """Take in what `belief` felt at its lagged pose; returns the posterior (C,). Raises `ValueError` for the belief
+        of another hand."""
         validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
+        edge.same_hand(self.hand, belief)
         moved, now = self._moved, belief.transition
         self._moved = now if moved is None or self.samples == 1 else moved.then(now)
         self._steps += 1

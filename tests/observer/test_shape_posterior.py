@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.special import betaln
 
-from haptic_env import shapes
+from haptic_env import hands, shapes
 from haptic_env.shapes.base import rotation_matrix
 from observer import HapticSLAM, ShapePosterior, TruePose
 from observer.kinematics import link_frames, tree_of
@@ -399,3 +399,12 @@ def test_candidates_without_a_solid_are_refused(two_finger, candidates):
 def test_impossible_settings_are_refused(two_finger, name, value):
     with pytest.raises(ValueError, match=f"{name} must be .* got {value}"):
         ShapePosterior(two_finger, **{name: value})
+
+
+def test_the_belief_of_another_hand_is_refused():
+    other = hands.make("adroit")
+    slam = HapticSLAM(other, particles=1, lag=0)
+    slam.reset(seed=0)
+    belief = slam.step(np.zeros(other.joints), other.rest_pose, np.zeros(len(other.patches)))
+    with pytest.raises(ValueError, match=r"'two_finger', with 8 joints and .*, got one of a hand with 24 and"):
+        ShapePosterior(hands.make("two_finger")).update(belief)
