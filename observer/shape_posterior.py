@@ -91,8 +91,8 @@ class ShapePosterior:
         m: SD of the gap between a patch that feels contact and the surface; `press` m: how deep a link that feels
         contact may lie inside, as in recordings that were fitted to markers; `surprise`: probability of what the model
         cannot explain; only one step in `stride` is taken in, and `temper` is the exponent of its evidence (None: 0.15
-        for solids that are known exactly, 0.07 for others). Looks of a link within `alike` times what is not known of its
-        place share an exponent of one (`observer.novelty`); 0: each counts as news.
+        for solids that are known exactly, 0.07 for others). Looks of a link within `alike` times what is not known of
+        its place share an exponent of one (`observer.novelty`); 0: each counts as news.
 
         Raises `ValueError` for a value out of range.
         """
