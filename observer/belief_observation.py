@@ -45,6 +45,7 @@ class BeliefFeatures:
         is out of range."""
         edge.world(hand=hand)
         several = (list, tuple)
+        validate.instance("labels", labels, several, "a list of names")
         validate.names("labels", labels)
         if entries is not None:
             validate.instance("entries", entries, several, f"a list of some of {', '.join(ENTRIES)}, or None for all")
