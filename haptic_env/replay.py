@@ -184,7 +184,7 @@ def roots(recording: Recording, hand: Hand) -> list[Pose]:
     drawn = Pose(np.zeros(3), np.eye(3))
     if recording.root_body:
         fixed = {hand.model.body(b).name: b for b in range(1, hand.model.nbody) if hand.model.body_weldid[b] == 0}
-        if recording.root_body not in tuple(fixed):  # it may be anything, and no key of a table
+        if recording.root_body not in fixed:
             raise ValueError(
                 f"{recording.source}: {recording.root_body!r} is no body by which hand {hand.name!r} is held; "
                 f"choose from {', '.join(fixed)}"

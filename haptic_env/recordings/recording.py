@@ -62,6 +62,8 @@ class Recording:
 
     def __post_init__(self) -> None:
         source = validate.plain(self.source)
+        for what in ("root_body", "mesh"):
+            validate.instance(f"{source}: {what}", getattr(self, what), str, "a text")
         frames = len(np.atleast_1d(checks.plain(source, "time", self.time)))
         if frames < 2:
             raise ValueError(f"{source}: a recording needs two frames, got {frames}")
