@@ -271,10 +271,8 @@ def time_to_decision(seconds: ArrayLike, posterior: ArrayLike, threshold: float 
 
     `posterior` (T, C). NaN where the decision is not made by the end.
     """
-    chain, stamps = (
-        validate.probabilities("posterior", posterior, 2),
-        validate.numbers("seconds", seconds, 1, bound=LATEST),
-    )
+    chain = validate.probabilities("posterior", posterior, 2)
+    stamps = validate.numbers("seconds", seconds, 1, bound=LATEST)
     if len(stamps) != len(chain):
         raise ValueError(f"posterior must be of shape ({len(stamps)}, C), as long as seconds, got {chain.shape}")
     if chain.size == 0:
