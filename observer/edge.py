@@ -17,7 +17,7 @@ from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.sensors import FeltAngles
 from haptic_env.shapes import Solid
-from observer.belief import Belief
+from observer.belief import Belief, Transition
 
 Array = NDArray[np.float64]
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
@@ -68,15 +68,22 @@ def world(**given: object) -> None:
         validate.instance(what, value, *WORLD[what])
 
 
-def same_hand(hand: Hand, belief: Belief) -> None:
-    """Raise `ValueError` for a `belief`, with what was felt in it, about another hand than `hand`."""
-    told = len(belief.lagged_joint_angles), len(belief.lagged_contacts)  # type: ignore[arg-type]
-    mine = hand.joints, len(hand.patches)
+def belief(hand: Hand, given: Belief) -> None:
+    """Raise `ValueError` for a belief, with what was felt in it, that is about another hand than `hand`, or whose pose,
+    or how it moved, is not finite."""
+    validate.instance("transition of belief", given.transition, Transition, "a Transition")
+    felt = validate.binary("lagged_contacts of belief", given.lagged_contacts)  # type: ignore[arg-type]
+    told, mine = (np.size(given.lagged_joint_angles), felt.size), (hand.joints, len(hand.patches))
     if told != mine:
         raise ValueError(
             f"belief must be of hand {hand.name!r}, with {mine[0]} joints and {mine[1]} patches, got one of a hand "
             f"with {told[0]} and {told[1]}"
         )
+    flat, square = (hand.joints,), (hand.joints, hand.joints)
+    validate.array("lagged_covariance of belief", given.lagged_covariance, square, "rad²")
+    for name, shape in {"mean": flat, "follow": square, "before": flat, "rest": square}.items():
+        validate.array(f"{name} of belief's transition", getattr(given.transition, name), shape)
+    root(given.lagged_root)
 
 
 def candidates(given: object) -> None:

@@ -173,11 +173,11 @@ class ShapePosterior:
 
     def update(self, belief: Belief) -> Array:
         """Take in what `belief` felt at its lagged pose; returns the posterior (C,). Raises `ValueError` for the belief
-        of another hand."""
+        of another hand, and for one that is not finite; that changes nothing."""
         validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
-        edge.same_hand(self.hand, belief)
+        edge.belief(self.hand, belief)
         moved, now = self._moved, belief.transition
         self._moved = now if moved is None or self.samples == 1 else moved.then(now)
         self._steps += 1

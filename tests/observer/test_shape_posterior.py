@@ -408,3 +408,21 @@ def test_the_belief_of_another_hand_is_refused():
     belief = slam.step(np.zeros(other.joints), other.rest_pose, np.zeros(len(other.patches)))
     with pytest.raises(ValueError, match=r"'two_finger', with 8 joints and .*, got one of a hand with 24 and"):
         ShapePosterior(hands.make("two_finger")).update(belief)
+
+
+WRONG = {name: [np.nan, None, "x", np.zeros(3)] for name in ("lagged_covariance", "mean", "rest")} | {
+    name: [np.nan, "x", np.zeros(3)]  # None while the lag fills up, and of a hand that does not move as a whole
+    for name in ("lagged_contacts", "lagged_root", "transition")
+}
+
+
+@pytest.mark.parametrize(("what", "value"), [(what, value) for what, values in WRONG.items() for value in values])
+def test_beliefs_that_cannot_be_are_refused_and_change_nothing(two_finger, what, value):
+    slam = HapticSLAM(two_finger, particles=1, lag=0)
+    posterior, other = ShapePosterior(two_finger, stride=1), ShapePosterior(two_finger, stride=1)
+    slam.reset(seed=0)
+    belief = slam.step(np.zeros(two_finger.joints), two_finger.rest_pose, np.zeros(len(two_finger.patches)))
+    of = {"transition": belief.transition._replace(**{what: value})} if what in ("mean", "rest") else {what: value}
+    with pytest.raises(ValueError, match=r"must .* got"):
+        posterior.update(dataclasses.replace(belief, **of))
+    assert np.array_equal(posterior.update(belief), other.update(belief))
