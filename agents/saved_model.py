@@ -15,7 +15,7 @@ from agents.normalization import Normalization
 WHY = (
     "a model that Stable-Baselines3 has saved holds pickles, which can run any code when they are read. If you made it "
     "yourself, or trust whoever made it as you trust a program of theirs, give trust=True (commands: --trust). "
-    "scripts/train.py writes the same as an .npz file that runs nothing, and so does agents.export(model, path)"
+    "haptic-slam train writes the same as an .npz file that runs nothing, and so does agents.export(model, path)"
 )
 
 
@@ -51,7 +51,7 @@ class SavedModel:
 
 
 def _load(path: Path) -> tuple[Any, dict[str, Any]]:
-    """The network saved at `path`, and what `scripts/train.py` told of how it was trained."""
+    """The network saved at `path`, and what `haptic-slam train` told of how it was trained."""
     try:
         import torch
         from stable_baselines3.common.save_util import load_from_zip_file

@@ -25,11 +25,11 @@ WEIGHTS, SAVED = ".npz", ".zip"
 class Sb3(Guided):
     """The policy of a model that was trained with Stable-Baselines3 or sb3-contrib; `path` None: the shipped one.
 
-    An .npz file is what `scripts/train.py` or `agents.export` has written, numbers and a description: nothing in it can
-    run, and torch is not needed. A .zip is what any algorithm has saved. It holds pickles, which can run any code when
-    they are read, so that it is opened with `trust=True` alone: as you would run a program of whoever made it.
+    An .npz file is what `haptic-slam train` or `agents.export` has written, numbers and a description: nothing in it
+    can run, and torch is not needed. A .zip is what any algorithm has saved. It holds pickles, which can run any code
+    when they are read, so that it is opened with `trust=True` alone: as you would run a program of whoever made it.
 
-    A model that was trained on `BeliefObservation` by `scripts/train.py` says which entries it was shown and for how
+    A model that was trained on `BeliefObservation` by `haptic-slam train` says which entries it was shown and for how
     many steps it holds an action; `env` may then be an `ObserverWrapper` with a `ShapePosterior`, of any observation.
     Any other model is used where `env` has the observations and actions that it was trained with. One that was trained
     under `VecNormalize` needs its statistics: `normalize`, that object, or the file where it was saved, a pickle

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from haptic_env.grid import Grid
+from haptic_lab.benchmarks.reference import full_weight
 from observer import ContactDynamics, HapticSLAM
 from tests.observer.enumeration import posteriors
 from tests.observer.hands import ARM, VOXEL, pointer
-from tests.observer.reference import full_weight
 
 CELLS = 5
 GRID = Grid((-1e-6 - VOXEL, -CELLS / 2 * VOXEL, ARM - VOXEL / 2), VOXEL, (1, CELLS, 1))

@@ -13,9 +13,9 @@ import pytest
 
 import agents
 import observer
+from haptic_lab.benchmarks import reference
 from observer import OBSERVERS, ContactModel, DeadReckoning, HapticSLAM, metrics
 from observer.variants import make_observer
-from tests.observer import reference
 from tests.observer.hands import many_patches, pointer, random_tree
 
 STEPS = 40

@@ -7,12 +7,12 @@ import pytest
 
 from haptic_env import hands
 from haptic_env.grid import Grid
+from haptic_lab.benchmarks import reference
+from haptic_lab.benchmarks.reference import full_weight
 from observer import capsules, kernels, threads
 from observer.contact_model import ContactModel
 from observer.kinematics import body_frames, tree_of
-from tests.observer import reference
 from tests.observer.hands import many_patches, random_tree
-from tests.observer.reference import full_weight
 
 HANDS = {**hands.HANDS, "many_patches": many_patches, "tree": lambda: random_tree(0)}
 MODEL = ContactModel(prior=0.2, hit=0.3, false_alarm=0.07, free=0.31, shell=0.8, fall=0.4, temper=0.7)

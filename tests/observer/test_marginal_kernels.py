@@ -9,12 +9,12 @@ import pytest
 
 from haptic_env import hands
 from haptic_env.grid import Grid
+from haptic_lab.benchmarks import reference
 from observer import capsules, threads
 from observer import marginal_kernels as marginal
 from observer.contact_model import ContactModel
 from observer.kinematics import tree_of
 from observer.occupancy import Maps
-from tests.observer import reference
 from tests.observer.hands import many_patches, random_tree
 
 HANDS = {**hands.HANDS, "many_patches": many_patches, "tree": lambda: random_tree(0)}

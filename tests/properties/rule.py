@@ -24,7 +24,7 @@ ACCEPTED, REFUSED = "accepted", "refused"
 CALLED_WRONGLY = re.compile(r"unexpected keyword argument|missing \d+ required|positional argument|multiple values for")
 DEEPEST = 12
 LARGE = 1e100
-PROJECT = ("haptic_env", "observer", "agents", "scripts")
+PROJECT = ("haptic_env", "observer", "agents", "haptic_lab")
 
 
 class Outcome(NamedTuple):

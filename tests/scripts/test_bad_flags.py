@@ -7,14 +7,14 @@ import itertools
 from collections.abc import Callable
 from pathlib import Path
 
-import command_line
-import explore
-import figures
 import pytest
+
+from haptic_lab.commands import explore, figures
+from haptic_lab.sweeps import options
 
 Command = Callable[[list[str]], object]
 COMMANDS: dict[str, Command] = {
-    "evaluate": lambda arguments: command_line.check(None, arguments),
+    "evaluate": lambda arguments: options.check(None, arguments),
     "figures": figures.parse,
     "explore": explore.parse,
 }
@@ -153,4 +153,4 @@ def test_what_is_no_file(name: str, capsys: pytest.CaptureFixture, tmp_path: Pat
 
 def test_a_file_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
     (tmp_path / "sweep.toml").write_bytes("\ufefftrials = 3".encode())
-    assert command_line.check(None, ["--config", str(tmp_path / "sweep.toml")]).trials == 3
+    assert options.check(None, ["--config", str(tmp_path / "sweep.toml")]).trials == 3

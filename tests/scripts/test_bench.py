@@ -6,8 +6,11 @@ import json
 import math
 from pathlib import Path
 
-import bench
 import pytest
+
+from haptic_lab.benchmarks import suite, timings
+from haptic_lab.commands import bench
+from observer import ShapePosterior
 
 
 def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
@@ -27,32 +30,32 @@ def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture
     for size in ("N = 20, 16³", "N = 40, 16³", "N = 20, MyoHand"):  # as a user has it who says nothing
         assert {f"HapticSLAM.step, {size}", f"HapticSLAM.step, {size}, each core busy"} <= set(figures)
     assert "HapticSLAM.step, N = 20, MyoHand, 1 thread" in figures
-    assert all(f"stage: {name}" in figures for name in bench.STAGES)
+    assert all(f"stage: {name}" in figures for name in suite.STAGES)
     assert "medians" in capsys.readouterr().out.lower()
 
 
 def test_a_hand_that_is_not_installed_is_skipped(monkeypatch: pytest.MonkeyPatch) -> None:
-    record = bench.measures.record
+    record = timings.record
 
     def without_hands(env_id: str, *rest: object) -> object:
-        if env_id == bench.WHOLE_HAND:
+        if env_id == suite.WHOLE_HAND:
             raise ImportError("it needs the package 'myo_sim'")
         return record(env_id, *rest)
 
-    monkeypatch.setattr(bench.measures, "record", without_hands)
-    (row,) = bench.Bench(bench.parse(["--quick"]))._of_whole_hand({})
+    monkeypatch.setattr(timings, "record", without_hands)
+    (row,) = suite.Bench(bench.parse(["--quick"]))._of_whole_hand({})
     assert math.isnan(row.median)
     assert row.note == "skipped: it needs the package 'myo_sim'"
 
 
 def test_what_was_watched_is_as_before() -> None:
-    recording = bench.measures.record("HapticSLAM/TwoFinger-v0", "cube", 3.0, seed=0, steps=15)
-    slam, shape = bench.measures.make_slam(recording, 5, 16), bench.ShapePosterior(recording.hand)
-    kernel = bench.measures.marginal_kernels.match_and_touch
-    took = bench.measures.stages(slam, shape, recording)
-    assert set(took) == set(bench.STAGES)
+    recording = timings.record("HapticSLAM/TwoFinger-v0", "cube", 3.0, seed=0, steps=15)
+    slam, shape = timings.make_slam(recording, 5, 16), ShapePosterior(recording.hand)
+    kernel = timings.marginal_kernels.match_and_touch
+    took = timings.stages(slam, shape, recording)
+    assert set(took) == set(suite.STAGES)
     assert all(each.shape == (15,) for each in took.values())
-    assert bench.measures.marginal_kernels.match_and_touch is kernel
+    assert timings.marginal_kernels.match_and_touch is kernel
     assert not {"step", "_match_and_map"} & set(vars(slam)), "the class's own again"
 
 

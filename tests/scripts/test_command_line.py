@@ -5,10 +5,10 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-import command_line
 import pytest
 
 import agents
+from haptic_lab.sweeps import options
 
 WHOLE = """
 shapes = ["cube", "sphere"]
@@ -27,7 +27,7 @@ def parse(tmp_path: Path, text: str, *arguments: str):
     """What the command line makes of a file with `text`, and of flags."""
     file = tmp_path / "sweep.toml"
     file.write_text(text)
-    return command_line.parse(None, ["--config", str(file), "--out", str(tmp_path / "out"), *arguments])
+    return options.parse(None, ["--config", str(file), "--out", str(tmp_path / "out"), *arguments])
 
 
 def refused(tmp_path: Path, text: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
@@ -45,7 +45,7 @@ def test_a_file_says_what_flags_say(tmp_path: Path) -> None:
     given = parse(tmp_path, WHOLE)
     flags = ["--shapes", "cube", "sphere", "--sigmas", "3", "1.5", "--bias-deg", "0", "2", "--seconds", "5"]
     flags += ["--observers", "floor", "--classifiers", "--trials", "7", "--calibration"]
-    same = command_line.parse(None, [*flags, "--out", str(tmp_path / "out")])
+    same = options.parse(None, [*flags, "--out", str(tmp_path / "out")])
     assert given.settings == same.settings
     assert given.conditions == same.conditions
     assert [(each.sigma_deg, each.bias_deg) for each in given.conditions] == [(1.5, 0), (1.5, 2), (3, 0), (3, 2)]
@@ -60,21 +60,21 @@ def test_flags_win_over_the_file(tmp_path: Path) -> None:
     assert {each.sigma_deg for each in given.conditions} == {4.0}
     assert {each.seconds for each in given.conditions} == {1.0, 2.0}
     assert given.settings.observers == ("floor",)
-    assert parse(tmp_path, WHOLE, "--quick", "--out", str(tmp_path / "quick")).trials == command_line.QUICK["trials"]
+    assert parse(tmp_path, WHOLE, "--quick", "--out", str(tmp_path / "quick")).trials == options.QUICK["trials"]
 
 
 def test_the_home_folder_may_be_meant_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
     shutil.copy(Path(agents.__file__).parent / "trained.npz", tmp_path / "model.npz")
     (tmp_path / "sweep.toml").write_text("out = '~/out'\npolicy = '~/model.npz'", encoding="utf-8")
-    given = command_line.check(None, ["--config", "~/sweep.toml"])
+    given = options.check(None, ["--config", "~/sweep.toml"])
     assert given.out == str(tmp_path / "out")
     assert [each.policy for each in given.conditions] == [str(tmp_path / "model.npz")] * 3
-    assert command_line.check(None, ["--config", "~/sweep.toml", "--out=~/x"]).out == str(tmp_path / "x")
+    assert options.check(None, ["--config", "~/sweep.toml", "--out=~/x"]).out == str(tmp_path / "x")
 
 
 def test_an_ablation_may_stand_in_the_file(tmp_path: Path) -> None:
-    assert parse(tmp_path, "ablation = true").settings.observers == command_line.ABLATION
+    assert parse(tmp_path, "ablation = true").settings.observers == options.ABLATION
 
 
 @pytest.mark.parametrize(
@@ -108,5 +108,5 @@ def test_a_wrong_file_is_one_clear_line(text: str, told: str, tmp_path: Path, ca
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     with pytest.raises(SystemExit):
-        command_line.parse(None, ["--config", str(tmp_path / "none.toml")])
+        options.parse(None, ["--config", str(tmp_path / "none.toml")])
     assert "none.toml" in capsys.readouterr().err

@@ -14,15 +14,14 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import command_line
-import evaluate
-import executors
 import numpy as np
 import pandas as pd
 import pytest
-import tasks
 import trimesh
-from conditions import DEFAULTS, Condition
+
+from haptic_lab.commands import evaluate
+from haptic_lab.conditions import DEFAULTS, Condition
+from haptic_lab.sweeps import executors, measures, options, results, tasks, worker
 
 ROOT = Path(__file__).resolve().parents[2]
 TINY = [
@@ -46,7 +45,7 @@ def copied(swept: Path, tmp_path: Path) -> Path:
 def refused(folder: Path, capsys: pytest.CaptureFixture, *arguments: str) -> str:
     """What is told about a command line that makes no sense."""
     with pytest.raises(SystemExit) as ended:
-        command_line.parse(None, [*TINY, "--out", str(folder), *arguments])
+        options.parse(None, [*TINY, "--out", str(folder), *arguments])
     error = capsys.readouterr().err
     assert ended.value.code == 2
     assert error.count("\n") == 1
@@ -98,7 +97,7 @@ def test_two_configurations_do_not_mix(copied: Path, capsys: pytest.CaptureFixtu
     assert "believed_sigma is 1.0 there and 2.0 here" in told
     assert "classifiers is" in told
     more = ["--trials", "9", "--sigmas", "1", "3", "--bias-deg", "2"]
-    assert command_line.parse(None, [*TINY, "--out", str(copied), *more])
+    assert options.parse(None, [*TINY, "--out", str(copied), *more])
 
 
 def test_a_corrupt_table_is_told(copied: Path, capsys: pytest.CaptureFixture) -> None:
@@ -181,15 +180,15 @@ def test_variants_are_observers_too(tmp_path: Path, capsys: pytest.CaptureFixtur
         assert counts.sum() == 15 * 8
         middle = counts[2:38].sum() / counts.sum()
         assert middle == pytest.approx(row["coverage_90_lagged"])
-        cells, said, found = (np.array(row[name].split(), dtype=float) for name in tasks.HISTOGRAMS[2:])
+        cells, said, found = (np.array(row[name].split(), dtype=float) for name in measures.HISTOGRAMS[2:])
         assert np.nansum(np.abs(said - found) * cells) / cells.sum() == pytest.approx(row["occupancy_ece"], rel=1e-3)
 
 
 def test_an_ablation_needs_the_full_observer(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     told = refused(tmp_path, capsys, "--ablation", "--observers", "floor", "paper")
     assert "--ablation compares with haptic_slam, which is not among --observers" in told
-    given = command_line.parse(None, ["--shapes", "cube", "--ablation", "--out", str(tmp_path)])
-    assert given.settings.observers == command_line.ABLATION
+    given = options.parse(None, ["--shapes", "cube", "--ablation", "--out", str(tmp_path)])
+    assert given.settings.observers == options.ABLATION
 
 
 def task_of(condition: Mapping[str, object] | None = None, **changed: object) -> tasks.Task:
@@ -208,7 +207,7 @@ def task_of(condition: Mapping[str, object] | None = None, **changed: object) ->
 
 def test_the_object_varies_as_asked() -> None:
     still, moved = (
-        tasks.explore([task], naming=False)[0].solid
+        worker.explore([task], naming=False)[0].solid
         for task in (task_of(), task_of(size_jitter=0.2, position_jitter=0.01, yaw_jitter=30.0))
     )
     assert still.size != moved.size
@@ -233,7 +232,7 @@ def test_a_mesh_is_a_label_and_its_name_is_no_folder(tmp_path: Path) -> None:
 def test_every_noise_reaches_the_hand(name: str) -> None:
     clear = {"drift_deg": 5.0} if name == "drift_seconds" else {}
     usual, noisy = (
-        tasks.explore([task_of({"seconds": 0.5, **clear, **changed})], naming=False)[0]
+        worker.explore([task_of({"seconds": 0.5, **clear, **changed})], naming=False)[0]
         for changed in ({}, {name: 0.01 if name == "drift_seconds" else 0.5})
     )
     told = "contacts" if name.startswith("contact") else "felt_angles"
@@ -245,7 +244,7 @@ def test_a_product_is_a_row_each_and_a_row_runs_again(tmp_path: Path) -> None:
     assert evaluate.main([*TINY, *several, "--classifiers", "--out", str(tmp_path)]) == 0
     rows = pd.read_csv(tmp_path / "trials.csv")
     assert len(rows) == 2 * 2 * 2 * 2
-    assert not rows.duplicated([*tasks.KEY]).any()
+    assert not rows.duplicated([*results.KEY]).any()
     assert not list((tmp_path / "exemplars").iterdir()), "nothing learns from them"
     error = rows[rows["observer"] == "floor"].groupby("bias_deg")["pose_error_online_deg"].mean()
     assert error[4.0] > error[0.0]
@@ -259,8 +258,8 @@ def test_a_product_is_a_row_each_and_a_row_runs_again(tmp_path: Path) -> None:
     names = {"shapes": tuple(told["candidates"].split()), "observers": tuple(told["observers"].split())}
     plain = {each.name: told[each.name] for each in fields(tasks.Settings) if each.name not in (*names, "classifiers")}
     settings = tasks.Settings(**plain, **names, classifiers=())
-    (again,) = tasks.run_trials([tasks.Task(settings, condition, told["shape"], int(told["seed"]))], ())
-    for name in (*tasks.KEY, *tasks.MEASURES):
+    (again,) = worker.run_trials([tasks.Task(settings, condition, told["shape"], int(told["seed"]))], ())
+    for name in (*results.KEY, *measures.MEASURES):
         np.testing.assert_equal(again[0][name], told[name], err_msg=name)
 
 
@@ -272,9 +271,9 @@ def test_trials_that_differ_in_sigma_alone_are_run_together_and_come_out_the_sam
     ]
     (bundle,) = tasks.bundles(several)
     assert bundle == tuple(several)
-    together = tasks.run_trials(bundle, (), (), ())
+    together = worker.run_trials(bundle, (), (), ())
     for task, rows in zip(several, together, strict=True):
-        np.testing.assert_equal(tasks.run_trials([task], ()), [rows])
+        np.testing.assert_equal(worker.run_trials([task], ()), [rows])
     errors = [rows[0]["pose_error_online_deg"] for rows in together]
     assert errors[1] < errors[2] < errors[0]
 
@@ -292,7 +291,7 @@ def test_what_differs_in_more_or_heeds_what_it_feels_is_run_apart(changed: dict[
 
 def test_observers_may_be_told_another_sigma_than_the_true_one() -> None:
     usual, misled = task_of(believed_sigma=1), task_of(believed_sigma=3)
-    (world, told), (same, mistold) = (tasks.explore([task], naming=False) for task in (usual, misled))
+    (world, told), (same, mistold) = (worker.explore([task], naming=False) for task in (usual, misled))
     right, wrong = told[usual], mistold[misled]
     np.testing.assert_array_equal(world.felt_angles, same.felt_angles)
     np.testing.assert_allclose(right["floor"].joint_std, np.deg2rad(2.0))
@@ -306,7 +305,7 @@ def test_the_name_after_a_while_is_that_of_its_time() -> None:
     right = (seconds >= 2 - 1e-9) & (seconds < 5 - 1e-9)
     account = SimpleNamespace(labels=("sphere", "cube"), posterior=np.stack([1.0 * ~right, 1.0 * right], axis=1))
     exploration = SimpleNamespace(seconds=seconds, solid=SimpleNamespace(name="cube"))
-    found = [tasks.correct_after(exploration, account, after) for after in (1.98, 2, 4.98, 5, 6, 10)]
+    found = [measures.correct_after(exploration, account, after) for after in (1.98, 2, 4.98, 5, 6, 10)]
     np.testing.assert_array_equal(found, [0.0, 1.0, 1.0, 0.0, 0.0, np.nan])
 
 

@@ -10,12 +10,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import explore
 import numpy as np
 import pytest
 import trimesh
 
 from haptic_env import shapes
+from haptic_lab.commands import explore
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = ["explore.json", "explore.npz", "explore.png", "recording.npz"]

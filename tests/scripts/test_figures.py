@@ -6,21 +6,20 @@ import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
-import executors
-import figures
 import numpy as np
 import pandas as pd
 import pytest
-import tasks
-from conditions import Condition
 from matplotlib.colors import to_rgb
 from PIL import Image
-from plates import FIGURES, FROM_TRIALS, confusion, figure5, isometric, reliability, time_course
-from showing import read, run_showings
-from style import SHAPE_COLOURS
 
 from haptic_env import shapes
 from haptic_env.grid import Grid
+from haptic_lab.commands import figures
+from haptic_lab.conditions import Condition
+from haptic_lab.figures import FIGURES, FROM_TRIALS, confusion, figure5, isometric, reliability, time_course
+from haptic_lab.figures.explorations import read, run_showings
+from haptic_lab.style import SHAPE_COLOURS
+from haptic_lab.sweeps import executors, measures, tasks, worker
 
 TINY = [
     *("--sigmas", "2", "4", "--trials", "2", "--seconds", "0.6", "--show-seconds", "0.5", "--particles", "5"),
@@ -96,7 +95,7 @@ def test_the_brackets_of_the_pose_are_those_of_observers_with_maps(drawn: Path, 
     data = pd.read_csv(drawn / "pose_error.csv")
     assert list(dict.fromkeys(data["observer"])) == ["floor", "haptic_slam", "ceiling", "kalman", "smoother"]
     poses = pd.read_csv(drawn / "poses" / "trials.csv")
-    assert poses[[*tasks.OF_MAPS]].isna().all(axis=None), "where no map is, nothing is measured of it"
+    assert poses[[*measures.OF_MAPS]].isna().all(axis=None), "where no map is, nothing is measured of it"
     given = ["--observers", "kalman", "haptic_slam", "smoother"]
     assert figures.main(["pose_error", *TINY, *given, "--out", str(tmp_path)]) == 0
     assert not (tmp_path / "poses").exists(), "they are in the sweep"
@@ -149,7 +148,7 @@ def test_the_course_of_time_is_that_of_the_posterior() -> None:
     p = 0.01 * np.arange(1, 101)
     account = SimpleNamespace(labels=("sphere", "cube"), posterior=np.stack([1 - p - 1e-9, p], axis=1))
     exploration = SimpleNamespace(seconds=seconds, solid=SimpleNamespace(name="cube"))
-    posterior, correct = tasks.course(exploration, account)
+    posterior, correct = measures.course(exploration, account)
     np.testing.assert_allclose(posterior, 0.01 * np.ceil(50 * 0.25 * np.arange(1, 9) - 1e-9))
     np.testing.assert_array_equal(correct, [0, 0, 0, 1, 1, 1, 1, 1])
 
@@ -275,7 +274,7 @@ def test_what_is_kept_of_an_exploration_is_what_was_believed(tmp_path: Path) -> 
     path = tmp_path / "kept.npz"
     path.write_bytes(content)
     showing = read(path)
-    exploration, accounts = tasks.explore([task], naming=True)
+    exploration, accounts = worker.explore([task], naming=True)
     account = accounts[task]["haptic_slam"]
     np.testing.assert_array_equal(showing.occupancy[-1], account.belief.occupancy.astype(np.float16))
     np.testing.assert_array_equal(showing.true_angles, exploration.true_angles)

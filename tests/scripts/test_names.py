@@ -8,18 +8,18 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-import evaluate
-import explore
-import figures
 import pandas as pd
 import pytest
 import trimesh
-from conditions import FACTORS
 from matplotlib.figure import Figure
-from plates import confusion
-from report import parts
-from results import listed
-from style import as_drawn, titles_of
+
+from haptic_lab.analysis.summary import parts
+from haptic_lab.commands import evaluate, explore, figures
+from haptic_lab.conditions import FACTORS
+from haptic_lab.figures import confusion
+from haptic_lab.style import as_drawn, titles_of
+from haptic_lab.sweeps import driver
+from haptic_lab.sweeps.results import listed
 
 ODD = "_a [old] [bold]:smile: $x_$ ü.stl"
 TINY = [
@@ -49,7 +49,7 @@ def meshes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     trimesh.creation.box((0.06, 0.05, 0.03)).export(here / "in [it]" / ODD)
     monkeypatch.chdir(here)
     monkeypatch.setattr(io, "text_encoding", lambda encoding, _=2: "latin-1" if encoding is None else encoding)
-    for module in (evaluate, figures):
+    for module in (driver, figures):
         monkeypatch.setattr(module, "workers", lambda *_: nullcontext(Here()))
     return ["in [it]/cube.stl", f"in [it]/{ODD}"]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import picture_recording
 import pytest
 from matplotlib.image import imread
 
 from haptic_env import recordings
 from haptic_env.recordings import Recording
+from haptic_lab.commands import picture_recording
 from tests.haptic_env.movements import closing
 from tests.haptic_env.test_rendering import offscreen  # noqa: F401 - skips where nothing can be drawn
 

@@ -7,11 +7,11 @@ import inspect
 import re
 from pathlib import Path
 
-import command_line
 import pytest
 
 from haptic_env import hands
 from haptic_env.explore import ExploreEnv
+from haptic_lab.sweeps import options
 from observer import OBSERVERS, Belief
 from observer.variants import ABLATION
 
@@ -22,7 +22,7 @@ EXAMPLES = {  # of files that a reader may add
     "haptic_env/hands/three_finger.py",
     "agents/follow.py",
     "observer/classifiers/mine.py",
-    "scripts/plates/mine.py",
+    "haptic_lab/figures/mine.py",
 }
 ELSEWHERE = {"--logdir", "--nthreads", "--nworkers"}  # of TensorBoard and of dask worker
 DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -47,7 +47,7 @@ def test_the_sweep_in_toml_is_one(tmp_path: Path) -> None:
     (text,) = re.findall(r"```toml\n(.*?)```", README, flags=re.DOTALL)
     (tmp_path / "sweep.toml").write_text(text)
     arguments = ["--config", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out")]
-    assert len(command_line.parse(None, arguments).conditions) == 3 * 2 * 2 * 2
+    assert len(options.parse(None, arguments).conditions) == 3 * 2 * 2 * 2
 
 
 def test_the_table_of_keywords_is_that_of_the_environment() -> None:
@@ -71,7 +71,7 @@ def test_files_that_it_names_exist(document: Path) -> None:
     text = document.read_text()
     for name in re.findall(r"\]\(([\w./]+\.\w+|LICENSE)\)", text):
         assert (document.parent / name).exists(), name
-    for name in re.findall(r"(?:scripts|tests|observer|haptic_env|agents)/[\w/]+\.py", text):
+    for name in re.findall(r"(?:scripts|tests|haptic_lab|observer|haptic_env|agents)/[\w/]+\.py", text):
         assert (ROOT / name).exists() or name in EXAMPLES, name
 
 
@@ -94,6 +94,9 @@ def test_every_variant_of_the_ablation_is_explained() -> None:
 def flags(script: str) -> set[str]:
     """What the command line of `script` takes."""
     if script == "scripts/evaluate.py":
-        _, options = command_line.make_parser(None)
-        return {"--help", "--config", *(flag for each in options.values() for flag in each.option_strings)}
-    return {"--help", *re.findall(r'"(--[\w-]+)"', (ROOT / script).read_text())}
+        _, found = options.make_parser(None)
+        return {"--help", "--config", *(flag for each in found.values() for flag in each.option_strings)}
+    return {
+        "--help",
+        *re.findall(r'"(--[\w-]+)"', (ROOT / script.replace("scripts/", "haptic_lab/commands/")).read_text()),
+    }

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pandas as pd
 import pytest
-import scaling
+
+from haptic_lab.commands import scaling
 
 
 def test_quick_writes_a_picture_and_its_numbers(tmp_path, capsys: pytest.CaptureFixture) -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-import scheduling
+
+from haptic_lab.commands import scheduling
 
 pytest.importorskip("distributed")
 

@@ -18,18 +18,15 @@ import pytest
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
 
-import checkpoints
-import learning
-import presets
-import train
-from presets import World
-from training_env import make_env
-
 import agents
+from haptic_lab.commands import train
+from haptic_lab.learning import checkpoints, presets, training
+from haptic_lab.learning.environments import make_env
+from haptic_lab.learning.presets import World
 from observer import HapticSLAM, ObserverWrapper, ShapePosterior
 from observer.belief_observation import CLOCKS_HZ
 
-SCRIPT = Path(train.__file__)
+SCRIPT = Path(__file__).parents[2] / "scripts" / "train.py"
 TINY = """
 algorithm = "{algorithm}"
 steps = {steps}
@@ -128,7 +125,7 @@ def test_the_same_seed_learns_the_same(tmp_path):
     weights = []
     for name in ("a", "b"):
         assert run(preset(tmp_path, steps=100), tmp_path / name) == 0
-        model = learning.ALGORITHMS["PPO"].load(tmp_path / name / "model.zip")
+        model = training.ALGORITHMS["PPO"].load(tmp_path / name / "model.zip")
         weights.append(np.concatenate([each.detach().numpy().ravel() for each in model.policy.parameters()]))
     np.testing.assert_array_equal(*weights)
 
@@ -188,7 +185,7 @@ def test_a_folder_holds_one_run(finished, tmp_path, capsys):
 @pytest.mark.parametrize("name", presets.names())
 def test_presets_make_sense(name):
     preset = presets.read(name)
-    assert preset.algorithm in learning.ALGORITHMS
+    assert preset.algorithm in training.ALGORITHMS
     env = make_env(preset.world)
     env.reset(seed=0)
     env.close()
@@ -294,7 +291,7 @@ def test_a_learner_begins_with_a_copy_of_a_sweep(algorithm, tmp_path):
     text = path.read_text().replace("['pose', 'names', 'time']", "['rhythm']").replace("[8]", "[32]")
     path.write_text(text + "\n[sweep]\ndecisions = 100\nepochs = 500\nsideways = 0.8\nflexion = 0.4\nopening = 0.3\n")
     assert run(path, tmp_path / "out") == 0
-    model = learning.ALGORITHMS[algorithm].load(tmp_path / "out" / "best_model.zip")
+    model = training.ALGORITHMS[algorithm].load(tmp_path / "out" / "best_model.zip")
     sweep, hand = presets.read(str(path)).sweep, gym.make("HapticSLAM/TwoFinger-v0").unwrapped.hand
     seconds = np.arange(0.0, 0.4, 0.1)  # of an episode, which is as far as it has seen
     turns = 2 * np.pi * np.array(CLOCKS_HZ) * seconds[:, None]

@@ -22,12 +22,13 @@ import pytest
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
 
-import checkpoints
 import cloudpickle
-import train
-from learning import OF_EVALUATIONS, read_evaluations
 
-SCRIPT = Path(train.__file__)
+from haptic_lab.commands import train
+from haptic_lab.learning import checkpoints
+from haptic_lab.learning.training import OF_EVALUATIONS, read_evaluations
+
+SCRIPT = Path(__file__).parents[2] / "scripts" / "train.py"
 TINY = """
 algorithm = "{algorithm}"
 steps = {steps}
@@ -172,9 +173,10 @@ def test_what_else_lies_beside_the_checkpoints_is_left_alone(runs, tmp_path):
 
 def test_what_was_lived_through_comes_back(runs, tmp_path):
     """Also where the buffer is full and begins anew: the same arrays, and the place where the next goes."""
-    import replay_buffer
     from gymnasium import spaces
     from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
+
+    from haptic_lab.learning import replay_buffer
 
     box = spaces.Box(-1.0, 1.0, (3,), np.float32)
     for kind, space in ((ReplayBuffer, box), (DictReplayBuffer, spaces.Dict({"a": box, "b": spaces.MultiBinary(2)}))):
@@ -357,10 +359,9 @@ def test_ctrl_c_stops_all_processes_of_a_run_and_keeps_what_was_learnt(tmp_path,
 
 
 KILLED = """
-import sys, time
-sys.path.insert(0, {scripts!r})
+import time
 import gymnasium as gym
-from training_env import in_processes
+from haptic_lab.learning.environments import in_processes
 
 class Busy(gym.Wrapper):
     def reset(self, **keywords):
@@ -379,7 +380,7 @@ if __name__ == "__main__":
 def test_workers_end_with_what_started_them_however_it_ends(tmp_path, start):
     """Also in the middle of something that takes long."""
     script = tmp_path / "killed.py"
-    script.write_text(KILLED.format(scripts=str(SCRIPT.parent)))
+    script.write_text(KILLED)
     process = start(str(script))
     _until(lambda: "ready" in (tmp_path / "log").read_text(), process)
     assert len(_members(process.pid)) > 2, "it, what forks, and a worker"

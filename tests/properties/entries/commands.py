@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import sys
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -15,6 +14,12 @@ from hypothesis import strategies as st
 import agents
 import haptic_env
 from haptic_env import shapes
+from haptic_lab.commands import explore
+from haptic_lab.exploration.run import begin
+from haptic_lab.figures import explorations
+from haptic_lab.learning import checkpoints, presets
+from haptic_lab.sweeps import results
+from haptic_lab.terminal import refuse
 from observer import OBSERVERS, HapticSLAM
 from observer.classifiers import CLASSIFIERS
 from tests.properties import samples
@@ -23,8 +28,6 @@ from tests.properties.files import archives, file, out
 from tests.properties.parameters import Parameter
 from tests.properties.rule import Allowed
 from tests.properties.strategies import NAMES, NUMBERS, PATHS
-
-sys.path.insert(0, str(samples.ROOT / "scripts"))
 
 WORDS = sorted(
     {str(each) for each in (*NUMBERS, *NAMES, *PATHS) if isinstance(each, str | int | float | Path)}, key=ascii
@@ -50,7 +53,9 @@ def _run(module: str, function: str, flags: Mapping[str, Any]) -> Any:
     arguments: list[str] = []
     for flag, words in flags.items():
         arguments += [f"--{flag.replace('_', '-')}", *map(str, words if isinstance(words, list) else [words])]
-    getattr(importlib.import_module(module), function)(*([None] if function == "check" else []), arguments)
+    getattr(importlib.import_module(f"haptic_lab.{module}"), function)(
+        *([None] if function == "check" else []), arguments
+    )
 
 
 def _command(module: str, function: str = "parse") -> Any:
@@ -63,7 +68,7 @@ def words(*valid: str) -> Parameter:
 
 
 def _preset(path: Any) -> Any:
-    return importlib.import_module("presets").read(str(path))
+    return presets.read(str(path))
 
 
 def _checkpoint(path: Path) -> Any:
@@ -71,13 +76,12 @@ def _checkpoint(path: Path) -> Any:
     place = path.parent / "checkpoints" / "000000100"
     place.mkdir(parents=True)
     path.replace(place / "checkpoint.json")
-    found, broken = importlib.import_module("checkpoints").newest(place.parent)
+    found, broken = checkpoints.newest(place.parent)
     return found is None, len(broken)
 
 
 def _results(path: Path, config: Any = None) -> Any:
     """A table of a sweep that somebody has edited."""
-    results = importlib.import_module("results")
     folder = path.parent / "sweep"
     folder.mkdir()
     path.replace(folder / "trials.csv")
@@ -90,18 +94,17 @@ def _results(path: Path, config: Any = None) -> Any:
 
 
 def _showing(path: Path) -> Any:
-    return importlib.import_module("showing").read(path)
+    return explorations.read(path)
 
 
 def _begin(path: Any, shape: Any = "sphere") -> Any:
     """As explore.py does up to its first step."""
-    explore = importlib.import_module("explore")
     name = [str(path)] if isinstance(path, str | Path) else []
     settings, recording = explore.parse(["--recording", *name, "--shape", shape, "--particles", "2"])
     try:
-        session = explore.begin(settings, recording)
+        session = begin(settings, recording)
     except ValueError as error:
-        importlib.import_module("terminal").refuse(str(error))
+        refuse(str(error))
     told = {name: each for name, each in session.told.items() if name != "grid"}
     slam = HapticSLAM(session.hand, particles=2, lag=1, **told)
     (felt, info), state = session.env.reset(seed=0), None
@@ -183,31 +186,33 @@ FLAGS: dict[str, dict[str, Parameter]] = {
         "jobs": words("1"),
     },
 }
-PRESETS = tuple(path.read_bytes() for path in sorted((samples.ROOT / "scripts" / "presets").glob("*.toml")))
+PRESETS = tuple(path.read_bytes() for path in sorted(presets.FOLDER.glob("*.toml")))
 SHOWING = {"angles": np.zeros((3, 8)), "occupancy": np.zeros((3, 4, 4, 4), dtype=np.uint16)}
 
 ENTRIES: dict[str, Entry] = {
     **{
-        f"scripts.{name}": Entry(_command(name), FLAGS[name], COMMAND, weight=2 if name != "train" else 1)
+        f"haptic_lab.commands.{name}": Entry(
+            _command(f"commands.{name}"), FLAGS[name], COMMAND, weight=2 if name != "train" else 1
+        )
         for name in ("explore", "figures", "bench")
     },
-    "scripts.evaluate": Entry(_command("command_line", "check"), FLAGS["evaluate"], COMMAND, weight=2),
-    "scripts.evaluate[config]": Entry(
-        _command("command_line", "check"),
+    "haptic_lab.commands.evaluate": Entry(_command("sweeps.options", "check"), FLAGS["evaluate"], COMMAND, weight=2),
+    "haptic_lab.commands.evaluate[config]": Entry(
+        _command("sweeps.options", "check"),
         {"config": file(".toml", SWEEP).always, "trials": words("3")},
         COMMAND,
         weight=2,
     ),
-    "scripts.train": Entry(
-        lambda **flags: _run("train", "parse", {**flags, "out": [out("run")]}), FLAGS["train"], COMMAND
+    "haptic_lab.commands.train": Entry(
+        lambda **flags: _run("commands.train", "parse", {**flags, "out": [out("run")]}), FLAGS["train"], COMMAND
     ),
-    "scripts.train[preset]": Entry(
-        lambda preset: _run("train", "parse", {"preset": preset, "out": [out("run")]}),
+    "haptic_lab.commands.train[preset]": Entry(
+        lambda preset: _run("commands.train", "parse", {"preset": preset, "out": [out("run")]}),
         {"preset": file(".toml", *PRESETS).always},
         COMMAND,
         weight=2,
     ),
-    "scripts.explore[recording]": Entry(
+    "haptic_lab.commands.explore[recording]": Entry(
         partial(_begin),
         {
             "path": file(".npz", *samples.recordings_npz(), also=archives(samples.arrays())).always,
@@ -216,13 +221,15 @@ ENTRIES: dict[str, Entry] = {
         COMMAND,
         weight=0.3,
     ),
-    "scripts.presets.read": Entry(_preset, {"path": file(".toml", *PRESETS, there=True).always}, FILE, weight=2),
-    "scripts.checkpoints.newest": Entry(
+    "haptic_lab.learning.presets.read": Entry(
+        _preset, {"path": file(".toml", *PRESETS, there=True).always}, FILE, weight=2
+    ),
+    "haptic_lab.learning.checkpoints.newest": Entry(
         _checkpoint,
         {"path": file(".json", b'{"files": {"model.npz": "00"}, "state": {"steps": 3}}', there=True).always},
         FILE,
     ),
-    "scripts.results.Results": Entry(
+    "haptic_lab.sweeps.results.Results": Entry(
         _results,
         {
             "path": file(".csv", TABLE, there=True).always,
@@ -231,7 +238,7 @@ ENTRIES: dict[str, Entry] = {
         FILE,
         weight=2,
     ),
-    "scripts.showing.read": Entry(
+    "haptic_lab.figures.explorations.read": Entry(
         _showing, {"path": file(".npz", samples.npz(SHOWING), also=archives(SHOWING), there=True).always}, FILE
     ),
 }

@@ -1,0 +1,1 @@
+"""What tables of trials say: means with their intervals, calibration, comparisons, ablations."""

@@ -1,0 +1,44 @@
+"""Means and medians with their 95 % intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+
+def interval(values: np.ndarray) -> tuple[float, float, float, int]:
+    """Mean of `values` (n,), and its 95 % interval (Student's t); NaN where there are too few."""
+    count = len(values)
+    mean = float(values.mean()) if count else math.nan
+    if count < 2:
+        return mean, math.nan, math.nan, count
+    half = float(stats.t.ppf(0.975, count - 1) * values.std(ddof=1) / math.sqrt(count))
+    return mean, mean - half, mean + half, count
+
+
+def bootstrapped(table: np.ndarray, estimate: Callable[[np.ndarray], Any]) -> tuple[float, float, float]:
+    """The `estimate` of all numbers of `table` (W, S) and its 95 % interval, what is uncertain being the W worlds."""
+    worlds = np.arange(len(table))
+    drawn = stats.bootstrap(
+        (worlds,),
+        lambda chosen: estimate(table[chosen]),
+        n_resamples=2000,
+        vectorized=False,
+        method="percentile",
+        rng=np.random.default_rng(0),
+    ).bootstrap_distribution
+    low, high = np.quantile(drawn, (0.025, 0.975), method="inverted_cdf")  # some may be infinite
+    return float(estimate(table)), float(low), float(high)
+
+
+def median(times: np.ndarray) -> tuple[float, float, float, int]:
+    """Median of `times` (n,), of which some may be infinite, its 95 % interval, and n."""
+    ordered, count = np.sort(times), len(times)
+    below = int(stats.binom.ppf(0.025, count, 0.5))
+    low, high = ordered[max(below - 1, 0)], ordered[min(count - below, count - 1)]
+    middle = ordered[(count - 1) // 2], ordered[count // 2]
+    return float(0.5 * (middle[0] + middle[1])), float(low), float(high), count

@@ -1,0 +1,174 @@
+"""What the table of a sweep says: means with 95 % intervals, the brackets side by side, and a picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from haptic_lab.analysis.statistics import interval
+from haptic_lab.conditions import FACTORS
+from haptic_lab.files import atomic, part_of_name
+from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES
+from observer import metrics
+
+ALL = "all"
+FLOOR, SLAM, CEILING = "floor", "haptic_slam", "ceiling"
+TITLES = {
+    "pose_error_lagged_deg": "Pose error, lagged (degrees)",
+    "pose_error_online_deg": "Pose error, online (degrees)",
+    "coverage_90": "How often the 90 % interval holds the true angle",
+    "surface_f_score_1": "Surface F-score at 1 voxel",
+    "surface_f_score_2": "Surface F-score at 2 voxels",
+    "occupancy_ece": "Occupancy, expected calibration error over reachable voxels",
+    "shape_posterior_correct": "Named right by the shape posterior over the stream of beliefs",
+    **{f"correct_{n}s": f"Named right by the shape posterior after {n} s" for n in (2, 5, 10)},
+    "shape_likelihood_correct": "Named right by the shape likelihood of the last map",
+    "overlap_nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Jaccard, touched voxels)",
+    "squared_nearest_neighbour_correct": "Named right by one-shot nearest neighbour (squared distance)",
+    "nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Hamming)",
+}
+
+
+def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]) -> pd.DataFrame:
+    """One line for each of `FACTORS`, shape (and `ALL`), observer and measure: mean, 95 % interval, number of trials.
+
+    Names: Wilson's interval. Everything else: Student's t over trials.
+    """
+    correct = [f"{namer}_correct" for namer in namers]
+    shares = {*correct, *(each for each in measures if each.startswith("correct_"))}
+    lines = []
+    groups = [*FACTORS, "shape", "observer"]
+    for names, group in pd.concat([rows, rows.assign(shape=ALL)]).groupby(groups, sort=False):
+        for measure in (*measures, *correct):
+            values = group[measure].dropna().to_numpy(dtype=np.float64)
+            mean, low, high, count = metrics.accuracy(values) if measure in shares else interval(values)
+            lines.append((*names, measure, mean, low, high, count))
+    return pd.DataFrame(lines, columns=[*groups, "measure", "mean", "low", "high", "trials"])
+
+
+def parts(rows: pd.DataFrame, together: Sequence[str] = ("sigma_deg",)) -> Iterator[tuple[str, pd.DataFrame]]:
+    """The rows of each combination of what varies, named like "seconds=5.0"; all, named "", where nothing does. What is
+    to stay `together` is not told apart."""
+    varying = [name for name in FACTORS if name not in together and rows[name].nunique() > 1]
+    if not varying:
+        yield "", rows
+        return
+    for values, part in rows.groupby(varying, sort=False):
+        yield ",".join(f"{name}={part_of_name(value)}" for name, value in zip(varying, values, strict=True)), part
+
+
+def save_picture(summary: pd.DataFrame, namers: Sequence[str], chance: float, folder: Path) -> None:
+    """Write evaluate.png of a `summary` to `folder`; a name is right by `chance`."""
+    figure = draw(summary, namers, chance)
+    with atomic(folder / "evaluate.png") as place:
+        figure.savefig(place)
+
+
+def print_report(lines: pd.DataFrame, console: Console) -> None:
+    """Print the measures of `TITLES` in a summary's `lines`, a table each, the observers side by side."""
+    for measure, title in TITLES.items():
+        mine = lines[lines["measure"] == measure]
+        if len(mine) and mine["trials"].max() > 0:
+            console.print(_table(mine, measure, title))
+
+
+def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:
+    """Pose error against noise, and how often the object is named right, by each namer and observer."""
+    rows = 1 + len(namers) // 2
+    figure = Figure(figsize=(10, 3.5 * rows), layout="constrained")
+    panels = figure.subplots(rows, 2).ravel()
+    for unused in panels[1 + len(namers) :]:
+        unused.axis("off")
+    overall = summary[summary["shape"] == ALL]
+    draw_pose(panels[0], overall[overall["measure"] == "pose_error_lagged_deg"])
+    for axes, namer in zip(panels[1:], namers, strict=False):
+        measure = f"{namer}_correct"
+        _draw_bars(axes, overall[overall["measure"] == measure], f"Named right: {namer.replace('_', ' ')}", chance)
+    handles, labels = panels[1].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    trials = int(overall["trials"].max())
+    figure.suptitle(
+        f"{trials} explorations for each noise, 95 % intervals; dotted: chance", fontsize=12, fontweight="bold"
+    )
+    return figure
+
+
+def _table(lines: pd.DataFrame, measure: str, title: str) -> Table:
+    observers = list(dict.fromkeys(lines["observer"]))
+    bracketed = {FLOOR, SLAM, CEILING} <= set(observers) and not measure.startswith("coverage")
+    result = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    for name in ("σ", "shape", "trials", *observers, *(["closure"] if bracketed else [])):
+        result.add_column(name, justify="left" if name == "shape" else "right")
+    for sigma, of_sigma in lines.groupby("sigma_deg"):
+        for shape in dict.fromkeys(of_sigma["shape"]):
+            cells = of_sigma[of_sigma["shape"] == shape].set_index("observer")
+            told = [_cell(cells.loc[name], measure) for name in observers]
+            if bracketed:
+                ends = (float(cells.loc[name, "mean"]) for name in (SLAM, FLOOR, CEILING))
+                closure = metrics.closure(*ends)
+                told.append("–" if math.isnan(closure) else f"{closure:.0%}")
+            style = "bold" if shape == ALL else None
+            result.add_row(f"{sigma:g}°", shape, str(int(cells["trials"].max())), *told, style=style)
+        result.add_section()
+    return result
+
+
+def _cell(line: pd.Series, measure: str) -> str:
+    if math.isnan(line["mean"]):
+        return "–"
+    if "correct" in measure:
+        return f"{line['mean']:.0%} [{100 * line['low']:.0f}–{100 * line['high']:.0f}]"
+    half = 0.5 * (line["high"] - line["low"])
+    return f"{line['mean']:.2f}" if math.isnan(half) else f"{line['mean']:.2f} ±{half:.2f}"
+
+
+def draw_curve(axes: Axes, line: pd.DataFrame, **style: Any) -> None:
+    """Means against sigma with their intervals, of one `line` of a summary."""
+    errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
+    axes.errorbar(line["sigma_deg"], line["mean"], errors, marker="o", **style)
+
+
+def draw_pose(axes: Axes, lines: pd.DataFrame) -> None:
+    for observer, line in lines.groupby("observer", sort=False):
+        colour = OBSERVER_COLOURS.get(str(observer), "#882255")
+        draw_curve(axes, line, capsize=3, color=colour, linewidth=2.5 if observer == SLAM else 1.2)
+    axes.set(title="Pose error, lagged", xlabel="σ of the joint noise (degrees)", ylabel="RMS error (degrees)")
+    axes.set_xlim(left=0)
+    axes.set_ylim(bottom=0)
+
+
+def _draw_bars(axes: Axes, lines: pd.DataFrame, title: str, chance: float) -> None:
+    observers = list(dict.fromkeys(lines["observer"]))
+    noises = sorted(set(lines["sigma_deg"]))
+    width = 0.8 / len(observers)
+    for index, observer in enumerate(observers):
+        line = lines[lines["observer"] == observer].sort_values("sigma_deg")
+        place = np.arange(len(line)) - 0.4 + (index + 0.5) * width
+        axes.bar(
+            place,
+            line["mean"],
+            0.9 * width,
+            yerr=[line["mean"] - line["low"], line["high"] - line["mean"]],
+            color=OBSERVER_COLOURS.get(observer, "#882255"),
+            error_kw={"capsize": 2, "ecolor": "#D55E00", "linewidth": 1},
+            label=OBSERVER_NAMES.get(observer, observer),
+        )
+    axes.axhline(chance, color="#777777", linestyle=":", linewidth=1)
+    axes.set(
+        title=title,
+        xlabel="σ of the joint noise (degrees)",
+        ylabel="share named right",
+        ylim=(0, 1.02),
+        xticks=range(len(noises)),
+        xticklabels=[f"{each:g}" for each in noises],
+    )

@@ -1,0 +1,102 @@
+"""What the benchmark measures from outside: a whole trial, a policy's decisions, a new process. In seconds."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+import agents
+from haptic_env.hand import Hand
+from haptic_lab.sweeps.worker import GUIDE_VARIANTS
+from haptic_lab.trial import Trial, guided, make_observers
+from observer import ShapePosterior
+
+UNKNOWN: dict[str, Any] = {"size_jitter": 0.2, "yaw_jitter": 45.0, "position_jitter": 0.005}  # of what is explored
+clock = time.perf_counter
+
+
+def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, particles: int, seed: int) -> float:
+    """A trial of `seconds`: environment, policy, observer and the naming of the object."""
+    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, reveal_truth=True)
+    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    observers = make_observers(("haptic_slam",), hand, sigma_deg, particles)
+    trial = Trial(env, "random_torque", observers, ShapePosterior(hand), seed)
+    start = clock()
+    trial.run()
+    trial.finish()
+    took = clock() - start
+    env.close()
+    return took
+
+
+def decisions(
+    env_id: str, shape: str, sigma_deg: float, seconds: float, seed: int, threads: int | None
+) -> NDArray[np.float64]:
+    """Every decision of `information_gain` in an exploration, guided as in a sweep."""
+    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, **UNKNOWN)
+    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    env = guided(env, "information_gain", sigma_deg, ShapePosterior(hand, variants=GUIDE_VARIANTS, **UNKNOWN))
+    policy, state, over, took = agents.make("information_gain", env, seed=seed, threads=threads), None, False, []
+    observation, _ = env.reset(seed=seed)
+    while not over:
+        decides = state is None or state[1] == 0
+        start = clock()
+        torque, state = agents.act(policy, observation, state)
+        if decides:
+            took.append(clock() - start)
+        observation, _, _, over, _ = env.step(torque)
+    env.close()
+    return np.array(took)
+
+
+CHILD = """
+import json, pathlib, resource, sys, time
+start = time.perf_counter()
+import gymnasium as gym, numpy as np
+import haptic_env
+from haptic_env.grid import Grid
+from observer import HapticSLAM
+imported = time.perf_counter()
+def peak():
+    status = pathlib.Path("/proc/self/status")  # of this process alone; the other one may be its parent's
+    if status.exists():
+        return next(1024 * int(line.split()[1]) for line in status.open() if line.startswith("VmHWM"))
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+env_id, shape, particles, voxels, steps = sys.argv[1], sys.argv[2], *map(int, sys.argv[3:])
+env = gym.make(env_id, shape=shape)
+hand = env.unwrapped.hand
+grid = Grid.around(hand.grasp_centre, hand.workspace, float(hand.workspace.max()) / voxels)
+slam = HapticSLAM(hand, 3.0, particles, grid=grid)
+env.reset(seed=0)
+before = peak()
+slam.reset(seed=0)
+ready = time.perf_counter()
+rng = np.random.default_rng(0)
+for step in range(steps):
+    torque = np.tanh(rng.standard_normal(hand.joints)).astype(np.float32)
+    seen, *_ = env.step(torque)
+    slam.step(torque, seen["joint_angles"], seen["contacts"])
+    if step == 0:
+        first = time.perf_counter()
+    if step == slam.lag:
+        mapped = time.perf_counter()
+print(json.dumps({"import": imported - start, "make": ready - imported, "first step": first - ready,
+                  "first step into the maps": mapped - first, "before": before, "after": peak()}))
+"""
+
+
+def fresh_process(env_id: str, shape: str, particles: int, voxels: int, steps: int) -> dict[str, float]:
+    """What a new process takes: seconds to import, to make the environment and the observer, to its first steps, and
+    bytes of memory `before` the trial and `after` it, at their peaks."""
+    command = [sys.executable, "-c", CHILD, env_id, shape, str(particles), str(voxels), str(steps)]
+    path = os.pathsep.join(filter(None, sys.path))
+    ran = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
+    return dict(json.loads(ran.stdout))

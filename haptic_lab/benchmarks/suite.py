@@ -1,0 +1,271 @@
+"""Everything that the benchmark measures, and the figures that follow from it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from joblib import cpu_count
+from rich.console import Console
+
+import haptic_env
+from haptic_env import shapes, validate
+from haptic_lab.benchmarks import end_to_end, timings
+from haptic_lab.benchmarks.table import Figure, beyond, number, of_steps, spread
+from haptic_lab.benchmarks.timings import Recording
+from observer import HapticSLAM, ShapePosterior
+
+PROCESS = ("import", "make", "first step", "first step into the maps")
+PASSES = 10  # of env.step a round, between the other measurements: its parts are of microseconds
+WHOLE_HAND = "HapticSLAM/MyoHand-v0"
+PEER_MICROSECONDS = 250.0  # a particle and observation: MRPT's rbpf-slam, at its best
+STAGES = {  # and whether it deals with the present step or with the lagged one
+    "forward model": True,
+    "pose filter and lag, without it": True,
+    "match and touch, every particle": False,
+    "geometry, sweeps, random numbers": False,
+    "occupancy of the belief that is held": False,
+    "weigh and resample": False,
+    "proposal, belief and checks": False,
+    "classify (ShapePosterior.update)": False,
+}
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much is measured: few and many particles, coarse and fine grids (voxels along an edge), steps of the
+    recording, seconds of the whole trial, megabytes that are copied."""
+
+    few: int = 200
+    many: int = 1000
+    coarse: int = 32
+    fine: int = 64
+    steps: int = 120
+    seconds: float = 10.0
+    megabytes: int = 256
+
+
+QUICK = Size(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the command line asks for."""
+
+    env: str
+    shape: str
+    sigma: float
+    seed: int
+    rounds: int
+    quick: bool
+    json: str | None
+
+    def __post_init__(self) -> None:
+        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        validate.choice("--shape", self.shape, shapes.SHAPES)
+        validate.number("--sigma", self.sigma, high=90.0, above=0.0, unit="degrees")
+        validate.integer("--seed", self.seed, 0, 2**32 - 1)
+        validate.integer("--rounds", self.rounds, 1, 1000)
+        if self.json is not None and not Path(self.json).parent.is_dir():
+            raise ValueError(f"--json must be a file in a folder that exists, got {self.json!r}")
+
+
+Values = dict[str, Any]  # by name: (T,) seconds, or one number
+
+
+def rounds(measurements: list[Callable[[], Values]], count: int, console: Console) -> Values:
+    """Take every measurement once a round; by name, all rounds stacked: (rounds, T) or (rounds,)."""
+    found: dict[str, list[Any]] = {}
+    with console.status("") as status:
+        for turn in range(count):
+            for number, measure in enumerate(measurements, start=1):
+                status.update(f"round {turn + 1} of {count}, measurement {number} of {len(measurements)} …")
+                for name, value in measure().items():
+                    found.setdefault(name, []).append(value)
+    return {name: np.array(values) for name, values in found.items()}
+
+
+class Bench:
+    """Everything that is measured, and the figures that follow from it."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.size = size = QUICK if settings.quick else Size()
+        self.cores = cpu_count()
+        self.threads: list[int | None] = [None, *sorted({1, min(2, self.cores)})]
+        self.recording = timings.record(settings.env, settings.shape, settings.sigma, settings.seed, size.steps)
+        self.slams = {
+            (particles, voxels): timings.make_slam(self.recording, particles, voxels)
+            for voxels in (size.coarse, size.fine)
+            for particles in (size.few, size.many)
+        }
+        self.shape = ShapePosterior(self.recording.hand)
+        self.whole: tuple[Recording, HapticSLAM] | None = None
+        try:
+            recording = timings.record(WHOLE_HAND, settings.shape, settings.sigma, settings.seed, size.steps)
+            self.whole = recording, HapticSLAM(recording.hand, settings.sigma, size.few)
+        except ImportError as error:
+            self.missing = str(error)
+        self.lag = self.slams[size.few, size.coarse].lag
+        self.now, self.late = self.recording.touching, self.recording.lagged(self.lag)
+
+    def warm_up(self) -> None:
+        """Compile what is not in the cache."""
+        timings.environment(self.recording)
+        self._stages()
+        if self.whole:
+            self._observe(self.whole, None, False)
+
+    def measurements(self) -> list[Callable[[], Values]]:
+        """What one round takes."""
+        asked, size = self.settings, self.size
+        trial = asked.env, asked.shape, asked.sigma, size.seconds, size.few, asked.seed
+        others: list[Callable[[], Values]] = [
+            lambda: {"kinematics": timings.kinematics(self.recording)},
+            lambda: {"bandwidth": timings.copy_bandwidth(size.megabytes)},
+            lambda: {"PoseFilter.step": timings.pose_filter(self.slams[size.few, size.coarse], self.recording)},
+            self._stages,
+            lambda: {"trial": end_to_end.whole_trial(*trial)},
+            lambda: {"decisions": end_to_end.decisions(*trial[:3], 0.5 * size.seconds, asked.seed, None)},
+            partial(end_to_end.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
+            *(partial(self._observe, what, threads, busy) for what, threads, busy in self._observed()),
+        ]
+        passes = [partial(timings.environment, self.recording, turn) for turn in range(PASSES)]
+        return [each for some in itertools.zip_longest(passes, others) for each in some if each is not None]
+
+    def _stages(self) -> Values:
+        return timings.stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
+
+    def _observed(self) -> Iterator[tuple[tuple[Recording, HapticSLAM], int | None, bool]]:
+        """What is observed on how many threads (None: as a user has it who says nothing), and whether each core has
+        another process that never rests."""
+        for what in (*((self.recording, slam) for slam in self.slams.values()), *([self.whole] if self.whole else ())):
+            for threads in self.threads:
+                yield from ((what, threads, busy) for busy in (False, True))
+
+    def _observe(self, what: tuple[Recording, HapticSLAM], threads: int | None, busy: bool) -> Values:
+        recording, slam = what
+        with timings.neighbours(self.cores if busy else 0):
+            return {_slam(recording, slam, threads, busy): timings.observe(slam, recording, threads)}
+
+    def figures(self, console: Console) -> list[Figure]:
+        """Measure all rounds."""
+        size = self.size
+        found = rounds(self.measurements(), self.settings.rounds, console)
+        touched = {
+            voxels: float(np.median(timings.bytes_touched(self.slams[size.few, voxels], self.recording)[self.lag :]))
+            for voxels in (size.coarse, size.fine)
+        }
+        large = end_to_end.fresh_process(self.settings.env, self.settings.shape, size.many, size.fine, size.steps)
+        return [
+            *self._of_steps(found),
+            *self._of_slam(found, touched),
+            *self._of_whole_hand(found),
+            *self._of_stages(found),
+            *self._of_memory(found, touched, large),
+            *self._of_the_whole(found),
+        ]
+
+    def _of_steps(self, found: Values) -> list[Figure]:
+        pose = found["forward model"] + found["pose filter and lag, without it"]
+        return [
+            beyond(found["env.step"], found["mj_step"], self.now),
+            of_steps("env.step", found["env.step"], self.now, note="its mj_step calls included"),
+            of_steps("PoseFilter.step, alone", found["PoseFilter.step"], self.now),
+            of_steps("PoseFilter.step, between map updates", pose, self.now, note="which empty the processor's caches"),
+        ]
+
+    def _of_slam(self, found: Values, touched: dict[int, float]) -> list[Figure]:
+        plain = 1e6 * timings.plain(self.slams[self.size.few, self.size.coarse], self.recording)
+        note = f"{self.size.coarse}³; the tests' oracle"
+        rows = [Figure("a particle and step with contact in plain NumPy", "µs", plain, note=note)]
+        bandwidth = float(np.median(found["bandwidth"]))
+        for (particles, voxels), slam in self.slams.items():
+            share = touched[voxels] * particles / bandwidth
+
+            def told(seconds: float, each: float = 1e6 / particles, share: float = share) -> str:
+                each *= seconds
+                return (
+                    f"{number(each)} µs a particle: 1/{plain / each:.0f} of NumPy, "
+                    f"1/{PEER_MICROSECONDS / each:.0f} of MRPT; {share / seconds:.1%} of the copy bandwidth"
+                )
+
+            rows += self._of_settings(found, self.recording, slam, told)
+        return rows
+
+    def _of_settings(
+        self, found: Values, recording: Recording, slam: HapticSLAM, told: Callable[[float], str]
+    ) -> list[Figure]:
+        """The same observer by all numbers of threads; how far that of a user who says nothing is from the best."""
+        rows, late = [], recording.lagged(slam.lag)
+        for busy in (False, True):
+            names = {threads: _slam(recording, slam, threads, busy) for threads in self.threads}
+            took = {t: float(np.median(np.median(found[name], axis=0)[slam.lag :])) for t, name in names.items()}
+            best = min(took.values())
+            for threads, name in names.items():
+                note = told(took[threads]) if threads == 1 and not busy else ""
+                if threads is None:
+                    note = f"{took[None] / best:.2f} of the best number of threads"
+                rows.append(of_steps(name, found[name], late, slam.lag, unit="ms", note=note))
+        return rows
+
+    def _of_whole_hand(self, found: Values) -> list[Figure]:
+        if self.whole is None:
+            return [Figure("HapticSLAM.step of MyoHand", "ms", math.nan, note=f"skipped: {self.missing}")]
+        recording, slam = self.whole
+        voxels = "×".join(map(str, slam.grid.shape))
+        steps = np.median(found[_slam(recording, slam, 1, False)], axis=0)[slam.lag :]
+        told = f"J = {recording.hand.joints}, P = {len(recording.hand.patches)}, {voxels}"
+        note = f"{told}; 90 % of steps below {1e3 * np.percentile(steps, 90):.1f} ms"
+        return self._of_settings(found, recording, slam, lambda _: note)
+
+    def _of_stages(self, found: Values) -> list[Figure]:
+        note = f"N = {self.size.few}, {self.size.coarse}³, 1 thread"
+        rows = [
+            of_steps(
+                f"stage: {name}", found[name], self.now if present else self.late, 0 if present else self.lag, note=note
+            )
+            for name, present in STAGES.items()
+        ]
+        frames = 1e6 * found["kinematics"]
+        note = "forward kinematics; done a few times a step, whatever N is"
+        return [*rows, Figure("kinematics of one pose", "µs", *spread(frames), note)]
+
+    def _of_memory(self, found: Values, touched: dict[int, float], large: dict[str, float]) -> list[Figure]:
+        size, note = self.size, "lines of its map that changed, read and written"
+        return [
+            Figure("copy bandwidth", "GB/s", *spread(found["bandwidth"] / 1e9), "np.copyto, read and written"),
+            *(Figure(f"bytes a step and particle, {n}³", "B", each, note=note) for n, each in touched.items()),
+            Figure(
+                f"memory, N = {size.many}, {size.fine}³",
+                "MB",
+                large["after"] / 1e6,
+                note=f"peak of a process; {large['before'] / 1e6:.0f} before the trial",
+            ),
+        ]
+
+    def _of_the_whole(self, found: Values) -> list[Figure]:
+        trial, seconds = found["trial"], self.size.seconds
+        decided = 1e3 * found["decisions"]
+        most = np.percentile(np.median(decided, axis=0), 90)
+        name = "a decision of information_gain"
+        told = f"size and place unknown; {decided.shape[1]} of an exploration, 90 % below {most:.0f} ms"
+        note = f"N = {self.size.few}, names the object; {seconds / np.median(trial):.1f} times real time"
+        return [
+            *(Figure(f"new process: {part}", "ms", *spread(1e3 * found[part]), "kernels cached") for part in PROCESS),
+            Figure(name, "ms", *spread(np.median(decided, axis=1)), told),
+            Figure(f"a whole trial of {seconds:g} s, one core", "s", *spread(trial), note),
+        ]
+
+
+def _slam(recording: Recording, slam: HapticSLAM, threads: int | None, busy: bool = False) -> str:
+    hand = recording.hand.name
+    of = f"{slam.grid.shape[0]}³" if hand == "two_finger" else "MyoHand"
+    said = "" if threads is None else f", {threads} thread{'s' if threads > 1 else ''}"
+    return f"HapticSLAM.step, N = {slam.n_particles}, {of}{said}{', each core busy' if busy else ''}"

@@ -1,0 +1,288 @@
+"""What the benchmark measures: how long each part takes, step by step of one recorded exploration.
+
+Shapes: T steps, J joints, P patches, N particles. All times in seconds. Measurements are functions that may be called
+again and again: each call takes every step anew, so that repetitions of all can be interleaved.
+"""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+import agents
+from haptic_env.compiled import kernel
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+from haptic_lab.benchmarks import reference
+from observer import HapticSLAM, ShapePosterior, marginal_kernels
+from observer.kinematics import Tree, body_frames, tree_of
+
+Array = NDArray[np.float64]
+LINE = 64  # bytes that the memory hands out at once
+clock = time.perf_counter
+RESTLESS = """
+import os, sys, threading
+threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()
+print(flush=True)
+while True:
+    pass
+"""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """An exploration: `torques` (T, J) commanded and `controls` (T, J) with motor noise, fractions; `felt` (T, J) rad;
+    `contacts` (T, P)."""
+
+    env: gym.Env[Any, Any]
+    hand: Hand
+    seed: int
+    sigma_deg: float
+    torques: NDArray[np.float32]
+    controls: Array
+    felt: NDArray[np.float32]
+    contacts: NDArray[np.bool_]
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """(T,) whether any patch felt contact."""
+        return np.asarray(self.contacts.any(axis=1))
+
+    def lagged(self, lag: int) -> NDArray[np.bool_]:
+        """(T,) whether any patch felt contact at the step that enters the maps `lag` steps later."""
+        return np.concatenate([np.zeros(lag, dtype=bool), self.touching[: len(self.touching) - lag]])
+
+
+def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int, **keywords: Any) -> Recording:
+    """Explore with random torques; `keywords` are the environment's."""
+    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=3600.0, **keywords)
+    base: Any = env.unwrapped
+    observation, _ = env.reset(seed=seed)
+    policy, state = agents.make("random_torque", env, seed=seed), None
+    rows = []
+    for _ in range(steps):
+        torque, state = policy.predict(observation, state)
+        observation, *_ = env.step(torque)
+        felt, contacts = observation["joint_angles"], observation["contacts"].astype(bool)
+        rows.append((torque, base._data.ctrl.copy(), felt, contacts))
+    return Recording(env, base.hand, seed, sigma_deg, *(np.array(each) for each in zip(*rows, strict=True)))
+
+
+def environment(recording: Recording, turn: int = 0) -> dict[str, Array]:
+    """`env.step` (T,) as a user calls it, and right before or after it the bare `mj_step` calls (T,) from the same
+    state: each comes first every other time, and at a step at every other `turn`."""
+    base: Any = recording.env.unwrapped
+    recording.env.reset(seed=recording.seed)
+    model, data = base._model, mujoco.MjData(base._model)
+    what = mujoco.mjtState.mjSTATE_INTEGRATION
+    state = np.empty(mujoco.mj_stateSize(model, what))
+    steps = len(recording.torques)
+    whole, bare = np.empty(steps), np.empty(steps)
+    for k in range(steps):
+        mujoco.mj_getState(model, base._data, state, what)
+        mujoco.mj_setState(model, data, state, what)
+        data.ctrl[:] = recording.controls[k]
+        bare_first = (k + turn) % 2
+        for bare_now in (bare_first, not bare_first):
+            start = clock()
+            if not bare_now:
+                recording.env.step(recording.torques[k])
+                whole[k] = clock() - start
+            else:
+                mujoco.mj_step(model, data, base.substeps)
+                bare[k] = clock() - start
+    return {"env.step": whole, "mj_step": bare}
+
+
+def make_slam(recording: Recording, particles: int, voxels: int) -> HapticSLAM:
+    """An observer with `voxels`³ over the hand's workspace."""
+    hand = recording.hand
+    grid = Grid.around(hand.grasp_centre, hand.workspace, float(hand.workspace.max()) / voxels)
+    return HapticSLAM(hand, recording.sigma_deg, particles, grid=grid)
+
+
+def pose_filter(slam: HapticSLAM, recording: Recording) -> Array:
+    """`PoseFilter.step` (T,) with nothing else between its steps: what it needs stays in the processor's caches."""
+    took = np.empty(len(recording.torques))
+    slam.reset()
+    torques, felt = recording.torques.astype(np.float64), recording.felt.astype(np.float64)
+    for k, each in enumerate(zip(torques, felt, recording.contacts, strict=True)):
+        start = clock()
+        slam.pose.step(*each)
+        took[k] = clock() - start
+    return took
+
+
+@contextmanager
+def neighbours(count: int) -> Iterator[None]:
+    """So many other processes that never rest, while the context lasts; they end with this one."""
+    command = [sys.executable, "-c", RESTLESS]
+    others = [subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) for _ in range(count)]
+    try:
+        for other in others:
+            assert other.stdout is not None
+            other.stdout.readline()  # it runs
+        yield
+    finally:
+        for other in others:
+            other.kill()
+            other.communicate()
+
+
+def observe(slam: HapticSLAM, recording: Recording, threads: int | None) -> Array:
+    """`HapticSLAM.step` (T,) as a user calls it: the last belief is still held. `threads` as `HapticSLAM`'s."""
+    slam.threads = threads
+    took = np.empty(len(recording.torques))
+    belief = slam.reset(seed=0)
+    for k, each in enumerate(zip(recording.torques, recording.felt, recording.contacts, strict=True)):
+        start = clock()
+        belief = slam.step(*each)
+        took[k] = clock() - start
+    del belief
+    return took
+
+
+class Stopwatch:
+    """Seconds spent in chosen functions, summed until `read`."""
+
+    def __init__(self) -> None:
+        self.spent: dict[str, float] = {}
+
+    @contextmanager
+    def on(self, **parts: tuple[Any, str]) -> Iterator[None]:
+        """Time each named part, given as an owner and the name of its function, while the context lasts."""
+        for name, (owner, function) in parts.items():
+            setattr(owner, function, self._timed(name, getattr(owner, function)))
+        try:
+            yield
+        finally:
+            for owner, function in parts.values():
+                timed = getattr(owner, function)
+                if isinstance(owner, type(marginal_kernels)):
+                    setattr(owner, function, timed.inner)
+                else:
+                    delattr(owner, function)  # of the instance: its class has the function
+
+    def read(self) -> dict[str, float]:
+        """Seconds by part since the last time."""
+        spent = dict(self.spent)
+        self.spent = dict.fromkeys(spent, 0.0)
+        return spent
+
+    def _timed(self, name: str, inner: Any) -> Any:
+        self.spent[name] = 0.0
+
+        def timed(*arguments: Any, **keywords: Any) -> Any:
+            start = clock()
+            try:
+                return inner(*arguments, **keywords)
+            finally:
+                self.spent[name] += clock() - start
+
+        timed.inner = inner  # type: ignore[attr-defined]
+        return timed
+
+
+def stages(slam: HapticSLAM, shape: ShapePosterior, recording: Recording) -> dict[str, Array]:
+    """Each stage (T,) of one turn of the observer and its classifier, on one thread."""
+    slam.threads = 1
+    watch, rows = Stopwatch(), []
+    belief = slam.reset(seed=0)
+    shape.reset(seed=0)
+    with watch.on(
+        model=(slam.pose.model, "predict"),  # type: ignore[attr-defined]
+        pose=(slam.pose, "step"),
+        propose=(slam, "_propose"),
+        match=(slam, "_match_and_map"),
+        kernel=(marginal_kernels, "match_and_touch"),
+        occupancy=(slam._maps, "before_change"),
+        weigh=(slam, "_weigh"),
+        resample=(slam, "_resample"),
+        belief=(slam, "_belief"),
+        classify=(shape, "update"),
+        step=(slam, "step"),
+    ):
+        for each in zip(recording.torques, recording.felt, recording.contacts, strict=True):
+            belief = slam.step(*each)
+            shape.update(belief)
+            rows.append(watch.read())
+    del belief
+    took = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    known = took["pose"] + took["propose"] + took["match"] + took["weigh"] + took["resample"] + took["belief"]
+    return {
+        "forward model": took["model"],
+        "pose filter and lag, without it": took["pose"] - took["model"],
+        "match and touch, every particle": took["kernel"],
+        "geometry, sweeps, random numbers": took["match"] - took["kernel"] - took["occupancy"],
+        "occupancy of the belief that is held": took["occupancy"],
+        "weigh and resample": took["weigh"] + took["resample"],
+        "proposal, belief and checks": took["step"] - known + took["propose"] + took["belief"],
+        "classify (ShapePosterior.update)": took["classify"],
+    }
+
+
+@kernel()
+def _frames(tree: Any, poses: Any, position: Any, rotation: Any) -> None:
+    for n in range(len(poses)):
+        body_frames(tree, poses[n], position, rotation)
+
+
+def kinematics(recording: Recording, poses: int = 2000) -> float:
+    """Forward kinematics of one pose, on one thread."""
+    tree: Tree = tree_of(recording.hand)
+    angles = np.resize(recording.felt.astype(np.float64), (poses, recording.hand.joints))
+    frames = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
+    _frames(tree, angles[:1], *frames)
+    start = clock()
+    _frames(tree, angles, *frames)
+    return (clock() - start) / poses
+
+
+def plain(slam: HapticSLAM, recording: Recording, steps: int = 3) -> float:
+    """Seconds for one particle and step with contact in plain NumPy: `reference`, which the kernels are tested against;
+    it scores K candidates and writes one map."""
+    hand, grid, model, took = recording.hand, slam.grid, slam.contact_model, []
+    log_odds = np.zeros(grid.shape, dtype=np.int8)
+    watched, sure = np.ones(len(hand.links), dtype=bool), np.zeros(len(hand.links))
+    for k in np.flatnonzero(recording.touching)[:steps]:
+        q, contacts = recording.felt[k].astype(np.float64), recording.contacts[k]
+        start = clock()
+        for _ in range(slam.n_candidates):
+            reference.log_likelihood(hand, grid, model, q, contacts, watched, log_odds)
+        reference.write(hand, grid, model, q, sure, contacts, np.ones(len(contacts)), log_odds)
+        took.append(clock() - start)
+    return float(np.median(took)) if took else math.nan
+
+
+def bytes_touched(slam: HapticSLAM, recording: Recording) -> Array:
+    """(T,) bytes per particle that a step reads and writes again: the cache lines of its own map that it changes."""
+    slam.reset(seed=0)
+    count, touched = slam.n_particles, np.empty(len(recording.torques))
+    for k, each in enumerate(zip(recording.torques, recording.felt, recording.contacts, strict=True)):
+        before = slam._maps.own.copy()
+        slam.step(*each)
+        before = np.pad(before, ((0, 0), (0, slam._maps.own.shape[1] - before.shape[1])))  # there may be more room now
+        changed = slam._maps.own != before
+        changed = np.pad(changed, ((0, 0), (0, -changed.shape[1] % LINE)))
+        touched[k] = 2 * LINE * changed.reshape(-1, LINE).any(axis=1).sum() / count
+    return touched
+
+
+def copy_bandwidth(megabytes: int) -> float:
+    """Bytes read and written a second by `np.copyto` of a large array."""
+    source = np.ones(megabytes << 17)
+    target = np.zeros_like(source)
+    start = clock()
+    np.copyto(target, source)
+    return 2 * source.nbytes / (clock() - start)

@@ -1,0 +1,62 @@
+"""The command `haptic-slam`. Each of its commands is a module with a `main`, which is loaded when it is asked for."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import signal
+import sys
+from importlib import metadata
+from typing import NoReturn
+
+COMMANDS = {
+    "explore": "let a blind hand explore a hidden object, and name it",
+    "replay": "let the hand repeat a recording, and name what it touched",
+    "evaluate": "measure the observer between its brackets over many trials",
+    "figures": "draw the figures of the paper, and those beyond it",
+    "train": "train a policy to name what the hand touches",
+    "bench": "measure how fast it is",
+    "picture-recording": "draw a recorded hand, and the map that it built",
+    "scaling": "measure how the time of a step grows",
+    "scheduling": "measure what a sweep costs beyond its trials",
+}
+ONE_CORE = ("train",)  # each of its processes computes on one core: environments run side by side
+THREADS = {
+    "NUMBA_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_WAIT_POLICY": "passive",
+}
+EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --out out/pyramid
+          haptic-slam evaluate --sigmas 3 5 --trials 20 --out out/evaluate
+          haptic-slam explore --help"""
+
+
+def run(command: str) -> NoReturn:
+    """Run one of `COMMANDS` with the arguments of this process, and end it with the command's exit code."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules are loaded Ctrl-C ends it without a word
+    if command in ONE_CORE:
+        for name, value in THREADS.items():
+            os.environ.setdefault(name, value)
+    from haptic_lab.terminal import program
+
+    module = importlib.import_module(f"haptic_lab.commands.{command.replace('-', '_')}")
+    program(module.main)
+
+
+def main() -> NoReturn:
+    """The entry point of `haptic-slam`."""
+    told = "\n".join(f"  {name:18} {what}" for name, what in COMMANDS.items())
+    parser = argparse.ArgumentParser(
+        "haptic-slam",
+        usage="%(prog)s [--help] COMMAND ...",
+        description=f"A hand explores an object it cannot see; an observer says what it felt.\n\ncommands:\n{told}",
+        epilog=EXAMPLE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("command", choices=COMMANDS, help=argparse.SUPPRESS)
+    parser.add_argument("--version", action="version", version=f"%(prog)s {metadata.version('haptic-slam')}")
+    given = parser.parse_args(sys.argv[1:2] or ["--help"])
+    sys.argv = [f"{parser.prog} {given.command}", *sys.argv[2:]]  # so errors and help are told in its name
+    run(given.command)

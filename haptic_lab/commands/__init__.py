@@ -1,0 +1,1 @@
+"""The commands of `haptic-slam`: each is a module with a `main`."""

@@ -1,0 +1,74 @@
+"""Measure the observer between its brackets over many trials: every combination of noises, policies and durations.
+
+Writes to --out: trials.csv (one row for each trial and observer, with all that is needed to run it again),
+summary.csv and evaluate.png; with --ablation ablation.csv and ablation.png instead of the latter, with --calibration
+also calibration.csv and a picture for each observer, with several policies also policies.csv and policies.png, which
+compare them. Where more than sigma varies, pictures stand in a folder for each combination. The same command goes on
+where it was stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+from rich.console import Console
+
+from haptic_lab.analysis import ablation, policy_comparison, reliability
+from haptic_lab.analysis.summary import parts, print_report, save_picture, summarise
+from haptic_lab.files import write_csv
+from haptic_lab.folder_lock import claimed
+from haptic_lab.sweeps.driver import WIDTH, run, sweep
+from haptic_lab.sweeps.measures import MEASURES
+from haptic_lab.sweeps.options import check, open_results
+from haptic_lab.terminal import make_console
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    given = check(__doc__, arguments)
+    with claimed(Path(given.out)):
+        open_results(given)
+        console = make_console(WIDTH)
+        code = run(lambda: sweep(given, console), console)
+        return run(lambda: report(given, console), console) or code
+
+
+def report(given: argparse.Namespace, console: Console) -> None:
+    """Put the table in order, and write and print what it says."""
+    given.results.rewrite()
+    if not given.results.trials:
+        return
+    table, settings = given.results.path, given.settings
+    written, summaries = [str(table), "summary.csv"], []
+    all_rows = pd.read_csv(table)
+    for name, rows in parts(all_rows):
+        folder = _part(table.parent, name, console)
+        summaries.append(summarise(rows, MEASURES, settings.namers))
+        if given.ablation:
+            names = ablation.save(rows, folder)
+            ablation.print_table(folder / "ablation.csv", console)
+        else:
+            save_picture(summaries[-1], settings.namers, 1.0 / len(settings.shapes), folder)
+            print_report(summaries[-1], console)
+            names = ["evaluate.png"]
+        if given.calibration:
+            names += reliability.save(rows, folder)
+        written += [str(Path(name, each)) for each in names]
+    if all_rows["policy"].nunique() > 1:
+        for name, rows in parts(all_rows, together=("sigma_deg", "policy")):
+            folder = _part(table.parent, name, console)
+            written += [str(Path(name, each)) for each in policy_comparison.save(rows, folder)]
+            policy_comparison.print_table(folder / "policies.csv", console)
+    write_csv(table.parent / "summary.csv", pd.concat(summaries))
+    console.print(f"Written: {', '.join(written)}", highlight=False)
+
+
+def _part(folder: Path, name: str, console: Console) -> Path:
+    """Where the part `name` of a table is told of, under a heading; "" is the whole."""
+    place = folder / name
+    place.mkdir(exist_ok=True)
+    if name:
+        console.rule(name)
+    return place

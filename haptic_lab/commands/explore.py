@@ -1,0 +1,141 @@
+"""Let a blind hand explore a hidden object, watch what the observer believes, and name the object.
+
+Writes explore.png (the map over the true shape, pose error and posterior through time), explore.json (the figures),
+explore.npz (belief and trace) and recording.npz (what was done and felt, for --recording) to --out.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import agents
+import haptic_env
+from haptic_env import recordings, shapes
+from haptic_env.recordings import Recording
+from haptic_lab import replay, worlds
+from haptic_lab.conditions import TRUST
+from haptic_lab.exploration.output import picture, save_trace
+from haptic_lab.exploration.run import begin, explore
+from haptic_lab.exploration.settings import DEFAULTS, Settings
+from haptic_lab.exploration.summary import summarise, table
+from haptic_lab.files import atomic, write_json
+from haptic_lab.folder_lock import claimed
+from haptic_lab.style import titles_of
+from haptic_lab.terminal import Parser, as_path, make_console, tell_error
+from haptic_lab.warm_up import get_ready
+from haptic_lab.worlds import HANDS_OR_IDS, environment
+
+EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --seed 3 --out out/pyramid
+          haptic-slam replay inspect.npz --mesh cube.stl
+          haptic-slam replay glove.txt --hand adroit --shape sphere"""
+
+RECORDING = "let the hand repeat this recording: .npz, or the .txt of a CyberGlove"
+
+
+def parse(
+    arguments: list[str] | None,
+    recording: str = "--recording",
+    description: str | None = __doc__,
+    example: str = EXAMPLE,
+) -> tuple[Settings, Recording | None]:
+    """Read and check the command line, and the `recording` that it names; ends the program with code 2 where either
+    makes no sense."""
+    parser = Parser(description=description, epilog=example, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add("--env", "--hand", help=f"{HANDS_OR_IDS} (default two_finger, or the one that the recording is of)")
+    add(
+        "--shape",
+        "--mesh",
+        type=as_path,
+        help=f"{', '.join(shapes.SHAPES)}, or a mesh file (default: drawn at random, hidden until the end)",
+    )
+    add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
+    add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
+    add("--seconds", type=float, help="how long to explore (default 10, or as long as the recording)")
+    add("--particles", type=int, help="hypotheses of the observer (default 200)")
+    add(
+        "--policy",
+        type=as_path,
+        default="random_torque",
+        help=f"{', '.join(agents.POLICIES)}, or a trained model.npz; a .zip needs --trust (default random_torque)",
+    )
+    add("--trust", action="store_true", help=TRUST)
+    add("--seed", type=int, help="the same seed is the same exploration (default 0)")
+    add(recording, type=as_path, metavar="FILE", help=RECORDING)
+    add("--part", metavar="NAME", help="which recording, of a file that holds several")
+    add(
+        "--calibration",
+        type=as_path,
+        metavar="FILE",
+        help="TOML: what the sensors of a glove mean (default: as for GraspDB14)",
+    )
+    add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
+    given = vars(parser.parse_args(arguments))
+    source = given.pop("recording"), given.pop("part"), given.pop("calibration")
+    found: Recording | None = None
+    usual = dict(DEFAULTS)
+    try:
+        if given["env"] is not None:
+            given["env"] = environment(given["env"])
+        if source[0] is not None:
+            found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]))
+            usual |= {name: value for name, value in found.settings.items() if name in usual}
+            if given["env"] is None and "env" not in found.settings:
+                usual["env"] = replay.environment_of(found)
+        elif any(source):
+            raise ValueError("--part and --calibration say how to read a --recording, which is not given")
+        told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
+        settings = Settings(**told)
+    except ValueError as error:
+        parser.error(str(error))
+    except OSError as error:
+        parser.error(f"--recording cannot be read: {error}")
+    return settings, found
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    settings, recording = parse(arguments)
+    with claimed(Path(settings.out)):
+        return run(settings, recording)
+
+
+def run(settings: Settings, recording: Recording | None) -> int:
+    """Explore, and write what came of it to the folder that is claimed; returns the exit code."""
+    console = make_console()
+    try:
+        session = begin(settings, recording)
+    except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
+        tell_error(str(error))
+        return 2
+    get_ready(console, session.env.unwrapped.hand)  # type: ignore[attr-defined]
+    what = "a hidden object"
+    if settings.shape:
+        what = f"a {titles_of((*session.candidates, settings.shape))[settings.shape]}"
+    seconds = session.env.unwrapped.episode_steps / session.env.unwrapped.control_hz  # type: ignore[attr-defined]
+    how = f", as in {recording.source}" if recording else ""
+    console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
+    if session.simulated:
+        console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
+    try:
+        exploration, accounts, took, stopped = explore(settings, session, console)
+    except ValueError as error:  # an object that this hand cannot hold
+        tell_error(str(error))
+        return 2
+    truth = worlds.truth_among(exploration.solid, session.candidates)
+    summary = summarise(settings, exploration, accounts, truth, took, session.simulated)
+    out = Path(settings.out)
+    picture(out / "explore.png", exploration, accounts, summary)
+    save_trace(out / "explore.npz", exploration, accounts)
+    write_json(out / "explore.json", summary)
+    with atomic(out / "recording.npz") as place:
+        kept = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
+        recordings.write(place, replay.as_recording(exploration, kept, session.followed))
+    console.print(table(summary))
+    files = "explore.json, explore.npz, recording.npz"
+    console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
+    if stopped:
+        console.print("Stopped early: this is what was explored until then.", highlight=False)
+    return 130 if stopped else 0

@@ -1,0 +1,162 @@
+"""Draw a person's hand on an object at a few moments, the patches that feel it lit, and the map that the observer had
+built from them by then (the paper's Figure 1). The object's pose must be known, as it is in motion capture.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from haptic_env import validate
+from haptic_env.pose import Pose
+from haptic_env.replay import KinematicReplay
+from haptic_lab import replay
+from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, Settings
+from haptic_lab.files import atomic
+from haptic_lab.style import OCCUPANCY
+from haptic_lab.terminal import Parser
+from haptic_lab.trial import Trial, make_observers
+from observer import Belief, metrics
+
+EXAMPLE = "example: haptic-slam picture-recording --recording inspect.npz --mesh cube.stl --at 0.8 1.3 2"
+WIDTH, HEIGHT = 480, 400  # pixels of one panel
+THIN, GLASS = 0.6, 0.2  # how much of the object is seen beneath a hand, and about a map
+LARGER = 1.7  # a touching patch in a picture this small
+UNKNOWN = 0.5  # where the hand never came near
+LONGEST = 36_000.0  # seconds
+PICTURES = (".jpg", ".pdf", ".png", ".svg")
+LEAST = 0.15  # probability from which on a voxel is drawn; that of one that was never touched is 0.03 or 0.5
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add("--recording", required=True, metavar="FILE", help="motion capture, .npz")
+    add("--mesh", "--shape", required=True, metavar="FILE", help="the object that was held")
+    add("--at", nargs="+", type=float, default=[0.8, 1.3, 2.0], help="moments, s (default 0.8 1.3 2)")
+    add("--sigma", type=float, default=3.0, help="noise of the felt joint angles, SD in degrees (default 3)")
+    add("--seed", type=int, default=0, help="of the noise (default 0)")
+    add("--view", nargs=2, type=float, default=[150.0, 30.0], help="azimuth and elevation, degrees (default 150 30)")
+    add("--out", default="out/recording.png", help="the picture (default out/recording.png)")
+    given = parser.parse_args(arguments)
+    try:
+        for moment in given.at:
+            validate.number("--at", moment, 0.0, LONGEST, unit="s")
+        for angle in given.view:
+            validate.number("--view", angle, -360.0, 360.0, unit="degrees")
+        validate.choice("kind of picture in --out", Path(given.out).suffix.lower(), PICTURES)
+        recording = replay.load(given.recording, None, None, None)
+        told = {"env": replay.environment_of(recording), "shape": given.mesh, "sigma": given.sigma}
+        more: dict[str, Any] = {"seconds": None, "policy": "random_torque", "out": given.out, "seed": given.seed}
+        settings = Settings(**{**DEFAULTS, **told, **more})
+        session = replay.session(settings, recording, render_mode="rgb_array")
+        if not isinstance(session.env, KinematicReplay):
+            raise ValueError(f"{given.recording}: the recording does not say where the hand and the object were")
+        try:
+            Path(given.out).parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ValueError(f"--out must be in a folder that can be written to: {error}") from error
+        picture(Path(given.out), session, settings, sorted(given.at), *given.view)
+    except (ImportError, ValueError, OSError) as error:
+        parser.error(str(error))
+    return 0
+
+
+def picture(
+    path: Path, session: replay.Session, settings: Settings, moments: list[float], azimuth: float, elevation: float
+) -> None:
+    """Replay `session`, and draw it at `moments` (s) from `azimuth` and `elevation` (degrees) about the object."""
+    env: Any = session.env
+    told = {"control_hz": env.unwrapped.control_hz, **session.told, **session.informed}
+    observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **told)
+    trial = Trial(env, session.policy, observers, session.namer, settings.seed)
+    steps = {min(max(1, round(moment * env.control_hz)), trial.steps) for moment in moments}
+    drawn: list[tuple[int, NDArray[np.uint8], NDArray[np.uint8]]] = []
+    for step in trial:
+        if step in steps:
+            belief = trial.watchers[OBSERVER].belief
+            drawn.append((step, render(env, azimuth, elevation, None), render(env, azimuth, elevation, belief)))
+    exploration, accounts = trial.finish()
+    account = accounts[OBSERVER]
+    wrong = metrics.pose_rmse_deg(account.lagged_joint_angles, exploration.true_angles)
+    raw = metrics.pose_rmse_deg(exploration.felt_angles, exploration.true_angles)
+    figure = Figure(figsize=(3.2 * len(drawn), 5.6), layout="constrained")
+    panels = figure.subplots(2, len(drawn), squeeze=False)
+    for column, (step, hand, seen) in enumerate(drawn):
+        above, below = panels[:, column]
+        above.imshow(hand)
+        below.imshow(seen)
+        above.set_title(f"{step / env.control_hz:.1f} s")
+        for axes in (above, below):
+            axes.set(xticks=[], yticks=[])
+            axes.spines[:].set_visible(False)
+    panels[0, 0].set_ylabel("the person's hand,\ntouching patches red", fontsize=10)
+    panels[1, 0].set_ylabel("what the observer has mapped,\nin the true object", fontsize=10)
+    figure.suptitle(
+        f"“A {account.name}”, {account.posterior[-1].max():.0%} sure: joint angles felt to {raw:.1f}°, "
+        f"inferred to {wrong:.1f}°",
+        fontsize=12,
+        fontweight="bold",
+    )
+    with atomic(path) as place:
+        figure.savefig(place, dpi=110)
+
+
+def render(env: Any, azimuth: float, elevation: float, belief: Belief | None) -> NDArray[np.uint8]:
+    """(H, W, 3): the hand on the object, or in place of the hand the voxels that `belief` holds for occupied."""
+    model, data = env.simulation
+    body = model.body("object").id
+    kept = model.geom_rgba.copy(), model.site_rgba.copy()
+    model.site_size[env.touched, 0] *= LARGER
+    model.geom_rgba[model.geom_bodyid == body, 3] = THIN if belief is None else GLASS
+    if belief is not None:
+        model.geom_rgba[model.geom_bodyid != body, 3] = model.site_rgba[:, 3] = 0.0
+    # The scene's own light stands still while the object turns.
+    model.light_active[:] = False
+    model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.55, 0.5
+    solid = Pose.of(env.solid.position, env.solid.quaternion)
+    frame = Pose(data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()) @ solid.inverse()
+    with mujoco.Renderer(model, HEIGHT, WIDTH, max_geom=20_000) as renderer:
+        renderer.update_scene(data)
+        look_from(renderer.scene, frame, env.solid, azimuth, elevation)
+        if belief is not None:
+            add_voxels(renderer.scene, frame, belief)
+        image = renderer.render().copy()
+    model.geom_rgba[:], model.site_rgba[:] = kept
+    return image
+
+
+def look_from(scene: mujoco.MjvScene, frame: Pose, solid: Any, azimuth: float, elevation: float) -> None:
+    """Turn the eyes of `scene` to `solid`, from `azimuth` and `elevation` (degrees) in the object's `frame`."""
+    turn, rise = np.deg2rad([azimuth, elevation])
+    away = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+    up = np.array([-np.sin(rise) * np.cos(turn), -np.sin(rise) * np.sin(turn), np.cos(rise)])
+    eye = np.asarray(solid.position) + 3.9 * max(solid.size) * away
+    for camera in scene.camera:
+        camera.pos[:] = frame.position + frame.rotation @ eye
+        camera.forward[:] = frame.rotation @ -away
+        camera.up[:] = frame.rotation @ up
+
+
+def add_voxels(scene: mujoco.MjvScene, frame: Pose, belief: Belief) -> None:
+    """Put a box into `scene` for every voxel that touch has made probable, the darker the surer."""
+    half = 0.5 * belief.grid.resolution
+    touched = (belief.occupancy > LEAST) & (belief.occupancy != UNKNOWN)
+    for centre, sure in zip(belief.grid.centres()[touched], belief.occupancy[touched], strict=True):
+        colour = np.array(OCCUPANCY(0.2 + 0.8 * sure), dtype=np.float32)
+        mujoco.mjv_initGeom(
+            scene.geoms[scene.ngeom],
+            mujoco.mjtGeom.mjGEOM_BOX,
+            np.full(3, half),
+            frame.position + frame.rotation @ centre,
+            frame.rotation.ravel(),
+            colour,
+        )
+        scene.ngeom += 1

@@ -1,0 +1,124 @@
+"""How the time of an observer's step grows: with particles, patches and candidates, and with the size of the grid.
+
+Every point is the median over the steps with contact of one exploration, on one thread, of each step's least over the
+rounds. Prints a table; --out takes a picture and the table as CSV.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from haptic_env import validate
+from haptic_env.grid import Grid
+from haptic_lab import style  # noqa: F401 - how pictures look
+from haptic_lab.benchmarks import timings
+from haptic_lab.files import write_table
+from haptic_lab.terminal import Parser
+from observer import HapticSLAM
+
+EXAMPLE = "example: haptic-slam scaling --rounds 5 --out out/scaling"
+ENV = "HapticSLAM/TwoFinger-v0"
+VOXEL = 0.004  # metres; a larger grid reaches further
+AXES = {
+    "particles": "particles N",
+    "candidates": "candidates K",
+    "patches": "patches P",
+    "voxels": "voxels of 4 mm along an edge",
+}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One observer: what is varied of it, and its value."""
+
+    axis: str
+    value: int
+    particles: int = 200
+    candidates: int = 8
+    around: int = 4
+    voxels: int = 32
+
+
+def settings(quick: bool) -> list[Setting]:
+    """All observers that are measured."""
+    few = 10 if quick else 200
+    return [
+        *(Setting("particles", n, particles=n) for n in ((5, 10) if quick else (50, 100, 200, 500, 1000, 2000))),
+        *(Setting("candidates", k, few, candidates=k) for k in ((2, 8) if quick else (2, 4, 8, 16, 32))),
+        *(Setting("patches", a, few, around=a) for a in ((4, 8) if quick else (4, 8, 16, 32))),
+        *(Setting("voxels", v, few, voxels=v) for v in ((32, 48) if quick else (32, 48, 64, 96, 128))),
+    ]
+
+
+def measure(chosen: list[Setting], steps: int, rounds: int, console: Console) -> pd.DataFrame:
+    """A row for each of `chosen`: `axis`, `value`, and the median `ms` of its steps."""
+    recordings = {
+        around: timings.record(ENV, "cube", 3.0, 0, steps, patches_around=around)
+        for around in sorted({each.around for each in chosen})
+    }
+    least: dict[Setting, Any] = {}
+    for turn in track(range(rounds * len(chosen)), "Measuring", console=console, transient=True):
+        each = chosen[turn % len(chosen)]
+        recording = recordings[each.around]
+        hand = recording.hand
+        grid = Grid.around(hand.grasp_centre, np.full(3, each.voxels * VOXEL), VOXEL)
+        slam = HapticSLAM(hand, 3.0, each.particles, candidates=each.candidates, grid=grid)
+        took = timings.observe(slam, recording, threads=1)
+        least[each] = np.minimum(least.get(each, np.inf), took)
+        late = recording.lagged(slam.lag)
+    rows = []
+    for each, took in least.items():
+        value = len(recordings[each.around].hand.patches) if each.axis == "patches" else each.value
+        rows.append({"axis": each.axis, "value": value, "ms": 1e3 * float(np.median(took[late]))})
+    return pd.DataFrame(rows)
+
+
+def draw(rows: pd.DataFrame) -> Figure:
+    """One panel for each axis, with the line of least squares."""
+    figure, panels = plt.subplots(1, len(AXES), figsize=(11, 2.7), layout="constrained")
+    for panel, (axis, label) in zip(panels, AXES.items(), strict=True):
+        mine = rows[rows["axis"] == axis]
+        slope, start = np.polyfit(mine["value"], mine["ms"], 1)
+        ends = np.array([0, mine["value"].max()])
+        panel.plot(ends, start + slope * ends, color="#999999", linewidth=1)
+        panel.plot(mine["value"], mine["ms"], "o", color="#0072B2", markersize=5)
+        panel.set(xlabel=label, ylim=(0, 1.1 * mine["ms"].max()), xlim=(0, 1.08 * mine["value"].max()))
+    panels[0].set_ylabel("a step with contact (ms)")
+    return figure
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5, help="repetitions of everything, interleaved (default 5)")
+    parser.add_argument("--quick", action="store_true", help="few particles and steps: to see that it runs")
+    parser.add_argument("--out", metavar="FOLDER", default="out/scaling", help="where to write (default out/scaling)")
+    given = parser.parse_args(arguments)
+    try:
+        rounds = validate.integer("--rounds", given.rounds, 1, 1000)
+    except ValueError as error:
+        parser.error(str(error))
+    console = Console(width=None if sys.stdout.isatty() else 100)
+    chosen = settings(given.quick)
+    measure(chosen[:1], 40, 1, console)  # compiles what is not in the cache
+    rows = measure(chosen, 40 if given.quick else 120, rounds, console)
+    table = Table("what grows", "to", "ms a step with contact")
+    for row in rows.itertuples():
+        table.add_row(AXES[row.axis], str(row.value), f"{row.ms:.2f}")
+    console.print(table)
+    out = Path(given.out)
+    out.mkdir(parents=True, exist_ok=True)
+    console.print(f"Written to {out}: {', '.join(write_table(out, 'scaling', rows, draw(rows)))}", highlight=False)
+    return 0

@@ -1,0 +1,100 @@
+"""Train a policy to name what the hand touches, as soon as it can, with Stable-Baselines3.
+
+Objects and noise are drawn afresh for every episode; some sizes are kept for evaluation. Writes to --out:
+best_model.npz (best in evaluation) and model.npz (the last), which --policy of the other commands and agents.make take,
+the same as .zip for Stable-Baselines3, training.json, evaluations.npz, learning_curve.png, checkpoints, and what
+TensorBoard shows. Killed at any moment, the same command goes on from the last whole checkpoint.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from joblib import cpu_count
+
+from haptic_env import reading, validate
+from haptic_lab.files import write_json
+from haptic_lab.folder_lock import claimed
+from haptic_lab.learning import presets
+from haptic_lab.learning.interrupt import Stop
+from haptic_lab.learning.presets import Preset
+from haptic_lab.terminal import Parser, as_path, make_console, refuse, tell_error
+
+EXAMPLE = """examples: haptic-slam train --preset trained --out out/trained
+          haptic-slam train --preset sac --steps 200000 --seed 3 --out out/sac
+          tensorboard --logdir out/trained/tensorboard"""
+NEEDED = ("stable_baselines3", "sb3_contrib", "tensorboard", "tqdm")
+CONFIG = "config.json"
+
+
+def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written."""
+    parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add(
+        "--preset",
+        type=as_path,
+        default="trained",
+        help=f"{', '.join(presets.names())}, or a TOML file (default trained)",
+    )
+    add("--steps", type=int, help="of the environment, in all (default: the preset's)")
+    add("--seed", type=int, help="default: the preset's")
+    add("--envs", type=int, help="environments side by side (default: the preset's)")
+    add("--jobs", type=int, default=cpu_count(), help="1: all in one process, else each in its own (default: cores)")
+    add("--out", type=as_path, help="folder for the results (default out/PRESET)")
+    given = parser.parse_args(arguments)
+    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
+    if missing:
+        parser.error(f"training needs {', '.join(missing)}: pip install 'haptic-slam[train]'")
+    try:
+        validate.integer("--jobs", given.jobs, 1, 1024)
+        changes = {name: getattr(given, name) for name in ("steps", "seed", "envs")}
+        preset = replace(presets.read(given.preset), **{k: v for k, v in changes.items() if v is not None})
+    except ValueError as error:
+        parser.error(str(error))
+    given.out = Path(given.out or Path("out") / Path(given.preset).stem)
+    return preset, given
+
+
+def check_configuration(path: Path, preset: Preset) -> None:
+    """End the program with code 2 where the folder of `path` holds another run."""
+    if not path.exists():
+        return
+    try:
+        kept = json.loads(reading.text(path))
+    except (OSError, ValueError, RecursionError) as error:
+        refuse(f"{path} is not whole: {error}; choose another --out")
+    for key, value in presets.configuration(preset).items():
+        held = kept.get(key) if isinstance(kept, dict) else None
+        if held != value:
+            refuse(f"{path.parent} holds a run with {key} = {held!r}, not {value!r}; choose another --out")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    preset, given = parse(arguments)
+    with claimed(given.out), Stop() as stop:
+        check_configuration(given.out / CONFIG, preset)
+        try:
+            from haptic_lab.learning.training import (  # takes seconds, and needs what `parse` has looked for
+                prepare,
+                train,
+            )
+
+            stop.check()
+            console = make_console()
+            ready = prepare(preset, given.jobs, given.out, stop, console)
+            write_json(given.out / CONFIG, presets.configuration(preset))
+        except (ValueError, ImportError) as error:
+            stop.check()  # an import that it has cut short may fail in its own way
+            tell_error(str(error))
+            return 2
+        try:
+            return train(ready, stop, console)
+        except ValueError as error:  # of torch, where the learner went astray and its weights are no longer finite
+            tell_error(f"{error}; the checkpoints before are kept")
+            return 1

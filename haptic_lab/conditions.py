@@ -1,0 +1,62 @@
+"""What may vary from trial to trial within one table, besides the object and the seed."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass, fields
+from typing import Any
+
+import agents
+from haptic_env import sensors, validate
+from haptic_env.explore import ExploreEnv
+
+TRUST = "run what a model.zip has in it, as you would run a program of whoever made it (docs/learning.md)"
+_DEFAULTS = {name: each.default for name, each in inspect.signature(ExploreEnv).parameters.items()}
+
+
+def check_policy(name: str, trust: bool) -> None:
+    """Raise `ValueError` unless `name` is a policy, or the path of a model that can be read and, where it may run code,
+    is to be trusted."""
+    agents.find(name, "--policy")
+    if agents.is_model(name):
+        try:
+            agents.load_model(name, trust=trust)
+        except ImportError as error:
+            raise ValueError(f"--policy {name}: {error}") from error
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Noise, policy and duration of an exploration; the noises are the environment's keyword arguments."""
+
+    sigma_deg: float
+    bias_deg: float = _DEFAULTS["bias_deg"]
+    drift_deg: float = _DEFAULTS["drift_deg"]
+    drift_seconds: float = _DEFAULTS["drift_seconds"]
+    proportional: float = _DEFAULTS["proportional"]
+    motor_noise: float = _DEFAULTS["motor_noise"]
+    contact_miss: float = _DEFAULTS["contact_miss"]
+    contact_false_alarm: float = _DEFAULTS["contact_false_alarm"]
+    policy: str = "random_torque"
+    seconds: float = _DEFAULTS["episode_seconds"]
+
+    def __post_init__(self) -> None:
+        validate.number("--sigmas", self.sigma_deg, high=90.0, above=0.0, unit="degrees")
+        # The sensors know what they can be.
+        sensors.Bias(self.bias_deg)
+        sensors.Drift(self.drift_deg, self.drift_seconds, step_seconds=1.0)
+        sensors.Proportional(self.proportional)
+        sensors.MotorNoise(self.motor_noise)
+        sensors.ContactDetection(self.contact_miss, self.contact_false_alarm)
+        agents.find(self.policy, "--policy")
+        validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
+
+    @property
+    def noise(self) -> dict[str, Any]:
+        """Keyword arguments of the environment."""
+        return {name: getattr(self, name) for name in NOISES}
+
+
+FACTORS = tuple(each.name for each in fields(Condition))
+NOISES = FACTORS[: FACTORS.index("policy")]
+DEFAULTS = {name: _DEFAULTS[name] for name in NOISES if name != "sigma_deg"}

@@ -1,0 +1,1 @@
+"""One exploration before a person's eyes: `haptic-slam explore` and `replay`."""

@@ -1,0 +1,85 @@
+"""The picture of one exploration, and its archive."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from haptic_lab.exploration.settings import OBSERVER, RAW
+from haptic_lab.exploration.summary import object_of
+from haptic_lab.files import atomic
+from haptic_lab.panels import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
+from haptic_lab.style import OBSERVER_COLOURS, as_drawn, titles_of
+from haptic_lab.trial import Account, Exploration
+from observer import metrics
+
+
+def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], summary: dict[str, Any]) -> None:
+    """explore.png: the map from three sides, pose error and posterior through time."""
+    slam, settings = accounts[OBSERVER], summary["settings"]
+    belief = slam.belief
+    figure = Figure(figsize=(11, 7.2), layout="constrained")
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
+    above, below = parts
+    sides = above.subplots(1, 3)
+    figure.draw_without_rendering()  # the hand's lines need the size of the panels
+    for axes, side in zip(sides, SIDES, strict=True):
+        hand, root = exploration.hand, None if exploration.roots is None else exploration.roots[-1]
+        angles = slam.joint_angles[-1]
+        image = draw_map(axes, belief.occupancy, belief.grid, exploration.solid, side, hand, angles, root)
+    above.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
+    above.legend(handles=map_legend(), loc="outside lower center", ncols=4, fontsize=9)
+    left, right = below.subplots(1, 2)
+    errors = {
+        "raw angles": (metrics.pose_error_deg(exploration.felt_angles, exploration.true_angles), OBSERVER_COLOURS[RAW]),
+        "haptic SLAM": (
+            metrics.pose_error_deg(slam.lagged_joint_angles, exploration.true_angles),
+            OBSERVER_COLOURS[OBSERVER],
+        ),
+    }
+    draw_pose_error(left, exploration.seconds, errors, exploration.contacts.any(axis=1), settings["sigma"])
+    truth, simulated = object_of(summary)
+    draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, truth)
+    sure = summary["posterior"][slam.name]
+    titles = titles_of(slam.labels)
+    verdict = "right" if slam.name == truth else f"wrong: a {as_drawn(titles[truth])}"
+    if simulated:
+        verdict = f"contacts simulated with a {as_drawn(titles[truth])}"
+    figure.suptitle(
+        f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°: "
+        f"“a {as_drawn(titles[slam.name])}”, {sure:.0%} sure ({verdict})",
+        fontsize=13,
+        fontweight="bold",
+    )
+    with atomic(path) as place:
+        figure.savefig(place)
+
+
+def save_trace(path: Path, exploration: Exploration, accounts: dict[str, Account]) -> None:
+    """explore.npz: map, belief through time, and everything that was commanded and felt."""
+    slam = accounts[OBSERVER]
+    belief = slam.belief
+    with atomic(path) as place:
+        np.savez_compressed(
+            place,
+            occupancy=belief.occupancy,
+            grid_origin=belief.grid.origin,
+            grid_resolution=belief.grid.resolution,
+            weights=belief.weights,
+            particles=belief.particles,
+            seconds=exploration.seconds,
+            torques=exploration.torques,
+            felt_angles=exploration.felt_angles,
+            true_angles=exploration.true_angles,
+            contacts=exploration.contacts,
+            joint_angles=slam.joint_angles,
+            joint_std=slam.joint_std,
+            lagged_joint_angles=slam.lagged_joint_angles,
+            lagged_joint_std=slam.lagged_joint_std,
+            n_eff=slam.n_eff,
+            posterior=slam.posterior,
+            labels=np.array(slam.labels),
+        )

@@ -1,0 +1,75 @@
+"""One exploration, run before a person's eyes."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import gymnasium as gym
+from rich.console import Console
+
+from haptic_env import shapes
+from haptic_env.hand import Hand
+from haptic_env.recordings import Recording
+from haptic_lab import replay
+from haptic_lab.exploration.screen import Screen
+from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, Settings
+from haptic_lab.trial import Account, Exploration, Trial, guided, make_observers
+from haptic_lab.worlds import candidates_of
+from observer import ShapePosterior
+from observer.variants import Observer
+
+
+def begin(settings: Settings, recording: Recording | None) -> replay.Session:
+    """The environment, and who acts and names in it; raises `ValueError` where the recording does not fit."""
+    if recording is not None:
+        return replay.session(settings, recording)
+    env = gym.make(
+        settings.env,
+        shape=settings.shape,
+        scale=settings.scale,
+        sigma_deg=settings.sigma,
+        episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
+        reveal_truth=True,  # for the observer's judge alone
+    )
+    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
+    return replay.Session(env, settings.policy, candidates, ShapePosterior(hand, candidates))
+
+
+def explore(
+    settings: Settings, session: replay.Session, console: Console
+) -> tuple[Exploration, dict[str, Account], float, bool]:
+    """Run it: what happened, what the observers believed, how many seconds it took, and whether it was cut short."""
+    stop = False
+
+    def interrupt(*_: object) -> None:
+        nonlocal stop
+        stop = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
+
+    names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
+    observers: dict[str, Observer] = {}
+    rate: float = session.env.unwrapped.control_hz  # type: ignore[attr-defined]
+    for name, told in names.items():
+        told = {"control_hz": rate, **told}
+        observers |= make_observers((name,), session.hand, settings.sigma, settings.particles, **told)
+    env = session.env
+    if isinstance(session.policy, str):
+        env = guided(env, session.policy, settings.sigma, session.namer)
+    trial = Trial(
+        env, session.policy, observers, session.namer, settings.seed, naming=(OBSERVER,), trust=settings.trust
+    )
+    usual = signal.signal(signal.SIGINT, interrupt)
+    try:
+        with Screen(console, trial) as screen:
+            start = time.perf_counter()
+            for step in trial:  # between two steps everything is whole
+                screen.show(step)
+                if stop:
+                    break
+        exploration, accounts = trial.finish()
+        return exploration, accounts, time.perf_counter() - start, stop
+    finally:
+        signal.signal(signal.SIGINT, usual)
+        session.env.close()

@@ -1,0 +1,49 @@
+"""What one exploration is asked to be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import haptic_env
+from haptic_env import shapes, validate
+from haptic_lab.conditions import check_policy
+
+OBSERVER, RAW = "haptic_slam", "floor"
+SECONDS = 10.0
+DEFAULTS: dict[str, Any] = {
+    "env": "HapticSLAM/TwoFinger-v0",
+    "shape": None,
+    "scale": 1.0,
+    "sigma": 3.0,
+    "particles": 200,
+    "seed": 0,
+}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the command line asks for; `shape` None is a hidden one."""
+
+    env: str
+    shape: str | None
+    scale: float
+    sigma: float
+    seconds: float | None  # None: 10, or as long as the recording
+    particles: int
+    policy: str
+    seed: int
+    out: str
+    trust: bool = False
+
+    def __post_init__(self) -> None:
+        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        if self.shape is not None:
+            shapes.default_size(shapes.check("--shape", self.shape), self.scale)
+        validate.number("--scale", self.scale, above=0.0, unit="m")
+        validate.number("--sigma", self.sigma, 0.0, 90.0, unit="degrees")
+        if self.seconds is not None:
+            validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
+        validate.integer("--particles", self.particles, 1, 100_000)
+        check_policy(self.policy, self.trust)
+        validate.integer("--seed", self.seed, 0, 2**32 - 1)

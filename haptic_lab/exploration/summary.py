@@ -1,0 +1,109 @@
+"""The figures of one exploration, for people and for machines."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+from rich.text import Text
+
+from haptic_lab import replay
+from haptic_lab.exploration.settings import OBSERVER, RAW, Settings
+from haptic_lab.style import colours_of, titles_of
+from haptic_lab.trial import Account, Exploration
+from observer import metrics
+
+WITHIN = ((1, "1 voxel"), (2, "2 voxels"))
+
+
+def summarise(
+    settings: Settings,
+    exploration: Exploration,
+    accounts: dict[str, Account],
+    truth: str,
+    took: float,
+    simulated: bool = False,
+) -> dict[str, Any]:
+    """The figures of one exploration, for people (`table`) and machines (explore.json) alike; `simulated` on an object
+    that is not the recording's own, so that its name is nobody's truth."""
+    slam, solid, roots = accounts[OBSERVER], exploration.solid, exploration.roots
+    belief = slam.belief
+    touched = metrics.touched_places(
+        exploration.hand, exploration.true_angles, exploration.contacts, solid, roots=roots
+    )
+    touching = exploration.contacts.any(axis=1)
+
+    def surface(name: str, voxels: float) -> dict[str, float]:
+        score = metrics.surface_score(accounts[name].belief.occupancy, belief.grid, solid, touched, voxels)
+        return score._asdict()
+
+    def pose(angles: np.ndarray) -> dict[str, float]:
+        error = metrics.pose_rmse_deg(angles, exploration.true_angles)
+        return {"degrees": error, "sigmas": error / settings.sigma if settings.sigma > 0 else math.nan}
+
+    cells = metrics.reachable(exploration.hand, exploration.true_angles, belief.grid, roots)
+    calibration = metrics.reliability(belief.occupancy, solid.occupancy(belief.grid), cells)
+    return {
+        "settings": asdict(settings),
+        "explored_seconds": float(exploration.seconds[-1]),
+        "computing_seconds": took,
+        "named": slam.name,
+        "truth": None if simulated else truth,
+        "correct": None if simulated else slam.name == truth,
+        **({**replay.SIMULATED, "simulated_object": truth} if simulated else {}),
+        "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
+        "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
+        "touching_share": float(touching.mean()),
+        "pose_error": {
+            "raw angles": pose(exploration.felt_angles),
+            "haptic SLAM, online": pose(slam.joint_angles),
+            "haptic SLAM, lagged": pose(slam.lagged_joint_angles),
+        },
+        "coverage_90": metrics.credible_coverage(slam.joint_angles, slam.joint_std, exploration.true_angles),
+        "surface": {label: {"raw angles": surface(RAW, n), "haptic SLAM": surface(OBSERVER, n)} for n, label in WITHIN},
+        "surface_coverage": metrics.surface_coverage(belief.occupancy, belief.grid, solid),
+        "occupancy_ece": calibration.ece,
+        "occupancy_brier": calibration.brier,
+    }
+
+
+def table(summary: dict[str, Any]) -> Table:
+    """The figures as a person reads them."""
+    named, sure = summary["named"], summary["posterior"][summary["named"]]
+    result = Table(
+        show_header=False, title=f"After {summary['explored_seconds']:g} s of blind touch", title_justify="left"
+    )
+    result.add_column(style="dim")
+    result.add_column()
+    truth, simulated = object_of(summary)
+    titles = titles_of(summary["posterior"])
+    mark = ("right", "green") if named == truth else ("wrong", "red")
+    result.add_row("the object is a", Text(titles[named], style=f"bold {colours_of(summary['posterior'])[named]}"))
+    result.add_row("how sure", f"{sure:.1%}")
+    there = "contacts are simulated with a" if simulated else "in truth it is a"
+    result.add_row(there, Text.assemble(titles[truth], " (", mark, ")"))
+    when = summary["time_to_decision"]
+    result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
+    result.add_section()
+    for name, error in summary["pose_error"].items():
+        sigmas = "" if math.isnan(error["sigmas"]) else f" = {error['sigmas']:.2f} σ"
+        result.add_row(f"pose error, {name}", f"{error['degrees']:.2f}°{sigmas}")
+    result.add_row("90 % interval holds the truth", f"{summary['coverage_90']:.0%} of the time")
+    result.add_section()
+    for name in ("raw angles", "haptic SLAM"):
+        scores = {n: each[name]["f_score"] for n, each in summary["surface"].items()}
+        told = ", ".join(f"{score:.2f} ({n})" for n, score in scores.items() if not math.isnan(score))
+        result.add_row(f"surface F-score, {name}", told or "it touched nothing")
+    result.add_row("of the whole surface mapped", f"{summary['surface_coverage']:.0%}")
+    result.add_row("fingers touched it", f"{summary['touching_share']:.0%} of the time")
+    result.add_row("computing took", f"{summary['computing_seconds']:.1f} s")
+    return result
+
+
+def object_of(summary: dict[str, Any]) -> tuple[str, bool]:
+    """The object of an exploration, and whether it is there in the simulation alone."""
+    simulated = summary["truth"] is None
+    return summary["simulated_object" if simulated else "truth"], simulated

@@ -1,0 +1,40 @@
+"""The registries of figures: add one as a file here and a line below.
+
+Figures of trials are drawn from the rows of one sweep; scenes from explorations of single shapes and sigmas (degrees).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import pandas as pd
+
+from haptic_env.hand import Hand
+from haptic_lab.figures import confusion, figure2, figure4, figure5, figure6, film, pose_error, reliability, time_course
+from haptic_lab.figures.paper_figure import Find, Plate, Wanted, save
+
+
+class Scene(NamedTuple):
+    """`wanted`: which explorations, given the shapes there are; `draw` from them, read when asked for."""
+
+    wanted: Callable[[Sequence[str]], Wanted]
+    draw: Callable[[Wanted, Find, Hand], Plate]
+
+
+FROM_EXPLORATIONS: dict[str, Scene] = {
+    "figure2": Scene(figure2.wanted, figure2.draw),
+    "figure4": Scene(figure4.wanted, figure4.draw),
+    "figure5": Scene(figure5.wanted, figure5.draw),
+    "film": Scene(film.wanted, film.draw),
+}
+FROM_TRIALS: dict[str, Callable[[pd.DataFrame], Plate]] = {
+    "figure6": figure6.draw,
+    "confusion": confusion.draw,
+    "time_course": time_course.draw,
+    "pose_error": pose_error.draw,
+    "reliability": reliability.draw,
+}
+FIGURES = tuple(sorted({**FROM_EXPLORATIONS, **FROM_TRIALS}))
+
+__all__ = ["FIGURES", "FROM_EXPLORATIONS", "FROM_TRIALS", "Plate", "Scene", "save"]

@@ -1,0 +1,148 @@
+"""Explorations that are looked at: what the observer believed as time went by, in a file each.
+
+Shapes: T steps, F frames, J joints, P patches, C labels, (X, Y, Z) voxels. A frame is of the moment that the fixed lag
+has reached: its pose and its map go together.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import reading, shapes
+from haptic_env.grid import Grid
+from haptic_env.shapes import Solid
+from haptic_lab.analysis.summary import SLAM
+from haptic_lab.files import part_of_name
+from haptic_lab.sweeps.provenance import versions
+from haptic_lab.sweeps.tasks import Task, files_of
+from haptic_lab.sweeps.worker import make_trial
+
+Array = NDArray[np.float64]
+FRAMES_PER_SECOND = 10
+LARGEST = 4096 * reading.MIB  # bytes of a showing, which this program wrote itself
+
+
+@dataclass(frozen=True, eq=False)
+class Showing:
+    """One exploration. At the steps `step` (F,), from 1: `occupancy` (F, X, Y, Z) on a grid of `grid_origin` (3,) m and
+    `grid_resolution` m, and the Gaussian belief of the pose, `mean` (F, J) rad and `covariance` (F, J, J) rad².
+    At each step: `seconds` (T,), `felt_angles` and `true_angles` (T, J) rad, `lagged_angles` (T, J) rad as inferred,
+    `contacts` (T, P), and `posterior` (T, C) of `labels`. The object: `size` (3,) m, `position` (3,) m,
+    `quaternion` (4,) wxyz.
+    """
+
+    step: NDArray[np.int64]
+    occupancy: NDArray[np.float16]
+    grid_origin: Array
+    grid_resolution: Array
+    mean: Array
+    covariance: Array
+    seconds: Array
+    felt_angles: Array
+    true_angles: Array
+    lagged_angles: Array
+    contacts: NDArray[np.bool_]
+    posterior: Array
+    labels: NDArray[np.str_]
+    shape: NDArray[np.str_]
+    size: Array
+    position: Array
+    quaternion: Array
+    sigma_deg: Array
+
+    @property
+    def grid(self) -> Grid:
+        """Of the occupancy."""
+        x, y, z = self.occupancy.shape[1:]
+        return Grid(tuple(self.grid_origin.tolist()), float(self.grid_resolution), (x, y, z))
+
+    @property
+    def solid(self) -> Solid:
+        """The object that was explored."""
+        return shapes.make(str(self.shape), self.size, self.position, self.quaternion)
+
+    def poses(self, frame: int, count: int = 100) -> Array:
+        """(count, J) rad: draws from what is believed of the pose at `frame`."""
+        rng = np.random.default_rng(0)
+        return rng.multivariate_normal(self.mean[frame], self.covariance[frame], count, method="cholesky")
+
+    def frame_at(self, seconds: float) -> int:
+        """The last frame that is not after `seconds`; the first where all are."""
+        return max(0, int(np.searchsorted(self.seconds[self.step - 1], seconds + 1e-9)) - 1)
+
+
+def run_showings(tasks: Sequence[Task]) -> list[tuple[Task, bytes]]:
+    """Explore, in a worker; for each of `tasks` a `Showing` as the content of an .npz file."""
+    return [(task, _show(task)) for task in tasks]
+
+
+def _show(task: Task) -> bytes:
+    trial = make_trial(task, naming=True)
+    watcher = trial.watchers[SLAM]
+    every = max(1, round(1.0 / (FRAMES_PER_SECOND * trial.step_seconds)))
+    frames: list[tuple[Any, ...]] = []
+    for step in trial:
+        belief = watcher.belief
+        about = step - belief.lag_steps
+        if belief.lagged_contacts is not None and about % every == 0:
+            occupancy = belief.occupancy.astype(np.float16)
+            frames.append((about, occupancy, belief.lagged_joint_angles, belief.lagged_covariance))
+    trial.env.close()
+    exploration, accounts = trial.finish()
+    account = accounts[SLAM]
+    belief, solid = account.belief, exploration.solid
+    last = belief.occupancy.astype(np.float16), belief.lagged_joint_angles, belief.lagged_covariance
+    frames.append((len(exploration.seconds), *last))
+    steps, occupancy, mean, covariance = (np.array(each) for each in zip(*frames, strict=True))
+    showing = Showing(
+        step=steps,
+        occupancy=occupancy,
+        grid_origin=np.array(belief.grid.origin),
+        grid_resolution=np.array(belief.grid.resolution),
+        mean=mean,
+        covariance=covariance,
+        seconds=exploration.seconds,
+        felt_angles=exploration.felt_angles,
+        true_angles=exploration.true_angles,
+        lagged_angles=account.lagged_joint_angles,
+        contacts=exploration.contacts,
+        posterior=account.posterior,
+        labels=np.array(account.labels),
+        shape=np.array(solid.name),
+        size=np.array(solid.size),
+        position=np.array(solid.position),
+        quaternion=np.array(solid.quaternion),
+        sigma_deg=np.array(task.condition.sigma_deg),
+    )
+    file = io.BytesIO()
+    # A map changes little from frame to frame: the differences of the bits are mostly zeros, which take no room.
+    changes = np.diff(showing.occupancy.view(np.uint16), axis=0, prepend=np.uint16(0))
+    np.savez_compressed(file, **{**vars(showing), "occupancy": changes})
+    return file.getvalue()
+
+
+def file_of(folder: Path, task: Task) -> Path:
+    """Where the showing of `task` is kept: a name that no other task, and no other version of the code, has."""
+    told = json.dumps([asdict(task), versions() | files_of(task.settings)], sort_keys=True)
+    digest = hashlib.sha256(told.encode()).hexdigest()[:12]
+    return folder / f"{part_of_name(task.shape)}_{task.condition.sigma_deg:g}_{digest}.npz"
+
+
+def read(path: Path) -> Showing:
+    """The showing that is kept at `path`; raises `ValueError` where the file is corrupt."""
+    try:
+        kept = reading.npz(path, LARGEST)
+        found = {each.name: kept[each.name] for each in fields(Showing)}
+        occupancy = np.cumsum(found["occupancy"], axis=0, dtype=np.uint16).view(np.float16)
+        return Showing(**{**found, "occupancy": occupancy})
+    except (OSError, ValueError, KeyError) as error:
+        raise ValueError(f"the exploration {path} is corrupt ({error}); delete it and run again") from error

@@ -1,0 +1,51 @@
+"""Figure 4 of the paper: the map grows over the true shape."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from haptic_env.hand import Hand
+from haptic_lab.figures import isometric
+from haptic_lab.figures.figure2 import map_table
+from haptic_lab.figures.isometric import NEAR
+from haptic_lab.figures.paper_figure import WIDTH, Find, Plate, Wanted
+from haptic_lab.style import OCCUPANCY
+
+SHAPE, SIGMA = "pyramid", 1.0
+MOMENTS = (0.1, 1 / 6, 1 / 3, 1 / 2, 2 / 3, 1.0)  # of the exploration
+
+
+def wanted(shapes: Sequence[str]) -> Wanted:
+    """One exploration with little noise."""
+    return [(SHAPE if SHAPE in shapes else shapes[-1], SIGMA)]
+
+
+def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
+    """The voxels that are more probably solid than not, at `MOMENTS`."""
+    showing = find(*wanted[0])
+    figure = Figure(figsize=(WIDTH, 4.3), layout="constrained")
+    panels = figure.subplots(2, 3)
+    tables = []
+    for axes, moment in zip(panels.ravel(), MOMENTS, strict=True):
+        seconds = moment * showing.seconds[-1]
+        frame = showing.frame_at(seconds)
+        occupancy = showing.occupancy[frame].astype(float)
+        scale = 20.0 if axes is panels[0, 0] else 0.0
+        isometric.draw_scene(axes, occupancy, showing.grid, showing.solid, NEAR, f"{seconds:.3g} s", scale)
+        shown = map_table(occupancy, occupancy > 0.5, showing)
+        tables.append(shown.assign(seconds=showing.seconds[showing.step[frame] - 1]))
+    probability_bar(figure, panels)
+    figure.suptitle(f"The contact map grows (σ = {showing.sigma_deg:g}°)", fontsize=9, fontweight="bold")
+    return Plate(figure, pd.concat(tables))
+
+
+def probability_bar(figure: Figure, panels: np.ndarray) -> None:
+    """What the colours of voxels say."""
+    mappable = ScalarMappable(Normalize(0.5, 1.0), OCCUPANCY)
+    figure.colorbar(mappable, ax=panels, label="probability that it is solid", shrink=0.6, aspect=25)

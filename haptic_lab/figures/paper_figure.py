@@ -1,0 +1,80 @@
+"""What every figure gives: a picture for print, its data, and a film where it moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from PIL import Image
+
+from haptic_lab.figures.explorations import Showing
+from haptic_lab.files import atomic, write_csv
+from haptic_lab.style import OBSERVER_COLOURS, SHAPE_COLOURS
+
+Wanted = Sequence[tuple[str, float]]  # explorations, by shape and sigma in degrees
+Find = Callable[[str, float], Showing]
+WIDTH = 7.2  # inches: a page of two columns
+PRINT: Any = {
+    "savefig.dpi": 200,
+    "pdf.fonttype": 42,
+    "font.size": 8,
+    "axes.titlesize": 8.5,
+    "figure.dpi": 100,
+}
+
+
+class Film(NamedTuple):
+    """`show` draws any of `frames`, which are `seconds` apart, into the figure; `colours` of its thin lines, besides
+    those that every picture may have."""
+
+    show: Callable[[int], None]
+    frames: int
+    seconds: float
+    colours: Sequence[str] = ()
+
+
+class Plate(NamedTuple):
+    """`figure` and the `data` that it shows; where it moves, the `film`, of which it is the last frame."""
+
+    figure: Figure
+    data: pd.DataFrame
+    film: Film | None = None
+
+
+def save(plate: Plate, name: str, folder: Path) -> list[str]:
+    """Write `name`.png, .pdf, .csv and, where it moves, .gif to `folder`; returns what was written."""
+    names = [f"{name}.{kind}" for kind in ("png", "pdf", "csv")]
+    with atomic(folder / names[0]) as place:
+        plate.figure.savefig(place)
+    with atomic(folder / names[1]) as place:
+        plate.figure.savefig(place, metadata={"CreationDate": None})
+    write_csv(folder / names[2], plate.data)
+    if plate.film is not None:
+        names.append(f"{name}.gif")
+        with atomic(folder / names[-1]) as place:
+            _save_film(plate.figure, plate.film, place)
+    return names
+
+
+def _save_film(figure: Figure, film: Film, path: Path) -> None:
+    canvas, frames = FigureCanvasAgg(figure), []
+    for frame in range(film.frames):
+        film.show(frame)
+        canvas.draw()
+        frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
+    # A GIF has 256 colours; thin lines would lose theirs to the shades of large areas.
+    colours = [*SHAPE_COLOURS.values(), *OBSERVER_COLOURS.values()]
+    colours += [each for each in film.colours if each not in colours]
+    kept = [round(255 * part) for each in colours for part in to_rgb(each)]
+    common = frames[-1].quantize(256 - len(colours))
+    shades = np.reshape(common.getpalette() or [], (-1, 3))[: 256 - len(colours)]
+    shades[(shades > 248).all(axis=1)] = 255  # paper is white
+    common.putpalette([*shades.ravel().tolist(), *kept])
+    first, *others = (each.quantize(palette=common, dither=Image.Dither.NONE) for each in frames)
+    first.save(path, save_all=True, append_images=others, duration=round(1000 * film.seconds), loop=0)

@@ -1,0 +1,55 @@
+"""Whether voxels are occupied as often as the map says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from haptic_lab.analysis.reliability import OCCUPANCY, curves
+from haptic_lab.analysis.summary import CEILING, FLOOR, SLAM
+from haptic_lab.figures.paper_figure import WIDTH, Plate
+from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES, OUTLINE, noise_colours
+
+
+def draw(rows: pd.DataFrame) -> Plate:
+    """Said against found: left for each noise, right between the brackets at the largest; below how many voxels."""
+    data = curves(rows)
+    data = data[data["what"] == OCCUPANCY].drop(columns="what").rename(columns={"count": "voxels"})
+    sigmas = sorted(set(data["sigma_deg"]))
+    shades = noise_colours(sigmas)
+    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    panels = figure.subplots(2, 2, height_ratios=(3, 1), sharex=True, sharey="row")
+    mine = data[data["observer"] == SLAM]
+    left = [(mine[mine["sigma_deg"] == each], shades[each], f"σ = {each:g}°") for each in sigmas]
+    last = data[data["sigma_deg"] == sigmas[-1]]
+    right = [
+        (last[last["observer"] == each], OBSERVER_COLOURS[each], OBSERVER_NAMES[each])
+        for each in (FLOOR, SLAM, CEILING)
+        if each in set(last["observer"])
+    ]
+    _column(panels[:, 0], "Haptic SLAM", left)
+    _column(panels[:, 1], f"Between the brackets, σ = {sigmas[-1]:g}°", right)
+    panels[0, 0].set_ylabel("voxels that are solid (%)")
+    panels[1, 0].set_ylabel("voxels")
+    panels[0, 0].text(98, 12, "less often than said", ha="right", color="#777777", style="italic")
+    panels[0, 0].text(2, 92, "more often than said", color="#777777", style="italic")
+    return Plate(figure, data)
+
+
+def _column(panels: Iterable[Axes], title: str, curves: list[tuple[pd.DataFrame, str, str]]) -> None:
+    above, below = panels
+    above.plot([0, 100], [0, 100], color=OUTLINE, linewidth=1, linestyle=":", label="honest")
+    for line, colour, label in curves:
+        errors = 100 * np.maximum([line["found"] - line["low"], line["high"] - line["found"]], 0)
+        above.errorbar(
+            100 * line["said"], 100 * line["found"], errors, color=colour, label=label, marker="o", markersize=3,
+            capsize=2, linewidth=1.2,
+        )  # fmt: skip
+        below.plot(100 * line["said"], line["voxels"], "o-", color=colour, markersize=3, linewidth=1.2)
+    above.set(title=title, xlim=(-2, 102), ylim=(-2, 102))
+    below.set(xlabel="the map says (%)", yscale="log")
+    above.legend(loc="center left", bbox_to_anchor=(0.0, 0.66), fontsize=7)

@@ -1,0 +1,63 @@
+"""The algorithms of Stable-Baselines3 that learn, made as a preset says, anew or from a checkpoint."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import stable_baselines3
+import torch
+from sb3_contrib import RecurrentPPO
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.vec_env import VecEnv
+
+from haptic_lab.learning import checkpoints
+from haptic_lab.learning.imitation import imitate
+from haptic_lab.learning.presets import RAW, Preset
+
+ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
+    "PPO": stable_baselines3.PPO,
+    "SAC": stable_baselines3.SAC,
+    "RecurrentPPO": RecurrentPPO,
+}
+
+
+def begin(preset: Preset, env: VecEnv, log: str | None) -> BaseAlgorithm:
+    """A new learner; raises `ValueError` where its algorithm cannot be made as the preset says."""
+    keywords = {**preset.learner, "policy_kwargs": dict(preset.learner.get("policy_kwargs", {}))}
+    algorithm = ALGORITHMS[preset.algorithm]
+    try:
+        model = algorithm(env=env, seed=preset.seed, device="cpu", tensorboard_log=log, **keywords)
+    except Exception as error:  # it says in many ways what it cannot be made of
+        raise ValueError(f"[learner] makes no {preset.algorithm}: {error or type(error).__name__}") from error
+    # Saved with the model: what the policy "sb3" must know to show it the same again.
+    model.exploration = {  # type: ignore[attr-defined]
+        "env": preset.world.env,
+        "entries": [] if preset.world.observation == (RAW,) else list(preset.world.observation),
+        "hold": preset.world.hold,
+    }
+    return model
+
+
+def make(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, log: str | None) -> BaseAlgorithm:
+    """The learner: a new one, which copies a sweep where the preset has one, or as it was at a checkpoint."""
+    model = begin(preset, env, log)
+    if found is not None:
+        checkpoints.restore(found, model)
+        model.set_random_seed(preset.seed + model.num_timesteps)  # not the episodes that it began with
+    elif preset.sweep is not None:
+        assert isinstance(model, stable_baselines3.PPO | stable_baselines3.SAC)
+        hand = gym.make(preset.world.env).unwrapped.hand  # type: ignore[attr-defined]
+        imitate(model, env, preset.sweep, hand, decision_seconds(preset))
+    return model
+
+
+def decision_seconds(preset: Preset) -> float:
+    """From one decision to the next."""
+    base: Any = gym.make(preset.world.env).unwrapped
+    return preset.world.hold / base.control_hz
+
+
+def versions() -> dict[str, str]:
+    """Of what learns."""
+    return {"stable-baselines3": stable_baselines3.__version__, "torch": torch.__version__}

@@ -1,0 +1,42 @@
+"""The picture of a training run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from haptic_lab.files import atomic
+from haptic_lab.style import BETTER
+
+Array = NDArray[np.float64]
+
+
+def draw(path: Path, steps: Array, rewards: Array, seconds: Array, right: NDArray[np.bool_], longest: float) -> None:
+    """Draw to `path` what each of E evaluations found, after so many `steps` (E,), over the same K explorations: their
+    `rewards` (E, K), and how many ended with the `right` name (E, K) before the `longest` time, by `seconds` (E, K)."""
+    best = int(rewards.mean(axis=1).argmax())
+    decided = right.astype(bool) & (seconds < longest - 1e-9)
+    figure = Figure(figsize=(7.0, 5.0), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    at = steps / 1e3
+    for axes, values, scale in ((upper, rewards, 1.0), (lower, decided, 100.0)):
+        mean = scale * values.mean(axis=1)
+        error = 1.96 * scale * values.std(axis=1) / np.sqrt(values.shape[1])
+        axes.fill_between(at, mean - error, mean + error, color=BETTER, alpha=0.2, lw=0, label="95 % interval")
+        axes.plot(at, mean, color=BETTER, marker="o", ms=4)
+        axes.plot(at[best], mean[best], "o", ms=11, mfc="none", mec="black", label="kept")
+        axes.grid(alpha=0.3)
+        axes.spines[["top", "right"]].set_visible(False)
+    upper.set_ylabel("reward of an exploration (nats)")
+    upper.legend(frameon=False, loc="lower right")
+    lower.set(
+        ylabel=f"sure and right within {longest:g} s (%)", ylim=(0, 100), xlabel="thousand steps of the environment"
+    )
+    figure.suptitle(
+        f"Learning to decide: {values.shape[1]} explorations of sizes not trained with", fontsize=11, fontweight="bold"
+    )
+    with atomic(path) as place:
+        figure.savefig(place, dpi=110)

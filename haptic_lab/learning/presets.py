@@ -1,0 +1,181 @@
+"""What a training run is: an algorithm, what it explores, and how long; read from a TOML file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import haptic_env
+from agents.reach import Reach
+from haptic_env import reading, validate
+from haptic_env.hand import Hand
+from haptic_lab.learning import options
+from observer.belief_observation import CLOCKS_HZ, ENTRIES
+
+FOLDER = Path(__file__).parent / "presets"
+ALGORITHMS = ("PPO", "SAC", "RecurrentPPO")
+RAW = "raw"
+
+
+@dataclass(frozen=True)
+class World:
+    """What is explored and how it is rewarded.
+
+    `sigma_deg`: least and largest noise, drawn for each episode; the jitters as the environment's keyword arguments;
+    `observation`: entries of the belief, or ("raw",) for what is felt; `hold`: control steps of an action; `price` and
+    `least` of `DecisionReward`, `threshold` and `sure_seconds` of `DecideWhenSure`; `variants`, `samples`, `stride` and
+    `temper` of the `ShapePosterior` that is asked, another than evaluation has, as it is most of the time that a
+    step takes; evidence adds up as fast, for `temper` / `stride` is the same.
+    """
+
+    env: str = "HapticSLAM/TwoFinger-v0"
+    seconds: float = 10.0
+    sigma_deg: tuple[float, float] = (2.0, 6.0)
+    size_jitter: float = 0.2
+    yaw_jitter: float = 45.0
+    position_jitter: float = 0.005
+    observation: tuple[str, ...] = tuple(ENTRIES)
+    hold: int = 5
+    price: float = 0.25
+    least: float = 0.05
+    threshold: float = 0.98
+    sure_seconds: float = 0.0
+    variants: int = 96
+    samples: int = 1
+    stride: int = 5
+    temper: float = 0.083
+
+    def __post_init__(self) -> None:
+        validate.choice("env", self.env, haptic_env.ENVIRONMENTS)
+        validate.number("seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
+        if not isinstance(self.sigma_deg, tuple) or len(self.sigma_deg) != 2:
+            raise ValueError(f"sigma_deg must be two numbers, the least and the largest, got {self.sigma_deg!r}")
+        for sigma in self.sigma_deg:
+            validate.number("sigma_deg", sigma, 0.0, 90.0, above=0.0, unit="degrees")
+        low, high = self.sigma_deg
+        if low > high:
+            raise ValueError(f"sigma_deg must be the least and the largest, got {self.sigma_deg!r}")
+        validate.number("size_jitter", self.size_jitter, 0.0, 0.5)
+        validate.number("yaw_jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
+        validate.number("position_jitter", self.position_jitter, 0.0, 0.05, unit="m")
+        if not isinstance(self.observation, tuple) or not self.observation:
+            raise ValueError(f"observation must be a list of {', '.join((*ENTRIES, RAW))}, got {self.observation!r}")
+        if self.observation != (RAW,):
+            for entry in self.observation:
+                validate.choice("entry of observation", entry, ENTRIES)
+        validate.integer("hold", self.hold, 1, 1000)
+        validate.number("price", self.price, 0.0, 1000.0, unit="nats a second")
+        validate.number("least", self.least, 0.0, 0.1, above=0.0)
+        validate.number("threshold", self.threshold, 0.0, 1.0)
+        validate.number("sure_seconds", self.sure_seconds, 0.0, 3600.0, unit="s")
+        validate.integer("variants", self.variants, 1, 10_000)
+        validate.integer("samples", self.samples, 1, 1000)
+        validate.integer("stride", self.stride, 1, 1000)
+        validate.number("temper", self.temper, 0.0, 1.0, above=0.0)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Close and open the fingers at 1 Hz while they sweep sideways at 0.5 Hz, against each other, and drift at 0.17 Hz.
+
+    Torques as fractions of their limits: flexors get `flexion` ± `opening`, abductors ± `sideways`. The drift is
+    ± `curl` of the stroke that curls a finger (`agents.reach`); it begins at nothing, so that the sweep begins as
+    without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is seen what to
+    do beside its path.
+    """
+
+    flexion: float = 0.5
+    opening: float = 0.5
+    sideways: float = 1.0
+    curl: float = -0.5
+    noise: float = 0.3
+    decisions: int = 150
+    epochs: int = 60
+
+    def __post_init__(self) -> None:
+        for name in ("flexion", "opening", "sideways", "curl"):
+            validate.number(name, getattr(self, name), -10.0, 10.0)
+        validate.number("noise", self.noise, 0.0, 10.0)
+        validate.integer("decisions", self.decisions, 1, 1_000_000)
+        validate.integer("epochs", self.epochs, 0, 1_000_000)
+
+    def torques(self, seconds: NDArray[np.float64], hand: Hand) -> NDArray[np.float32]:
+        """(E, J) after `seconds` (E,) of an episode, not yet clipped to -1 and 1, for that is no linear function of the
+        clocks; abductors are known by their names, and fingers take turns."""
+        sideways = np.array(["abduction" in name for name in hand.joint_names])
+        curl = Reach(hand).strokes(hand.rest_pose, hand.grasp_centre).curl.sum(axis=0)
+        side = np.where(hand.joint_group % 2 == 0, 1.0, -1.0)
+        turn, beat, drift = (2 * np.pi * hz * seconds[:, None] for hz in CLOCKS_HZ)
+        across = self.sideways * np.cos(turn) * side
+        close = self.flexion + self.opening * np.sin(beat) + self.curl * np.sin(drift) * curl
+        return np.where(sideways, across, close).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Preset:
+    """`steps`, `evaluate_every` and `checkpoint_every` count steps of the environment; `envs` run in parallel;
+    `episodes` of an evaluation; `learner`: keyword arguments of the algorithm, as Stable-Baselines3 has them; `sweep`:
+    what it begins with, None: with what chance has put into the network."""
+
+    algorithm: str
+    learner: Mapping[str, Any]
+    world: World = field(default_factory=World)
+    sweep: Sweep | None = None
+    seed: int = 0
+    steps: int = 1_000_000
+    envs: int = 8
+    evaluate_every: int = 100_000
+    checkpoint_every: int = 50_000
+    episodes: int = 40
+
+    def __post_init__(self) -> None:
+        validate.choice("algorithm", self.algorithm, ALGORITHMS)
+        validate.integer("seed", self.seed, 0, 2**31)
+        if self.sweep is not None and self.algorithm == "RecurrentPPO":
+            raise ValueError("[sweep] is for PPO and SAC, not for RecurrentPPO")
+        for name in ("steps", "evaluate_every", "checkpoint_every"):
+            validate.integer(name, getattr(self, name), 1, 10**12)
+        validate.integer("envs", self.envs, 1, 1024)
+        validate.integer("episodes", self.episodes, 1, 1_000_000)
+        options.check(self.algorithm, self.learner, raw=self.world.observation == (RAW,))
+
+
+def configuration(preset: Preset) -> dict[str, Any]:
+    """What a folder says of the run in it, as JSON can: how long it is may change."""
+    return json.loads(json.dumps({**asdict(preset), "steps": None}))
+
+
+def names() -> list[str]:
+    """The presets that ship."""
+    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+
+
+def read(name: str) -> Preset:
+    """The preset of this name, or of the TOML file at this path; raises `ValueError` for what makes no sense."""
+    path = Path(name) if name.endswith(".toml") else FOLDER / f"{validate.choice('preset', name, names())}.toml"
+    try:
+        content = reading.toml(path)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{path}: {error}") from error
+    world, sweep = content.pop("world", {}), content.pop("sweep", None)
+    swept = {} if sweep is None else sweep
+    tables = ("key", content, Preset), ("key of [world]", world, World), ("key of [sweep]", swept, Sweep)
+    for what, given, made in tables:
+        if not isinstance(given, dict):
+            raise ValueError(f"{what.removeprefix('key of ')} in {path} must be a table, got {given!r}")
+        for key in given:
+            validate.choice(f"{what} in {path}", key, [each.name for each in fields(made)])
+    for key in ("algorithm", "learner"):
+        if key not in content:
+            raise ValueError(f"{path} must set {key}")
+    lists: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in world.items()}
+    try:
+        return Preset(world=World(**lists), sweep=None if sweep is None else Sweep(**sweep), **content)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error

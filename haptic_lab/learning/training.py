@@ -1,0 +1,241 @@
+"""A training run with Stable-Baselines3: the learner, what watches it, and what is left of it."""
+
+from __future__ import annotations
+
+import shutil
+import time
+import warnings
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from rich.console import Console
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
+from stable_baselines3.common.vec_env import VecEnv
+
+import agents
+from haptic_env import reading
+from haptic_lab.files import UNFINISHED, atomic, write_json
+from haptic_lab.learning import checkpoints, learners
+from haptic_lab.learning.environments import close, make_env, make_vector
+from haptic_lab.learning.interrupt import Stop
+from haptic_lab.learning.learners import ALGORITHMS as ALGORITHMS
+from haptic_lab.learning.learning_curve import draw
+from haptic_lab.learning.presets import Preset
+from haptic_lab.sweeps.provenance import versions
+
+EVALUATION_SEED = 5_000  # the same explorations at every evaluation
+EVALUATIONS, CHECKPOINTS, BEST = "evaluations.npz", "checkpoints", "best_model"
+OF_EVALUATIONS = ("timesteps", "results", "ep_lengths", "successes")
+
+
+class HeldOutEvaluation(EvalCallback):
+    """Evaluates on the same explorations each time, so that only the policy makes a difference."""
+
+    def __init__(self, env: VecEnv, preset: Preset, out: Path) -> None:
+        super().__init__(
+            env,
+            n_eval_episodes=preset.episodes,
+            eval_freq=max(1, preset.evaluate_every // (preset.world.hold * preset.envs)),
+            log_path=str(out),
+            callback_on_new_best=_Keep(out),
+            deterministic=True,
+            verbose=0,
+        )
+        self._table, self._written = out / EVALUATIONS, out / f"{UNFINISHED}{EVALUATIONS}"
+        self.log_path = str(self._written)
+
+    def _on_training_start(self) -> None:
+        if not self.evaluations_timesteps:
+            self._on_step()  # what it begins with
+
+    def _on_step(self) -> bool:
+        if self.n_calls % self.eval_freq == 0:
+            self.eval_env.seed(EVALUATION_SEED)
+        go_on = super()._on_step()
+        if self._written.exists():  # else it was no turn of evaluation
+            self._written.replace(self._table)
+        return go_on
+
+    def restore(self, path: Path, best: float, decisions: int) -> None:
+        """Go on from what was evaluated within the first `decisions`; raises `ValueError` where `path` is no such
+        table."""
+        self.best_mean_reward = best
+        if not path.exists():
+            return
+        kept = read_evaluations(path)
+        upto = kept["timesteps"] <= decisions
+        self.evaluations_timesteps = list(kept["timesteps"][upto])
+        self.evaluations_results = list(kept["results"][upto])
+        self.evaluations_length = list(kept["ep_lengths"][upto])
+        self.evaluations_successes = list(kept["successes"][upto])
+
+
+class _Keep(BaseCallback):
+    """Keeps the model that was best in evaluation."""
+
+    def __init__(self, out: Path) -> None:
+        super().__init__()
+        self.out = out
+
+    def _on_step(self) -> bool:
+        keep(self.model, self.out, BEST)
+        return True
+
+
+class Save(BaseCallback):
+    """Saves a checkpoint every so often, and says at which speed the environment runs."""
+
+    def __init__(self, evaluation: HeldOutEvaluation, preset: Preset, folder: Path, seconds: float, stop: Stop) -> None:
+        super().__init__()
+        self.evaluation, self.folder, self.before, self.stop = evaluation, folder, seconds, stop
+        self.began = time.monotonic()
+        self.hold = preset.world.hold
+        self.every = max(1, preset.checkpoint_every // preset.world.hold)
+
+    def _on_training_start(self) -> None:
+        self.began, self.first = time.monotonic(), self.model.num_timesteps
+        self.saved = self.model.num_timesteps
+
+    def _on_step(self) -> bool:
+        self.stop.check()
+        if self.model.num_timesteps - self.saved >= self.every:
+            self.save()
+        return True
+
+    def _on_rollout_end(self) -> None:
+        steps = self.hold * (self.model.num_timesteps - self.first)
+        self.logger.record("time/environment_steps_per_second", steps / (time.monotonic() - self.began))
+
+    @property
+    def seconds(self) -> float:
+        """How long the run has taken, before it was stopped included."""
+        return self.before + time.monotonic() - self.began
+
+    def save(self) -> None:
+        """Save a checkpoint now."""
+        state = {"seconds": self.seconds, "best": float(self.evaluation.best_mean_reward)}
+        checkpoints.save(self.folder, self.model, state)
+        self.saved = self.model.num_timesteps
+
+
+class Ready(NamedTuple):
+    """What a run is made of, before it begins; `seconds` and `best` are of what a checkpoint had behind it."""
+
+    preset: Preset
+    out: Path
+    env: VecEnv
+    held_out: VecEnv
+    model: BaseAlgorithm
+    evaluation: HeldOutEvaluation
+    seconds: float
+
+    def close(self) -> None:
+        """End the environments."""
+        close(self.env)
+        close(self.held_out)
+
+
+def prepare(preset: Preset, jobs: int, out: Path, stop: Stop, console: Console) -> Ready:
+    """Everything for a run from the last whole checkpoint in `out` on, in `jobs` processes; raises `ValueError` where
+    the preset or what is in `out` makes no sense, and has written nothing then."""
+    torch.set_num_threads(1)
+    found, broken = checkpoints.newest(out / CHECKPOINTS)
+    began = time.monotonic()
+    if jobs > 1:  # a worker could not say what is wrong with a world
+        make_env(preset.world).close()
+    env = make_vector(preset.world, preset.envs, jobs)
+    held_out = None
+    try:
+        held_out = make_vector(preset.world, min(4, preset.envs), jobs, held_out=True)
+        model = learners.make(preset, env, found, str(out / "tensorboard"))
+        evaluation = HeldOutEvaluation(held_out, preset, out)
+        seconds = time.monotonic() - began
+        if found is not None:
+            seconds += found.state["seconds"]
+            best = found.state.get("best")
+            evaluation.restore(out / EVALUATIONS, -np.inf if best is None else best, model.num_timesteps)
+            console.print(f"Going on after {preset.world.hold * model.num_timesteps} steps")
+        stop.check()
+    except BaseException:
+        close(env)
+        if held_out is not None:
+            close(held_out)
+        raise
+    for place in broken:
+        console.print(f"{place} was cut short and is removed", style="yellow")
+        shutil.rmtree(place)
+    return Ready(preset, out, env, held_out, model, evaluation, seconds)
+
+
+def train(ready: Ready, stop: Stop, console: Console) -> int:
+    """Train to the end; returns the exit code."""
+    preset, model, out = ready.preset, ready.model, ready.out
+    save = Save(ready.evaluation, preset, out / CHECKPOINTS, ready.seconds, stop)
+    left = preset.steps // preset.world.hold - model.num_timesteps
+    code, seconds = 0, ready.seconds
+    try:
+        if left > 0:
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", message="rich is experimental")  # tqdm's way to draw the progress bar
+                callbacks = [ready.evaluation, save]
+                model.learn(left, callbacks, reset_num_timesteps=False, progress_bar=True, tb_log_name="run")
+            save.save()
+            seconds = save.seconds
+    except KeyboardInterrupt:
+        save.save()
+        console.print("Stopped; the same command goes on from here.")
+        code, seconds = 130, save.seconds
+    finally:
+        ready.close()
+    keep(model, out, "model")
+    _report(preset, model, seconds, out, console)
+    return code
+
+
+def keep(model: BaseAlgorithm, out: Path, name: str) -> None:
+    """Write `model` for use (.npz, which runs nothing when it is read) and as Stable-Baselines3 saves it (.zip)."""
+    agents.export(model, out / f"{name}.npz")
+    with atomic(out / f"{name}.zip") as place:
+        model.save(place)
+
+
+def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
+    """`OF_EVALUATIONS` by name: decisions (N,), and of each of E explorations (N, E) reward, decisions and whether it
+    was right; raises `ValueError` where the file is no such table."""
+    kept = reading.npz(path)
+    found = {name: kept[name] for name in OF_EVALUATIONS if name in kept}
+    count = found["timesteps"].shape if "timesteps" in found else ()
+    fits = len(count) == 1 and all(each.ndim == 2 and each.shape[:1] == count for each in list(found.values())[1:])
+    if len(found) < len(OF_EVALUATIONS) or not fits or not all(each.dtype.kind in "bif" for each in found.values()):
+        raise ValueError(f"{path} holds no evaluations: {', '.join(OF_EVALUATIONS)}")
+    return found
+
+
+def _report(preset: Preset, model: BaseAlgorithm, seconds: float, out: Path, console: Console) -> None:
+    told: dict[str, Any] = {
+        **asdict(preset),
+        "environment_steps": preset.world.hold * model.num_timesteps,
+        "seconds": round(seconds),
+        "versions": {**versions(), **learners.versions()},
+    }
+    console.print(f"{told['environment_steps']} steps in {seconds / 60:.1f} min")
+    if (out / EVALUATIONS).exists():
+        decisions, rewards, lengths, right = read_evaluations(out / EVALUATIONS).values()
+        steps, seconds_of = preset.world.hold * decisions, learners.decision_seconds(preset) * lengths
+        draw(out / "learning_curve.png", steps, rewards, seconds_of, right, preset.world.seconds)
+        best = int(rewards.mean(axis=1).argmax())
+        told["best"] = {
+            "environment_steps": int(steps[best]),
+            "median_seconds": float(np.median(seconds_of[best])),
+            "right": float(right[best].mean()),
+        }
+        console.print(
+            f"Best on held-out sizes: decided after {told['best']['median_seconds']:.2f} s (median), "
+            f"{told['best']['right']:.0%} right, of {right.shape[1]} explorations"
+        )
+    write_json(out / "training.json", told)

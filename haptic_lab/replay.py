@@ -1,0 +1,225 @@
+"""What `explore.py --recording` explores: a hand that repeats a recording, and what its observers are told.
+
+A recording that says what was felt is played back as it is. One that knows where hand and object were is followed by
+the hand in the object's frame (kinematic replay). Any other drives the hand by joint servos (driven replay).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+import haptic_env
+from agents.follow_recording import LEAD_SECONDS, FollowRecording
+from agents.policy import Policy
+from agents.repeat_torques import RepeatTorques
+from haptic_env import hands, recordings, shapes, validate
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+from haptic_env.recordings import Felt, Recording, Track, checks
+from haptic_env.replay import KinematicReplay, Playback
+from haptic_env.shapes import Solid
+from haptic_env.shapes.mesh import Mesh
+from haptic_lab.trial import Exploration
+from haptic_lab.worlds import Candidates, candidates_of
+from observer import ContactModel, ShapePosterior
+
+OBJECT = ("name", "size", "position", "quaternion")  # what settings say of the object of an exploration
+SIMULATED = {"contacts": "simulated"}  # what they say where it is not the recording's own
+VOXEL = 0.005  # metres, of a map in the object's frame
+MARGIN = 0.03  # metres of a map about the object
+GLOVE = "adroit"  # the hand that a glove moves where nothing is said
+# Hands fitted to markers sink into what they hold, fingertips by 5 to 13 mm, and all of their skin with them.
+SINKING = ContactModel(give=3.0, deep=1.0)
+SINKING_NAMER: dict[str, Any] = {"press": 0.05, "tolerance": 0.003}
+
+
+@dataclass(frozen=True)
+class Session:
+    """An environment, who moves the hand in it, what the object may be and who names it, and keywords of the
+    observers, `told` of all of them and `informed` of the one that is no bracket; `followed`: the recording at the
+    control rate, of a hand that moved as a whole; `simulated`: whether the object is one that was named, of which the
+    recording tells nothing, so that what was felt of it is simulated."""
+
+    env: gym.Env[Any, Any]
+    policy: str | Policy
+    candidates: Candidates
+    namer: ShapePosterior
+    told: Mapping[str, Any] = field(default_factory=dict)
+    informed: Mapping[str, Any] = field(default_factory=dict)
+    followed: Recording | None = None
+    simulated: bool = False
+
+    @property
+    def hand(self) -> Hand:
+        """The hand that explores."""
+        return self.env.unwrapped.hand  # type: ignore[attr-defined]
+
+
+def load(path: str, part: str | None, calibration: str | None, hand: str | None) -> Recording:
+    """The recording in `path`; a glove's with the `calibration` file, or the one that comes for `hand`.
+
+    Raises `ValueError` for what is wrong with it, `OSError` where it cannot be read.
+    """
+    meaning = None
+    if Path(path).suffix.lower() == ".txt":
+        name = hand or GLOVE
+        meaning = recordings.read_calibration(calibration) if calibration else recordings.calibration_for(name)
+    elif calibration is not None:
+        raise ValueError(f"--calibration is for a glove's text, not for {path}")
+    return recordings.read(path, part=part, calibration=meaning)
+
+
+def environment_of(recording: Recording) -> str:
+    """The id of the environment whose hand has the joints of `recording`; raises `ValueError` where none has."""
+    names, known = set(recording.joint_names), []
+    for env_id, name in haptic_env.ENVIRONMENTS.items():
+        try:
+            hand = hands.make(name)
+        except ImportError:  # of a hand that is not installed
+            continue
+        if names == set(hand.joint_names):
+            return env_id
+        known.append(hand)
+    nearest = max(known, key=lambda hand: len(names & set(hand.joint_names)))
+    if names & set(nearest.joint_names):
+        recording.columns_of(nearest)  # raises, and says which joints are missing or unknown
+    raise ValueError(
+        f"{recording.source}: no hand has its joints, {validate.listed(recording.joint_names)}; "
+        "say which it is by --hand"
+    )
+
+
+def session(settings: Any, recording: Recording, render_mode: str | None = None) -> Session:
+    """The replay of `recording` with the `Settings` of explore.py, drawn as `render_mode` says where the hand is
+    simulated; raises `ValueError` where they do not fit."""
+    if recording.felt is not None:
+        return _playback(settings, recording)
+    if recording.root is not None and recording.object is not None:
+        return _kinematic(settings, recording, render_mode)
+    return _driven(settings, recording, render_mode)
+
+
+def _playback(settings: Any, recording: Recording) -> Session:
+    hand = hands.make(haptic_env.ENVIRONMENTS[settings.env])
+    solid, moved = _explored(recording)
+    env = Playback(hand, recording, solid)
+    policy = RepeatTorques(env, recording.felt.torques[1:, recording.columns_of(hand)])  # type: ignore[union-attr]
+    if moved:
+        return Session(env, policy, *_in_object_frame(hand, solid), recording)
+    candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
+    simulated = SIMULATED.items() <= recording.settings.items()
+    return Session(env, policy, candidates, ShapePosterior(hand, candidates), simulated=simulated)
+
+
+def _explored(recording: Recording) -> tuple[Solid, bool]:
+    """The object of an exploration, and whether the hand moved as a whole; raises `ValueError` for settings that do not
+    tell, as those that explore.py writes do."""
+    told = recording.settings.get("object")
+    try:
+        if not isinstance(told, dict) or set(told) != set(OBJECT):
+            raise ValueError(f"object must be a table of {', '.join(OBJECT)}, got {told!r}")
+        moved = validate.boolean("in_object_frame", recording.settings.get("in_object_frame"))
+        if moved and (recording.root is None or recording.object is None):
+            raise ValueError("in_object_frame is true, but it does not say where the hand and the object were")
+        validate.array("position of object", told["position"], (3,), "m", bound=checks.APART)
+        return shapes.make(**told), moved
+    except ValueError as error:
+        raise ValueError(f"{recording.source}: its settings are not those that explore.py writes: {error}") from error
+
+
+def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> Session:
+    if settings.shape is None:
+        known = f" ({recording.mesh})" if recording.mesh else ""
+        raise ValueError(f"{recording.source}: say what was held{known}: --mesh FILE or --shape NAME")
+    shape = shapes.find(settings.shape)
+    own = shape.centre * settings.scale if isinstance(shape, Mesh) else np.zeros(3)  # its middle, in its file's frame
+    solid = shapes.make(settings.shape, shapes.default_size(settings.shape, settings.scale), own)
+    env = KinematicReplay(
+        haptic_env.ENVIRONMENTS[settings.env],
+        recording,
+        solid,
+        sigma_deg=settings.sigma,
+        episode_seconds=recording.seconds if settings.seconds is None else settings.seconds,
+        render_mode=render_mode,
+    )
+    return Session(env, RepeatTorques(env, []), *_in_object_frame(env.hand, solid), env.recording)
+
+
+def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosterior, dict[str, Any], dict[str, Any]]:
+    """What the object may be, who names it, the keywords of observers that have no torques and map in the object's
+    frame, and of one that may infer the pose from what the object may be."""
+    size = np.full(3, np.mean(solid.size))
+    candidates = {name: [shapes.make(name, size, solid.position)] for name in shapes.SHAPES}
+    grid = Grid.around(solid.position, np.asarray(solid.size) + 2.0 * MARGIN, VOXEL)
+    # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true.
+    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": False}
+    # For the pose the surface counts as exactly as it is known: what is not known of the pose is the pose's own matter.
+    surface = ShapePosterior(hand, candidates, press=SINKING_NAMER["press"])
+    return candidates, ShapePosterior(hand, candidates, **SINKING_NAMER), told, {"solids": surface}
+
+
+def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Session:
+    if settings.shape is None:
+        raise ValueError(
+            f"{recording.source}: it has joint angles alone, and does not tell of an object; name the one with which "
+            "contacts are to be simulated: --shape NAME or --mesh FILE"
+        )
+    env = gym.make(
+        settings.env,
+        shape=settings.shape,
+        scale=settings.scale,
+        sigma_deg=settings.sigma,
+        episode_seconds=recording.seconds + LEAD_SECONDS if settings.seconds is None else settings.seconds,
+        render_mode=render_mode,
+        reveal_truth=True,  # for the observer's judge alone
+    )
+    policy = FollowRecording(env, recording)
+    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
+    return Session(env, policy, candidates, ShapePosterior(hand, candidates), simulated=True)
+
+
+def as_recording(exploration: Exploration, settings: Mapping[str, Any], followed: Recording | None) -> Recording:
+    """What `exploration` was, to be played back; `followed`: the recording that its hand followed, where it moved as a
+    whole."""
+    hand, solid, steps = exploration.hand, exploration.solid, len(exploration.seconds) + 1
+    start = exploration.start
+
+    def before(first: Any, rows: Any) -> Any:
+        return np.concatenate([np.asarray(first)[None], rows])
+
+    def path(track: Track | None) -> Track | None:
+        return None if track is None else Track(track.position[:steps], track.quaternion[:steps])
+
+    moved = followed if exploration.roots is not None else None
+    return Recording(
+        source="this exploration",
+        time=before(0.0, exploration.seconds),
+        joint_names=hand.joint_names,
+        joint_angles=before(start.true_angles, exploration.true_angles),
+        root=path(moved.root) if moved else None,
+        root_body=moved.root_body if moved else "",
+        object=path(moved.object) if moved else None,
+        mesh=moved.mesh if moved else "",
+        felt=Felt(
+            before(np.zeros(hand.joints), exploration.torques).astype(np.float64),
+            before(start.felt_angles, exploration.felt_angles).astype(np.float64),
+            before(start.contacts, exploration.contacts),
+        ),
+        settings={
+            **settings,
+            "object": {
+                "name": solid.name,
+                "size": list(solid.size),
+                "position": list(solid.position),
+                "quaternion": list(solid.quaternion),
+            },
+            "in_object_frame": exploration.roots is not None,
+        },
+    )

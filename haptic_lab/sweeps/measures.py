@@ -1,0 +1,139 @@
+"""What a trial is worth: the numbers of a row."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.grid import Grid
+from haptic_lab.trial import Account, Exploration
+from observer import metrics
+
+AFTER_SECONDS = (2, 5, 10)  # when the name is asked for
+FIRST_SECONDS = 5  # over which how soon it is right is averaged
+MEASURES = (
+    "pose_error_online_deg",
+    "pose_error_lagged_deg",
+    "pose_error_touching_deg",
+    "coverage_90",
+    "coverage_90_lagged",
+    *(f"surface_{what}_{n}" for n in (1, 2) for what in ("precision", "recall", "f_score")),
+    "surface_coverage",
+    "growing_f_score_1",
+    "growing_brier",
+    "occupancy_ece",
+    "occupancy_brier",
+    "skin_ece",
+    "skin_brier",
+    "skin_log_loss",
+    "touching_share",
+    "n_eff",
+    "time_to_decision",
+    "step_accuracy",
+    f"step_accuracy_{FIRST_SECONDS}s",
+    *(f"correct_{seconds}s" for seconds in AFTER_SECONDS),
+)
+OF_MAPS = tuple(name for name in MEASURES if name.startswith(("surface_", "occupancy_")))
+HISTOGRAMS = ("ranks_online", "ranks_lagged", "cells", "cells_predicted", "cells_observed")  # numbers with spaces
+COURSES = ("course_p", "course_correct")  # likewise: the shape posterior of the truth, and whether it is the largest
+COURSE_SECONDS = 0.25  # from one of these to the next
+
+
+class Places(NamedTuple):
+    """What is true of the world of an exploration: the steps (T,) at which the hand was `touching`, the places (M, 3) m
+    that it `touched`, which voxels (X, Y, Z) it could reach, `cells`, and in which the object had the centre
+    `occupied`; `beside` the skin: those that it swept or that share a face with one, and which the object `reached`;
+    the places (S, 3) m of the whole `surface`."""
+
+    touching: NDArray[np.bool_]
+    touched: NDArray[np.float64]
+    cells: NDArray[np.bool_]
+    occupied: NDArray[np.bool_]
+    beside: NDArray[np.bool_]
+    reached: NDArray[np.bool_]
+    surface: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, exploration: Exploration, grid: Grid) -> Places:
+        """Those of `exploration`, in voxels of `grid`."""
+        hand, truth, contacts, solid = (
+            exploration.hand,
+            exploration.true_angles,
+            exploration.contacts,
+            exploration.solid,
+        )
+        swept = metrics.swept(hand, truth, grid)
+        return cls(
+            np.asarray(contacts.any(axis=1)),
+            metrics.touched_places(hand, truth, contacts, solid),
+            metrics.neighbourhood(swept),
+            solid.occupancy(grid),
+            metrics.neighbourhood(swept, faces=True),
+            metrics.reached_into(solid, grid),
+            metrics.surface_places(solid, grid),
+        )
+
+
+def measures_of(exploration: Exploration, places: Places, account: Account) -> dict[str, Any]:
+    """What `account` is worth: the columns of a row that have nothing to do with how it was asked for."""
+    truth, (touching, touched, cells, occupied, beside, reached, surface) = exploration.true_angles, places
+    grid, solid = account.belief.grid, exploration.solid
+    occupancy = account.belief.occupancy
+    calibration = metrics.reliability(occupancy, occupied, cells)
+    beside_skin = metrics.reliability(occupancy, reached, beside)
+    right = account.posterior.argmax(axis=1) == account.labels.index(solid.name)
+    row: dict[str, Any] = {
+        "pose_error_online_deg": metrics.pose_rmse_deg(account.joint_angles, truth),
+        "pose_error_lagged_deg": metrics.pose_rmse_deg(account.lagged_joint_angles, truth),
+        "pose_error_touching_deg": metrics.pose_rmse_deg(account.lagged_joint_angles[touching], truth[touching]),
+        "coverage_90": metrics.credible_coverage(account.joint_angles, account.joint_std, truth),
+        "coverage_90_lagged": metrics.credible_coverage(account.lagged_joint_angles, account.lagged_joint_std, truth),
+        "surface_coverage": metrics.surface_recall(occupancy, grid, surface),
+        "occupancy_ece": calibration.ece,
+        "occupancy_brier": calibration.brier,
+        **{f"skin_{what}": getattr(beside_skin, what) for what in ("ece", "brier", "log_loss")},
+        "growing_f_score_1": metrics.surface_score(account.growing, grid, solid, touched).f_score,
+        "growing_brier": metrics.reliability(account.growing, reached, beside).brier,
+        "touching_share": float(touching.mean()),
+        "n_eff": float(account.n_eff.mean()),
+        "time_to_decision": metrics.time_to_decision(exploration.seconds, account.posterior),
+        "step_accuracy": float(right.mean()),
+        f"step_accuracy_{FIRST_SECONDS}s": float(right[exploration.seconds <= FIRST_SECONDS + 1e-9].mean()),
+    }
+    histograms = (
+        metrics.rank_counts(account.joint_angles, account.joint_std, truth),
+        metrics.rank_counts(account.lagged_joint_angles, account.lagged_joint_std, truth),
+        calibration.cells,
+        calibration.predicted,
+        calibration.observed,
+    )
+    row |= {what: _spaced(numbers) for what, numbers in zip(HISTOGRAMS, histograms, strict=True)}
+    row |= {what: _spaced(numbers) for what, numbers in zip(COURSES, course(exploration, account), strict=True)}
+    for n in (1, 2):
+        score = metrics.surface_score(occupancy, grid, solid, touched, n)
+        row |= {f"surface_{what}_{n}": value for what, value in score._asdict().items()}
+    row |= {f"correct_{after}s": correct_after(exploration, account, after) for after in AFTER_SECONDS}
+    return row | {f"p_{label}": float(p) for label, p in zip(account.labels, account.posterior[-1], strict=True)}
+
+
+def _spaced(numbers: np.ndarray) -> str:
+    return " ".join(f"{each:.6g}" for each in numbers)
+
+
+def correct_after(exploration: Exploration, account: Account, seconds: float) -> float:
+    """1 where the shape posterior found the true shape the most probable after `seconds`, else 0; NaN where the
+    exploration is shorter."""
+    steps = int(np.searchsorted(exploration.seconds, seconds - 1e-9))
+    if steps == len(exploration.seconds):
+        return float("nan")
+    return float(account.labels[int(np.argmax(account.posterior[steps]))] == exploration.solid.name)
+
+
+def course(exploration: Exploration, account: Account) -> tuple[np.ndarray, np.ndarray]:
+    """After each `COURSE_SECONDS`: the probability of the true shape, and 1 where no other is more probable, else 0."""
+    times = np.arange(COURSE_SECONDS, exploration.seconds[-1] + 1e-9, COURSE_SECONDS)
+    posterior = account.posterior[np.searchsorted(exploration.seconds, times - 1e-9)]
+    truth = account.labels.index(exploration.solid.name)
+    return posterior[:, truth], (posterior.argmax(axis=1) == truth).astype(float)

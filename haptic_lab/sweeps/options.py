@@ -1,0 +1,229 @@
+"""The command line of a sweep, and the file that may stand in its place; everything is checked here, once."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import itertools
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+from joblib import cpu_count
+
+import agents
+from haptic_env import reading, shapes, validate
+from haptic_lab.conditions import DEFAULTS, FACTORS, TRUST, Condition, check_policy
+from haptic_lab.sweeps.provenance import versions
+from haptic_lab.sweeps.results import Results
+from haptic_lab.sweeps.rows import columns
+from haptic_lab.sweeps.tasks import Settings, files_of
+from haptic_lab.terminal import Parser, as_path, refuse
+from haptic_lab.worlds import HANDS_OR_IDS, environment
+from observer import OBSERVERS
+from observer.classifiers import CLASSIFIERS
+from observer.variants import ABLATION, FULL, VARIANTS, WITHOUT_MAP
+
+EXAMPLE = """examples: haptic-slam evaluate --shapes cube sphere --sigmas 3 5 --trials 20 --out out/two_shapes
+          haptic-slam evaluate --bias-deg 0 2 --contact-miss 0 0.1 --seconds 5 10 --out out/product
+          haptic-slam evaluate --config sweep.toml --cluster tcp://10.0.0.1:8786"""
+FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
+NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the paper's, and what touch has added
+QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
+KINDS: dict[Any, str] = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
+TRUSTED = ["--trust"]
+MOST_CONDITIONS = 10_000
+Options = Mapping[str, argparse.Action]
+
+
+def parse(description: str | None, arguments: list[str] | None) -> argparse.Namespace:
+    """`check` and `open_results`."""
+    given = check(description, arguments)
+    open_results(given)
+    return given
+
+
+def check(description: str | None, arguments: list[str] | None) -> argparse.Namespace:
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written.
+
+    What it returns has also `settings` and `conditions`.
+    """
+    parser, options = make_parser(description)
+    file: dict[str, Any] = {}
+    given = parser.parse_args(arguments)
+    if given.config is not None:
+        try:
+            file = read(Path(given.config), options)
+            plan(settle(parser, TRUSTED if given.trust else [], file))
+        except (ValueError, OSError) as error:
+            told = re.sub(r"--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), str(error))  # a flag's key
+            parser.error(f"{given.config}: {told}")
+    return _planned(settle(parser, arguments, file))
+
+
+def check_values(values: Mapping[str, Any], *, trust: bool = False) -> argparse.Namespace:
+    """The same, where another command says what its flags would: `values` by their keys, and `trust`."""
+    parser, options = make_parser(None)
+    several = {name for name, option in options.items() if option.nargs in ("+", "*")}
+    lists = {
+        name: [value] if name in several and not isinstance(value, list) else value for name, value in values.items()
+    }
+    return _planned(settle(parser, TRUSTED if trust else [], lists))
+
+
+def _planned(given: argparse.Namespace) -> argparse.Namespace:
+    try:
+        plan(given)
+    except (ValueError, OSError) as error:
+        refuse(str(error))
+    return given
+
+
+def open_results(given: argparse.Namespace) -> None:
+    """Put the opened `results` into what `check` has returned; ends the program where they are not of `given`."""
+    try:
+        folder = Path(given.out)
+        (folder / "exemplars").mkdir(parents=True, exist_ok=True)
+        config = asdict(given.settings) | versions() | files_of(given.settings)
+        given.results = Results(folder, config, *columns(given.settings), given.settings.observers)
+    except ValueError as error:
+        refuse(str(error))
+    except OSError as error:
+        refuse(f"--out must be a folder that can be written to: {error}")
+
+
+def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Options]:
+    """The parser, and by its key each option that a file may set."""
+    parser = Parser(description=description, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "--config", type=as_path, metavar="FILE", help="TOML: any of these, first_seed = 20 for --first-seed 20"
+    )
+    # No key of a file, which may be a stranger's too.
+    parser.add_argument("--trust", action="store_true", help=TRUST)
+    options: dict[str, argparse.Action] = {}
+
+    def add(*flags: str, **keywords: Any) -> None:
+        option = parser.add_argument(*flags, **keywords)
+        options[option.dest] = option
+
+    add("--env", "--hand", default="two_finger", help=f"{HANDS_OR_IDS} (default two_finger)")
+    add(
+        "--shapes",
+        nargs="+",
+        type=as_path,
+        default=list(shapes.SHAPES),
+        help=f"what is explored, and the candidates: {', '.join(shapes.SHAPES)}, mesh files (default the former)",
+    )
+    add("--scale", type=float, default=1.0, help="metres that the unit of a mesh file is long (default 1)")
+    add("--sigmas", nargs="+", type=float, default=[1.0, 3.0, 5.0], help="noise, SD in degrees (default 1 3 5)")
+    for name, value in DEFAULTS.items():
+        flag = "--" + name.replace("_", "-")
+        add(flag, nargs="+", type=float, default=[value], help=f"as the environment's, one or more (default {value:g})")
+    add(
+        "--policy",
+        nargs="+",
+        type=as_path,
+        default=["random_torque"],
+        help=f"{', '.join(agents.POLICIES)}, or a trained model.npz; a .zip needs --trust (default random_torque)",
+    )
+    add("--seconds", nargs="+", type=float, default=[10.0], help="of an exploration, one or more (default 10)")
+    add(
+        "--trials",
+        type=int,
+        default=20,
+        help="explorations for each of these (default 20: with four shapes names are known to ± 10 %%)",
+    )
+    add("--first-seed", type=int, default=FIRST_SEED, help=f"seed of the first trial (default {FIRST_SEED})")
+    add(
+        "--observers",
+        nargs="+",
+        default=list(OBSERVERS),
+        help=f"default: {' '.join(OBSERVERS)}; or {', '.join([*VARIANTS, *WITHOUT_MAP])}; several joined by +",
+    )
+    switch = argparse.BooleanOptionalAction
+    add("--ablation", action=switch, default=False, help="haptic_slam with one idea changed at a time, in one table")
+    add("--calibration", action=switch, default=False, help="also pictures of how sure observers are and may be")
+    add("--particles", type=int, default=200, help="of the observers that have any (default 200)")
+    add("--exemplars", type=int, default=3, help="draws over which one-shot learning is averaged (default 3)")
+    add(
+        "--classifiers",
+        nargs="*",
+        default=list(NAMERS),
+        help=f"of finished maps: {', '.join(CLASSIFIERS)} (default {' '.join(NAMERS)})",
+    )
+    add("--size-jitter", type=float, default=0.0, help="how the object's size varies, a fraction (default 0)")
+    add("--position-jitter", type=float, default=0.0, help="how far it is off the grasp centre, in m (default 0)")
+    add("--yaw-jitter", type=float, default=0.0, help="how far it is turned, in degrees (default 0)")
+    add("--believed-sigma", type=float, default=1.0, help="the observers are told so many times sigma (default 1)")
+    add("--jobs", type=int, default=cpu_count(), help="processes of this machine (default: one a core)")
+    add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
+    add("--out", type=as_path, default="out/evaluate", help="folder for the results (default out/evaluate)")
+    quick = ", ".join(
+        f"--{name} {' '.join(map(str, value)) if isinstance(value, list) else value}" for name, value in QUICK.items()
+    )
+    add("--quick", action=switch, default=False, help=f"a first look in under two minutes: {quick}")
+    return parser, options
+
+
+def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: Mapping[str, Any]) -> argparse.Namespace:
+    """Flags win over --quick, that over the file, that over the defaults."""
+    parser.set_defaults(**file)
+    given = parser.parse_args(arguments)
+    if given.ablation and "observers" not in file:
+        parser.set_defaults(observers=list(ABLATION))
+    if given.quick:
+        parser.set_defaults(**QUICK)
+    return parser.parse_args(arguments)
+
+
+def read(path: Path, options: Options) -> dict[str, Any]:
+    """What the TOML file at `path` sets, each of the right type; else raises `ValueError`, or `OSError`."""
+    return {name: _typed(name, value, options) for name, value in reading.toml(path).items()}
+
+
+def _typed(name: str, value: Any, options: Options) -> Any:
+    option = options[validate.choice("key", name, options)]
+    kind: Any = bool if isinstance(option, argparse.BooleanOptionalAction) else option.type
+    kind = kind if kind in KINDS else str
+    several = option.nargs in ("+", "*")
+    values = value if several and isinstance(value, list) else [value]
+    if not all(type(each) is kind or (kind is float and type(each) is int) for each in values):
+        raise ValueError(f"{name} must be {KINDS[kind]}{' or a list of such' if several else ''}, got {value!r}")
+    try:
+        values = [as_path(each) if option.type is as_path else kind(each) for each in values]
+    except argparse.ArgumentTypeError as error:
+        raise ValueError(f"{name} {error}") from error
+    except OverflowError as error:
+        raise ValueError(f"{name} must be {KINDS[kind]} that a float can be, got {values!r}") from error
+    return values if several else values[0]
+
+
+def plan(given: argparse.Namespace) -> None:
+    """Put `settings`, and `conditions` in their order, into `given`; raises `ValueError` for what makes no sense."""
+    told = {each.name: getattr(given, each.name) for each in fields(Settings)}
+    told["env"] = environment(given.env)
+    told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
+    given.settings = Settings(**told)
+    flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}
+    values = {name: sorted(set(getattr(given, flag))) for name, flag in flags.items()}
+    for name, several in values.items():
+        if not several:
+            raise ValueError(f"--{flags[name].replace('_', '-')} must have a value, got []")
+    if math.prod(map(len, values.values())) > MOST_CONDITIONS:
+        counts = ", ".join(f"{len(several)} of {flags[name]}" for name, several in values.items() if len(several) > 1)
+        raise ValueError(f"a sweep has {MOST_CONDITIONS} combinations at most, these are more: {counts}")
+    product = itertools.product(*values.values())
+    given.conditions = [Condition(**dict(zip(FACTORS, each, strict=True))) for each in product]
+    for policy in values["policy"]:
+        check_policy(policy, given.trust)
+    most = values["sigma_deg"][-1] * given.settings.believed_sigma
+    validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
+    validate.integer("--trials", given.trials, 1, 100_000)
+    validate.integer("--jobs", given.jobs, 1, 1024)
+    if given.ablation and FULL not in given.observers:
+        raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")
+    if given.cluster is not None and importlib.util.find_spec("distributed") is None:
+        raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")

@@ -1,0 +1,130 @@
+"""What a sweep runs: its settings, and one task for each exploration."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Hashable, Iterable
+from dataclasses import asdict, astuple, dataclass
+from pathlib import Path
+
+import agents
+import haptic_env
+from haptic_env import shapes, validate
+from haptic_lab.conditions import Condition
+from haptic_lab.files import part_of_name
+from haptic_lab.sweeps.results import Key
+from observer import variants
+from observer.classifiers import CLASSIFIERS
+
+EXEMPLAR_SEED = 2_000_000_000
+STREAM = "shape_posterior"  # the name of what names the object from the whole stream of beliefs
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is the same for all trials of a table.
+
+    `size_jitter`, `position_jitter` (m) and `yaw_jitter` (degrees): how the object varies, as the environment's.
+    `believed_sigma`: the observers are told so many times the true sigma. `classifiers`: of finished maps.
+    `trust`: policies whose files may run code are read.
+    """
+
+    env: str
+    particles: int
+    shapes: tuple[str, ...]
+    observers: tuple[str, ...]
+    exemplars: int
+    first_seed: int
+    classifiers: tuple[str, ...]
+    scale: float = 1.0
+    size_jitter: float = 0.0
+    position_jitter: float = 0.0
+    yaw_jitter: float = 0.0
+    believed_sigma: float = 1.0
+    trust: bool = False
+
+    def __post_init__(self) -> None:
+        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        validate.integer("--particles", self.particles, 1, 100_000)
+        validate.integer("--exemplars", self.exemplars, 1, 1000)
+        validate.integer("--first-seed", self.first_seed, 0, EXEMPLAR_SEED - 1)
+        validate.number("--size-jitter", self.size_jitter, 0.0, 0.5)
+        validate.number("--position-jitter", self.position_jitter, 0.0, 0.05, unit="m")
+        validate.number("--yaw-jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
+        validate.number("--believed-sigma", self.believed_sigma, 0.1, 10.0)
+        validate.number("--scale", self.scale, above=0.0, unit="m")
+        for name in self.shapes:
+            shapes.default_size(shapes.check("--shapes", name), self.scale)
+        for name in self.observers:
+            variants.check("--observers", name)
+        for what, given, valid in (
+            ("shape", self.shapes, self.shapes or tuple(shapes.SHAPES)),
+            ("observer", self.observers, self.observers or variants.NAMES),
+            ("classifier", self.classifiers, CLASSIFIERS),
+        ):
+            for name in given:
+                validate.choice(f"--{what}s", name, valid)
+            if not given and what != "classifier":
+                raise ValueError(f"--{what}s must name at least one of {', '.join(sorted(valid))}")
+            if len(set(given)) < len(given):
+                raise ValueError(f"--{what}s must name each {what} once, got {', '.join(given)}")
+
+    @property
+    def namers(self) -> tuple[str, ...]:
+        """What names the object."""
+        return (STREAM, *self.classifiers)
+
+
+@dataclass(frozen=True)
+class Task:
+    """One exploration: a trial, or an exemplar that is kept as a map."""
+
+    settings: Settings
+    condition: Condition
+    shape: str
+    seed: int
+
+    @property
+    def key(self) -> Key:
+        """What tells it from the other trials of the table."""
+        return (*astuple(self.condition), self.shape, self.seed)
+
+    @property
+    def told_sigma(self) -> float:
+        """Degrees: the sigma that its observers believe in."""
+        return self.condition.sigma_deg * self.settings.believed_sigma
+
+    @property
+    def name(self) -> str:
+        """The same as the name of a file."""
+        told = [f"{name}={part_of_name(value)}" for name, value in asdict(self.condition).items()]
+        return "_".join([*told, part_of_name(self.shape), str(self.seed)])
+
+
+def bundles(tasks: Iterable[Task]) -> list[tuple[Task, ...]]:
+    """`tasks` put together where they are the same exploration but for the sigma at which it is felt: hands that do not
+    heed what they feel move alike at each, so that the world and the ceiling are run once for all."""
+    together: dict[Hashable, list[Task]] = {}
+    for task in tasks:
+        sigma, *others = task.key
+        heeded = None if agents.find(task.condition.policy).blind else sigma
+        together.setdefault((task.settings, heeded, *others), []).append(task)
+    return [tuple(each) for each in together.values()]
+
+
+def exemplar_tasks(settings: Settings, condition: Condition) -> list[list[Task]]:
+    """For each draw, one exploration of each shape, of seeds that no trial has; none where nothing learns from them."""
+    count = len(settings.shapes)
+    return [
+        [
+            Task(settings, condition, shape, EXEMPLAR_SEED + draw * count + index)
+            for index, shape in enumerate(settings.shapes)
+        ]
+        for draw in range(settings.exemplars if settings.classifiers else 0)
+    ]
+
+
+def files_of(settings: Settings) -> dict[str, str]:
+    """A digest of each mesh file that is explored: another content under the same name is another object."""
+    meshes = [name for name in settings.shapes if name not in shapes.SHAPES]
+    return {f"file {name}": hashlib.sha256(Path(name).read_bytes()).hexdigest()[:12] for name in meshes}

@@ -1,0 +1,111 @@
+"""What a sweep runs in a worker: one exploration, seen by all observers, and the rows that it gives."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from haptic_lab.sweeps.measures import Places, measures_of
+from haptic_lab.sweeps.rows import Exemplars, row_of
+from haptic_lab.sweeps.tasks import Settings, Task
+from haptic_lab.trial import TRUE_POSE, Account, Exploration, Trial, guided, make_observers
+from haptic_lab.worlds import candidates_of
+from observer import ShapePosterior
+
+GUIDE_VARIANTS = 24  # of each solid: enough to say where to go
+
+
+def explore(tasks: Sequence[Task], naming: bool) -> tuple[Exploration, dict[Task, dict[str, Account]]]:
+    """Run the exploration of `tasks`, which are a bundle; for each of them what every observer made of it."""
+    first, *further = tasks
+    trial = make_trial(first, naming, further)
+    trial.run()
+    trial.env.close()
+    exploration, accounts = trial.finish()
+    told = {first: {name: accounts[name] for name in first.settings.observers}}
+    for task in further:
+        told[task] = {name: accounts[_felt_by(task, name)] for name in first.settings.observers}
+    return exploration, told
+
+
+def _felt_by(task: Task, observer: str) -> str:
+    """The name of `observer` in the trial of a bundle in which `task` is not the first."""
+    return observer if observer == TRUE_POSE else f"{observer} at {task.condition.sigma_deg}"
+
+
+def make_trial(task: Task, naming: bool, further: Sequence[Task] = ()) -> Trial:
+    """The exploration of `task` and of those that are in one bundle with it, not begun."""
+    settings, condition = task.settings, task.condition
+    env = gym.make(
+        settings.env,
+        shape=task.shape,
+        scale=settings.scale,
+        **condition.noise,
+        episode_seconds=condition.seconds,
+        size_jitter=settings.size_jitter,
+        position_jitter=settings.position_jitter,
+        yaw_jitter=settings.yaw_jitter,
+        reveal_truth=True,
+    )
+    hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    observers = make_observers(settings.observers, hand, task.told_sigma, settings.particles)
+    felt_at: dict[str, float] = {}
+    for other in further:
+        mine = [name for name in settings.observers if name != TRUE_POSE]
+        made = make_observers(mine, hand, other.told_sigma, settings.particles)
+        renamed = {_felt_by(other, name): each for name, each in made.items()}
+        observers |= renamed
+        felt_at |= dict.fromkeys(renamed, other.condition.sigma_deg)
+    posterior = shape_posterior(settings)
+    env = guided(env, condition.policy, task.told_sigma, shape_posterior(settings, GUIDE_VARIANTS))
+    named = None if naming else ()
+    return Trial(
+        env, condition.policy, observers, posterior, task.seed, naming=named, felt_at=felt_at, trust=settings.trust
+    )
+
+
+@lru_cache(maxsize=8)
+def shape_posterior(settings: Settings, variants: int = 240) -> ShapePosterior:
+    """The namer: the candidates are the explored shapes at the grasp centre; it knows how much they vary, not how, and
+    tries `variants` of each."""
+    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
+    return ShapePosterior(
+        hand,
+        candidates_of(hand, settings.shapes, scale=settings.scale),
+        size_jitter=settings.size_jitter,
+        yaw_jitter=settings.yaw_jitter,
+        position_jitter=settings.position_jitter,
+        variants=variants,
+    )
+
+
+def run_exemplars(bundle: Sequence[Task]) -> list[tuple[Task, bytes]]:
+    """Explore once for all tasks of `bundle`; for each of them the map that every observer ends with, as the content of
+    an .npz file."""
+    _, accounts = explore(bundle, naming=False)
+    made = []
+    for task in bundle:
+        maps: dict[str, Any] = {name: account.belief.occupancy for name, account in accounts[task].items()}
+        file = io.BytesIO()
+        np.savez_compressed(file, **maps)
+        made.append((task, file.getvalue()))
+    return made
+
+
+def run_trials(bundle: Sequence[Task], *exemplars: Exemplars) -> list[list[dict[str, Any]]]:
+    """Explore once for all tasks of `bundle`; for each of them a row for each observer. The classifiers learn from its
+    `exemplars`, a tuple for each draw."""
+    exploration, accounts = explore(bundle, naming=True)
+    places = Places.of(exploration, next(iter(accounts[bundle[0]].values())).belief.grid)
+    # An observer that does not feel the noise has one account for the whole bundle.
+    distinct = {id(account): account for each in accounts.values() for account in each.values()}
+    measured = {key: measures_of(exploration, places, account) for key, account in distinct.items()}
+    return [
+        [row_of(task, name, account, measured[id(account)], learnt) for name, account in accounts[task].items()]
+        for task, learnt in zip(bundle, exemplars, strict=True)
+    ]
