@@ -17,6 +17,7 @@ from agents.random_torque import RandomTorque
 from agents.sb3 import Sb3, Trained, is_model, load_model
 from agents.synergy import Synergy
 from haptic_env import validate
+from haptic_env.moved import moved
 
 POLICIES: dict[str, type[Policy]] = {
     "contour_following": ContourFollowing,
@@ -27,6 +28,8 @@ POLICIES: dict[str, type[Policy]] = {
     "synergy": Synergy,
     "trained": Trained,
 }
+
+moved({"agents.smooth_chance": ["agents.ornstein_uhlenbeck"]})
 
 __all__ = ["POLICIES", "Guided", "Policy", "act", "export", "find", "is_model", "load_model", "make"]
 

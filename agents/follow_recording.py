@@ -17,9 +17,9 @@ from scipy.signal import butter, sosfiltfilt
 
 from agents.policy import Policy, State
 from haptic_env import validate
+from haptic_env.arrays import Array
 from haptic_env.recordings import Recording, resample
 
-Array = NDArray[np.float64]
 FASTEST = 6.0  # Hz: people move no faster (Winter 2009, Biomechanics and Motor Control of Human Movement, section 3.4)
 LEAD_SECONDS = 0.5  # from the rest pose to where the recording begins
 STIFFEST = 1e6

@@ -17,14 +17,14 @@ from agents.map_lookahead import MapLookahead
 from agents.policy import Guided, State
 from agents.reach import Reach
 from haptic_env import validate
+from haptic_env.arrays import Array
 from observer import compiling
 from observer import threads as side_by_side
-from observer.forward_model import ForwardModel
 from observer.kinematics import tree_of
+from observer.pose.forward_model import ForwardModel
 from observer.resampling import systematic_counts
-from observer.solid_fields import skin_of
+from observer.shape.skin import skin_of
 
-Array = NDArray[np.float64]
 OBJECTIVES = ("class", "map")
 HYPOTHESES = 6  # of each label: what is felt is told apart between these
 WORLDS = 2  # of each label: of these each is taken for the truth in turn

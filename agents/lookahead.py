@@ -12,14 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env.arrays import Array
 from haptic_env.compiled import inner, kernel
 from haptic_env.hand import Hand
 from observer.kinematics import body_frames, point_jacobian
-from observer.novelty import Said
-from observer.shape_kernels import CLEAR, ends, patch_gaps, repeated
-from observer.solid_fields import field_distance
+from observer.novelty import Said, ends, repeated
+from observer.shape.contact_likelihood import CLEAR, patch_gaps
+from observer.shape.distance_fields import field_distance
 
-Array = NDArray[np.float64]
 ALONG = 4  # spheres that stand for each link where it may meet the object
 STEP = 0.001  # metres, of the differences that give the object's normal
 FELT = 0.001  # metres: a patch this near would feel contact (points of the skin lie some millimetres apart)
@@ -156,7 +156,7 @@ def roll(tree, spheres, solids, h, line, torque, every, looks):
 @inner()
 def _feel(skin, solids, world, told, log_likelihood, scratch):
     """Add to `log_likelihood` (H,) what the contacts of a hand whose frames are in `scratch` say of each hypothesis,
-    were `world` the true one, as `observer.shape_kernels` has it."""
+    were `world` the true one, as `observer.shape.contact_likelihood` has it."""
     position, rotation, felt, gaps, place, rings = scratch
     tolerance, surprise, said = told.tolerance, told.surprise, told.said
     clear = CLEAR * tolerance

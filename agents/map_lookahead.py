@@ -6,17 +6,16 @@ Shapes: M candidate torques, T looks, F fingers, J joints, D = 2J, S points of t
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agents.lookahead import Line
 from agents.reach import Reach
+from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from haptic_env.hand import Hand
 from observer.belief import Belief
-from observer.contact_model import ContactModel
 from observer.kinematics import body_frames, tree_of
+from observer.maps.contact_model import ContactModel
 
-Array = NDArray[np.float64]
 SPACING = 0.006  # metres between points of the skin
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 
-Array = NDArray[np.float64]
 PARTS = "mean", "variance"
 WHOLE = ""  # the name of an observation that has no entries
 

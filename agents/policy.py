@@ -15,7 +15,7 @@ from agents import observations
 from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.belief import Belief
-from observer.shape_posterior import ShapePosterior
+from observer.shape.posterior import ShapePosterior
 
 Remembered = tuple[tuple[int, ...] | None, ...]
 State = tuple[Any, ...] | None

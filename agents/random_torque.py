@@ -8,8 +8,8 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.ornstein_uhlenbeck import SmoothChance
 from agents.policy import Policy, State
-from agents.smooth_chance import SmoothChance
 
 
 class RandomTorque(Policy):

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from haptic_env.hand import Hand
 from observer.kinematics import body_frames, point_jacobian, tree_of
 
-Array = NDArray[np.float64]
 LEAST = 1e-6  # metres, or metres a radian: nothing
 
 

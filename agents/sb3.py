@@ -16,7 +16,7 @@ from agents.network import Network
 from agents.policy import Guided, Policy, Remembered, State, check_env
 from agents.saved_model import WHY, SavedModel
 from haptic_env import validate
-from observer.belief_observation import features_of
+from observer.wrappers.belief_observation import features_of
 
 SHIPPED = Path(str(resources.files("agents"))) / "trained.npz"
 WEIGHTS, SAVED = ".npz", ".zip"

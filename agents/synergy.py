@@ -17,14 +17,14 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.ornstein_uhlenbeck import SmoothChance
 from agents.policy import Policy, State
 from agents.reach import Reach
-from agents.smooth_chance import SmoothChance
 from haptic_env import reading, validate
+from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.recordings import checks
 
-Array = NDArray[np.float64]
 EXPLAINED = 0.9  # share of the variance that the components of recordings must hold
 
 

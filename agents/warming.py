@@ -9,9 +9,9 @@ from agents.map_lookahead import expected
 from agents.reach import Reach
 from haptic_env.hand import Hand
 from observer import ShapePosterior
-from observer.forward_model import ForwardModel
 from observer.kinematics import tree_of
-from observer.solid_fields import skin_of
+from observer.pose.forward_model import ForwardModel
+from observer.shape.skin import skin_of
 
 
 def looking_ahead(hand: Hand) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gymnasium as gym
 
+from haptic_env.moved import moved
+
 ENVIRONMENTS = {
     "HapticSLAM/TwoFinger-v0": "two_finger",
     "HapticSLAM/AdroitHand-v0": "adroit",
@@ -13,5 +15,7 @@ ENVIRONMENTS = {
 for _id, _hand in ENVIRONMENTS.items():
     if _id not in gym.registry:
         gym.register(_id, entry_point="haptic_env.explore:ExploreEnv", kwargs={"hand": _hand})
+
+moved({"haptic_env.skeleton": ["haptic_env.hands.skeleton"]})
 
 __all__ = ["ENVIRONMENTS"]

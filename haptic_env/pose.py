@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 from haptic_env.shapes.base import rotation_matrix
 
-Array = NDArray[np.float64]
 EXACT = 1e-5  # of a rotation matrix: how far its rows may be from unit length and right angles
 
 

@@ -14,17 +14,17 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.shapes import Solid
 from haptic_lab.style import FREE, HAND, OCCUPANCY, OUTLINE, as_drawn, colours_of, titles_of
-from observer.contact_model import ContactModel
 from observer.kinematics import link_frames, placed, tree_of
+from observer.maps.contact_model import ContactModel
 
-Array = NDArray[np.float64]
 SIDES = {"from the front": (0, 2), "from the side": (1, 2), "from above": (0, 1)}  # title: axes across and up
 AXES = "xyz"
 MM = 1000.0

@@ -17,15 +17,15 @@ from numpy.typing import ArrayLike, NDArray
 import agents
 import haptic_env  # noqa: F401 - registers the environments
 from agents.policy import Policy
+from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.shapes import Solid
 from haptic_lab.worlds import solid_of
 from observer import Belief, ObserverWrapper, ShapePosterior
 from observer.variants import Observer, make_observer
-from observer.wrapper import check_rate
+from observer.wrappers.observer_wrapper import check_rate
 
-Array = NDArray[np.float64]
 GUIDE = "one_particle"  # of a policy that reads beliefs: names and poses need no more
 TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
 

@@ -1,18 +1,18 @@
 """The observer: where the hand is, what shape the object has, what it is, and how sure one may be."""
 
+from observer import old_names  # noqa: F401 - keeps them importable
 from observer.belief import Belief
-from observer.belief_observation import BeliefFeatures, BeliefObservation
 from observer.brackets import OBSERVERS, DeadReckoning, Kalman, Smoother, TruePose
-from observer.contact_model import ContactModel
-from observer.decide_when_sure import DecideWhenSure
-from observer.decision_reward import DecisionReward
 from observer.fastslam import HapticSLAM
-from observer.information_gain_reward import InformationGainReward
-from observer.pose_filter import ContactDynamics
+from observer.maps.contact_model import ContactModel
+from observer.pose.kalman import ContactDynamics
 from observer.pose_only import PoseOnly
-from observer.shape_posterior import ShapePosterior
+from observer.shape.posterior import ShapePosterior
 from observer.warming import warm_up
-from observer.wrapper import ObserverWrapper
+from observer.wrappers.belief_observation import BeliefFeatures, BeliefObservation
+from observer.wrappers.decide_when_sure import DecideWhenSure
+from observer.wrappers.observer_wrapper import ObserverWrapper
+from observer.wrappers.rewards import DecisionReward, InformationGainReward
 
 __all__ = [
     "OBSERVERS",

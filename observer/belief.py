@@ -11,12 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.pose import Pose
 from observer.gaussian import conditional
-from observer.occupancy import OccupancySnapshot
-
-Array = NDArray[np.float64]
+from observer.maps.occupancy import OccupancySnapshot
 
 
 class Transition(NamedTuple):

@@ -10,42 +10,14 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.fastslam import HapticSLAM
-from observer.pose_filter import ContactDynamics
+from observer.pose.kalman import ContactDynamics
+from observer.pose.raw_angles import RawAngles
 
-Array = NDArray[np.float64]
 KALMAN_DYNAMICS = ContactDynamics(constrained=False)
-
-
-class RawAngles:
-    """The felt angles taken at their word: the pose filter's interface without a filter."""
-
-    log_evidence = 0.0
-
-    def __init__(self, hand: Hand, sigma: float) -> None:
-        self.hand = hand
-        self.sigma = sigma
-        self.set_aside = np.zeros(hand.joints, dtype=np.int64)  # all is taken at its word
-        self.reset()
-
-    def reset(self, felt: Array | None = None) -> None:
-        """Start at the rest pose, whatever is `felt`."""
-        self.mean = np.tile(self.hand.rest_pose, 2)
-        self.covariance = np.zeros((self.mean.size, self.mean.size))
-
-    def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
-        """Take over the felt `joint_angles` (J,) rad."""
-        joints = self.hand.joints
-        self.mean = np.concatenate([joint_angles, self.mean[:joints]])
-        np.fill_diagonal(self.covariance, self.sigma**2)
-
-    def lagged(self, steps: int) -> slice:
-        """Where `mean` keeps the angles of `steps` (0 or 1) steps ago."""
-        return slice(steps * self.hand.joints, (steps + 1) * self.hand.joints)
 
 
 class OneMap(HapticSLAM):

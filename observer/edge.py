@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
@@ -19,7 +20,6 @@ from haptic_env.sensors import FeltAngles
 from haptic_env.shapes import Solid
 from observer.belief import Belief, Transition
 
-Array = NDArray[np.float64]
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
 MEMORY = 4 * 2**30  # bytes that an observer may need
 GIB = 2**30

@@ -18,26 +18,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from observer import capsules, compiling, edge, hindsight, resampling
+from observer import compiling, edge, resampling
 from observer import threads as side_by_side
 from observer.belief import Belief, Transition
-from observer.contact_model import ContactModel
-from observer.delta_pose import DeltaPose
 from observer.gaussian import carried_on, shifted
-from observer.kinematic_pose import KinematicPose
 from observer.kinematics import placed, tree_of
-from observer.known_solids import KnownSolids
-from observer.matching import MATCHING, Cloud, Felt
-from observer.novelty import MapNovelty
-from observer.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
-from observer.pose_filter import ContactDynamics, PoseFilter
-from observer.pose_source import PoseSource
-from observer.shape_posterior import ShapePosterior
+from observer.maps import capsules, hindsight, mean_frames
+from observer.maps.contact_model import ContactModel
+from observer.maps.matching import MATCHING, Cloud, Felt
+from observer.maps.novelty import MapNovelty
+from observer.maps.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
+from observer.pose.delta_pose import DeltaPose
+from observer.pose.kalman import ContactDynamics, PoseFilter
+from observer.pose.smooth_motion import KinematicPose
+from observer.pose.source import PoseSource
+from observer.shape.pose_correction import KnownSolids
+from observer.shape.posterior import ShapePosterior
 
-Array = NDArray[np.float64]
 RESOLUTION = 0.004  # metres
 LAG_SECONDS = 0.2
 ENOUGH = 16_000  # particles times candidates, from which on two threads are faster than one
@@ -84,11 +85,11 @@ class HapticSLAM:
         `matching`: a particle takes the "mean" of its candidates by likelihood, which keeps the maps sharp with few
         particles, or one "sample" of them, which is exact Bayes as N grows (tests/observer/test_exact_bayes.py).
 
-        `in_hindsight`: the last belief of a trial, from `flush`, has the map of `observer.hindsight` (only with
+        `in_hindsight`: the last belief of a trial, from `flush`, has the map of `observer.maps.hindsight` (only with
         matching by the "mean", of which it is the continuation).
 
         `solids`: what the object may be, where that is known; the lagged angles of a belief are then also what contacts
-        with those solids make of them (`observer.known_solids`). Maps are the same with and without.
+        with those solids make of them (`observer.shape.pose_correction`). Maps are the same with and without.
 
         `threads`: how many match particles to their maps side by side; None: what is fastest for their number, one
         where they are few. The bits are the same.
@@ -211,7 +212,7 @@ class HapticSLAM:
     @property
     def set_aside(self) -> NDArray[np.int64]:
         """(J,) how many felt angles of the trial no hand can have, so that they were set aside, or taken without whole
-        turns (`observer.set_aside`)."""
+        turns (`observer.pose.gating`)."""
         return self.pose.set_aside
 
     def _assimilate(self, ago: int) -> Belief:
@@ -253,7 +254,7 @@ class HapticSLAM:
         """Scan matching against each particle's own map, and that map's update at the matched pose (4 and 5)."""
         self._maps.before_change()
         lagged = self.pose.lagged(ago)
-        stance, reach = capsules.stand(
+        stance, reach = mean_frames.stand(
             self._tree,
             self._body,
             self._evidence,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from haptic_env.arrays import Array
 from haptic_env.compiled import inner, kernel, part
 
 SMALLEST = 1e-12  # share of a variance below which what is left of it is rounding
@@ -180,3 +181,14 @@ def shifted(mean, covariance, lagged, shift):
     for i in range(size):
         add(share[i, 0], covariance[lagged + i, :size], angles)
     return angles, now, there, then, block
+
+
+def mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:
+    """Mean (K, S) and covariance (K, S, S) of K mixtures of Gaussians: `weights` (K, M), `means` (K, M, S),
+    `covariances` (K, M, S, S)."""
+    count, parts, size = means.shape
+    mean = (weights[:, None] @ means)[:, 0]
+    apart = means - mean[:, None]
+    covariance = (weights[:, None] @ covariances.reshape(count, parts, size * size)).reshape(count, size, size)
+    covariance += np.swapaxes(weights[..., None] * apart, 1, 2) @ apart
+    return mean, covariance

@@ -250,3 +250,32 @@ def link_spread(tree, lengths, joint_angles, covariance):
     rotation = np.empty((len(tree.parent), 3, 3))
     body_frames(tree, joint_angles, position, rotation)
     return place_spread(tree, lengths, joint_angles, covariance, position, rotation)
+
+
+@kernel()
+def _moving(tree, links):
+    """The joints (A,) that move any of the `links` (L,) that are marked."""
+    moves, count = np.zeros(len(tree.axis), dtype=np.bool_), 0
+    for link in range(len(links)):
+        body = tree.link_body[link] if links[link] else 0
+        while body > 0:
+            for joint in range(tree.first_joint[body], tree.first_joint[body + 1]):
+                count += not moves[joint]
+                moves[joint] = True
+            body = tree.parent[body]
+    result, found = np.empty(count, dtype=np.int64), 0
+    for joint in range(len(moves)):
+        if moves[joint]:
+            result[found] = joint
+            found += 1
+    return result
+
+
+@part()
+def _moved(linear, angular, arm):
+    """How a point `arm` (3,) m from the origin of a frame moves with a twist of it."""
+    return (
+        linear[0] + angular[1] * arm[2] - angular[2] * arm[1],
+        linear[1] + angular[2] * arm[0] - angular[0] * arm[2],
+        linear[2] + angular[0] * arm[1] - angular[1] * arm[0],
+    )

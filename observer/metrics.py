@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 from scipy.special import ndtr, ndtri
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
@@ -26,7 +27,6 @@ from haptic_env.shapes.base import Solid
 from observer import edge
 from observer.kinematics import Tree, placed, placed_points, tree_of
 
-Array = NDArray[np.float64]
 OCCUPIED = 0.5
 IMPOSSIBLE = 1e-6  # probability below which the log loss takes all for the same
 LATEST = 1e10  # seconds: a clock that counts from 1970

@@ -9,7 +9,7 @@ alike share an exponent of one, however many they are. Two looks are alike as fa
 far apart they find the link (root mean square of both ends of its bone) and `a` what is alike, and by the share of the
 patches in contact that they have in common (Jaccard 1912, New Phytologist 11(2), 37-50). It is the first order of what
 a Gaussian process of that covariance takes for news (Rasmussen & Williams 2006, section 2.2). `note` in
-`observer.shape_kernels` keeps the account.
+`note` keeps the account.
 """
 
 from __future__ import annotations
@@ -19,14 +19,13 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env.compiled import inner, kernel
 from haptic_env.hand import Hand
-from observer.capsules import Stance
-from observer.shape_kernels import note
+
+APART = 3.0  # in units of what is alike: from places further apart nothing is said again
 
 KEPT = 1024  # looks of a link that said something new; the oldest are forgotten
-ALIKE = 0.6  # voxels: what a link says of them from places further apart is news to a map
 LITTLE = 0.001  # share of what a link says that is not worth weighing
-FEW, MOSTLY = 0.05, 0.5  # the same for a map, and the share of news from which on it takes all in
 
 
 class Said(NamedTuple):
@@ -58,24 +57,60 @@ class Said(NamedTuple):
         )
 
 
-class MapNovelty:
-    """Which links have something to say to a map that they have not said from the same place already."""
+@inner()
+def repeated(said, link, place, contacts, touches, alike):
+    """Exponent with which `link` has `said` before what it says at `place` (6,) m while its patches feel `contacts`
+    (P,), `touches` of them: of each look the share that says the same (`observer.novelty`); places are some `alike` m
+    apart."""
+    total, most = 0.0, 2.0 * (APART * alike) ** 2
+    for look in range(min(said.looks[link], len(said.contacts))):
+        square = 0.0
+        for i in range(6):
+            square += (said.place[link, look, i] - place[i]) ** 2
+        if square > most:
+            continue
+        same, either = 1.0, touches + said.touches[link, look]
+        if either > 0:
+            both = 0
+            if touches > 0 and said.touches[link, look] > 0:
+                for patch in range(said.first_patch[link], said.first_patch[link + 1]):
+                    both += contacts[patch] and said.contacts[look, patch]
+            same = both / (either - both)
+        total += said.exponent[link, look] * same * np.exp(-0.25 * square / alike**2)
+    return total
 
-    def __init__(self, hand: Hand, repeats: float, resolution: float) -> None:
-        """`repeats` as in `ContactModel`; `resolution` m of the map."""
-        self._hand = hand
-        self._share = 1.0 / repeats if repeats else 0.0  # of all that can be said at one place
-        self._alike = np.full(len(hand.links), ALIKE * resolution)
-        self.reset()
 
-    def reset(self) -> None:
-        """Start a trial: all is news."""
-        self._said, self._news = Said.nothing(self._hand), np.ones(len(self._hand.links))
+@inner()
+def ends(length, position, rotation, place):
+    """Fill `place` (6,) m with both ends of a bone of `length` m that begins at `position` (3,) m and lies along the z
+    axis of `rotation` (3, 3)."""
+    for i in range(3):
+        place[i] = position[i]
+        place[3 + i] = position[i] + length * rotation[i, 2]
 
-    def heard(self, stance: Stance, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(L,) whether a map takes in what each link of a hand that stands so says, feeling `contacts` (P,)."""
-        if self._share:
-            body = self._hand.link_bodies
-            frames = stance.position[body], stance.rotation[body]
-            note(self._said, *frames, contacts, self._alike, self._share, FEW, self._news)
-        return self._news > MOSTLY
+
+@kernel()
+def note(said, position, rotation, contacts, alike, temper, least, news):
+    """Fill `news` (L,) with how much of what each link says is new, 1 for all of it, at `position` (L, 3) m and
+    `rotation` (L, 3, 3) and with `contacts` (P,); looks from places some `alike` (L,) m apart say the same. It is noted
+    in `said`, with the exponent `temper` as far as it is new, so that like looks together have at most 1; up to `least`
+    it is no news at all."""
+    place = np.empty(6)
+    for link in range(len(news)):
+        first, end = said.first_patch[link], said.first_patch[link + 1]
+        ends(said.length[link], position[link], rotation[link], place)
+        touches = 0
+        for patch in range(first, end):
+            touches += contacts[patch]
+        new = 1.0 - repeated(said, link, place, contacts, touches, alike[link])
+        news[link] = new if new > least else 0.0
+        if news[link] == 0.0:
+            continue
+        look = said.looks[link] % len(said.contacts)
+        for i in range(6):
+            said.place[link, look, i] = place[i]
+        for patch in range(first, end):
+            said.contacts[look, patch] = contacts[patch]
+        said.touches[link, look] = touches
+        said.exponent[link, look] = temper * new
+        said.looks[link] += 1

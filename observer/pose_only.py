@@ -17,10 +17,8 @@ from haptic_env.pose import Pose
 from observer import compiling, edge
 from observer.belief import Belief, Transition
 from observer.fastslam import LAG_SECONDS, RESOLUTION
-from observer.occupancy import OccupancySnapshot
-from observer.pose_filter import ContactDynamics, PoseFilter
-
-Array = NDArray[np.float64]
+from observer.maps.occupancy import OccupancySnapshot
+from observer.pose.kalman import ContactDynamics, PoseFilter
 
 
 class PoseOnly:

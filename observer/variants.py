@@ -11,8 +11,8 @@ from typing import Any
 from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.brackets import KALMAN_DYNAMICS, OBSERVERS
-from observer.contact_model import ContactModel
 from observer.fastslam import HapticSLAM
+from observer.maps.contact_model import ContactModel
 from observer.pose_only import PoseOnly
 
 VARIANTS: dict[str, dict[str, Any]] = {

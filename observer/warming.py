@@ -13,15 +13,16 @@ from numpy.typing import NDArray
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from observer import capsules, compiling, edge, hindsight, metrics
+from observer import compiling, edge, metrics
 from observer.brackets import DeadReckoning
 from observer.compiling import Progress
-from observer.contact_model import ContactModel
 from observer.fastslam import RESOLUTION, HapticSLAM
 from observer.kinematics import tree_of
-from observer.occupancy import Maps
+from observer.maps import capsules, hindsight
+from observer.maps.contact_model import ContactModel
+from observer.maps.occupancy import Maps
 from observer.pose_only import PoseOnly
-from observer.shape_posterior import ShapePosterior
+from observer.shape.posterior import ShapePosterior
 
 UNKNOWN: dict[str, Any] = {"size_jitter": 0.1, "yaw_jitter": 10.0, "variants": 8}
 

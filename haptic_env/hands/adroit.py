@@ -14,7 +14,7 @@ import mujoco
 from haptic_env import extras
 from haptic_env.hand import Hand
 from haptic_env.hands import drives
-from haptic_env.skeleton import Bone, bone_of_geom, hand_of
+from haptic_env.hands.skeleton import Bone, bone_of_geom, hand_of
 
 MODEL = "envs/assets/adroit_hand/adroit_relocate.xml"
 PALMAR, THUMB_PALMAR = (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0)

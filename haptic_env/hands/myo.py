@@ -19,7 +19,7 @@ import mujoco
 from haptic_env import extras
 from haptic_env.hand import Hand
 from haptic_env.hands import drives
-from haptic_env.skeleton import Bone, bone_of_geom, hand_of
+from haptic_env.hands.skeleton import Bone, bone_of_geom, hand_of
 
 SIDE = "_r"
 DISTAL = (0.0, -1.0, 0.0)

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.sensors import FeltAngles
 
-Array = NDArray[np.float64]
 Where = Callable[[int], str]
 LATEST = 1e10  # s: a clock that counts from 1970 is at 1.8e9 in seconds, at 1.8e12 in milliseconds
 SHORTEST = 1e-6  # s between frames

@@ -16,13 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from haptic_env import reading, validate
+from haptic_env.arrays import Array
 from haptic_env.recordings import checks
 from haptic_env.recordings.recording import Recording
 
-Array = NDArray[np.float64]
 BEFORE = 7  # columns before those of the sensors: the date in six, and the switch
 MOST_GAIN = 1000.0
 LARGEST = 1e6  # of what a sensor says, in any unit

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.recordings import checks
 
-Array = NDArray[np.float64]
 LARGEST_GAP = 0.1  # seconds: what lies between frames further apart is not known
 
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 from haptic_env.recordings.recording import Recording, Track
 
-Array = NDArray[np.float64]
 SAME = 1e-4  # of a control step: stamps that near to it are those of the control rate, rounded
 MOST_FRAMES = 1_000_000  # five hours at 50 Hz
 

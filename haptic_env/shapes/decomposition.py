@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from haptic_env.arrays import Array
+
 # CoACD's own measure of concavity, and few enough iterations that a ring takes ten seconds; its pieces stick out by 1 %
 HOW = {"threshold": 0.02, "mcts_iterations": 40, "preprocess_mode": "off", "seed": 0}
 SECONDS = 600.0  # a teapot of 10,000 triangles takes a minute and a half beside other work

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from haptic_env import cache, extras
+from haptic_env.arrays import Array
 from haptic_env.shapes import decomposition
 from haptic_env.shapes.decomposition import HOW
 
-Array = NDArray[np.float64]
 MANY = 20_000  # triangles: what is cut in a minute
 FLAKE = 1e-8  # of the cube of a solid's width: less volume is not felt
 SAMPLES = 4000

@@ -12,13 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import expit, logit
 from scipy.stats import norm
 
+from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from observer.capsules import BINS, LIMIT, QUANTUM
-from observer.contact_model import ContactModel
 from observer.kinematics import link_frames, tree_of
-
-Array = NDArray[np.float64]
+from observer.maps.contact_model import ContactModel
+from observer.maps.evidence import BINS, LIMIT, QUANTUM
 
 
 def full_weight(**keywords: float) -> ContactModel:

@@ -21,14 +21,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import agents
+from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_lab.benchmarks import reference
-from observer import HapticSLAM, ShapePosterior, marginal_kernels
+from observer import HapticSLAM, ShapePosterior
 from observer.kinematics import Tree, body_frames, tree_of
+from observer.maps import scan_matching
 
-Array = NDArray[np.float64]
 LINE = 64  # bytes that the memory hands out at once
 clock = time.perf_counter
 RESTLESS = """
@@ -169,7 +170,7 @@ class Stopwatch:
         finally:
             for owner, function in parts.values():
                 timed = getattr(owner, function)
-                if isinstance(owner, type(marginal_kernels)):
+                if isinstance(owner, type(scan_matching)):
                     setattr(owner, function, timed.inner)
                 else:
                     delattr(owner, function)  # of the instance: its class has the function
@@ -205,7 +206,7 @@ def stages(slam: HapticSLAM, shape: ShapePosterior, recording: Recording) -> dic
         pose=(slam.pose, "step"),
         propose=(slam, "_propose"),
         match=(slam, "_match_and_map"),
-        kernel=(marginal_kernels, "match_and_touch"),
+        kernel=(scan_matching, "match_and_touch"),
         occupancy=(slam._maps, "before_change"),
         weigh=(slam, "_weigh"),
         resample=(slam, "_resample"),

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env import reading, shapes
+from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.shapes import Solid
 from haptic_lab.analysis.summary import SLAM
@@ -26,7 +27,6 @@ from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.tasks import Task, files_of
 from haptic_lab.sweeps.worker import make_trial
 
-Array = NDArray[np.float64]
 FRAMES_PER_SECOND = 10
 LARGEST = 4096 * reading.MIB  # bytes of a showing, which this program wrote itself
 

@@ -16,6 +16,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from numpy.typing import ArrayLike, NDArray
 
+from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.shapes import Solid
@@ -23,7 +24,6 @@ from haptic_lab.panels import MM
 from haptic_lab.style import HAND, OCCUPANCY, OUTLINE, TRUTH
 from observer.kinematics import link_frames, tree_of
 
-Array = NDArray[np.float64]
 PIXEL = 0.5
 FAR = 200.0
 HIT = 0.1  # so near a line of sight has met the surface

@@ -8,10 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from haptic_env.arrays import Array
 from haptic_lab.files import atomic
 from haptic_lab.style import BETTER
-
-Array = NDArray[np.float64]
 
 
 def draw(path: Path, steps: Array, rewards: Array, seconds: Array, right: NDArray[np.bool_], longest: float) -> None:

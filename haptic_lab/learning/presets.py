@@ -16,7 +16,7 @@ from agents.reach import Reach
 from haptic_env import reading, validate
 from haptic_env.hand import Hand
 from haptic_lab.learning import options
-from observer.belief_observation import CLOCKS_HZ, ENTRIES
+from observer.wrappers.belief_observation import CLOCKS_HZ, ENTRIES
 
 FOLDER = Path(__file__).parent / "presets"
 ALGORITHMS = ("PPO", "SAC", "RecurrentPPO")

@@ -21,7 +21,8 @@ from scipy.spatial.transform import Rotation
 from scipy.special import softmax
 
 from haptic_env import validate
-from observer.classifiers.base import WINDOW, Array, MapClassifier
+from haptic_env.arrays import Array
+from observer.classifiers.base import WINDOW, MapClassifier
 
 Real = NDArray[np.floating[Any]]
 YAW_STEP_DEG = 15.0

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import logit
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 
-Array = NDArray[np.float64]
 UNKNOWN = 0.5  # what a map says of a voxel that the hand never came near
 CERTAIN = 0.001, 0.999  # evidence beyond is no more
 MOST = 100_000  # maps that are learnt from

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from haptic_env import validate
-from observer.classifiers.base import Array, MapClassifier, touch_evidence
-from observer.contact_model import ContactModel
+from haptic_env.arrays import Array
+from observer.classifiers.base import MapClassifier, touch_evidence
+from observer.maps.contact_model import ContactModel
 
 METRICS = {"hamming": "hamming", "squared": "sqeuclidean", "touched": "hamming", "overlap": "jaccard"}
 DOUBLED = np.log(2.0)

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.base import clone
 
-from observer.classifiers.base import Array, MapClassifier
+from haptic_env.arrays import Array
+from observer.classifiers.base import MapClassifier
 
 
 class ScikitLearn(MapClassifier):

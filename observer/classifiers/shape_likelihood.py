@@ -1,7 +1,7 @@
 """Bayesian shape likelihood of a map, learnt from explored maps: a Parzen window (Parzen 1962, Ann. Math. Stat. 33).
 
 For the likelihood of a known shape given the whole stream of beliefs, without exemplars, see
-`observer.shape_posterior`.
+`observer.shape.posterior`.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from scipy.spatial.distance import cdist
 from scipy.special import logsumexp, softmax
 
 from haptic_env import validate
-from observer.classifiers.base import WINDOW, Array, MapClassifier, touch_evidence
-from observer.contact_model import ContactModel
+from haptic_env.arrays import Array
+from observer.classifiers.base import WINDOW, MapClassifier, touch_evidence
+from observer.maps.contact_model import ContactModel
 
 
 class ShapeLikelihood(MapClassifier):

@@ -15,10 +15,10 @@ from agents.synergy import opposition_basis
 from haptic_env import shapes
 from haptic_env.hands import HANDS
 from observer import HapticSLAM, ObserverWrapper, ShapePosterior
-from observer.forward_model import ForwardModel
 from observer.kinematics import link_frames, tree_of
-from observer.shape_kernels import note
-from observer.solid_fields import SKIN_SPACING, skin_of
+from observer.novelty import note
+from observer.pose.forward_model import ForwardModel
+from observer.shape.skin import SKIN_SPACING, skin_of
 
 
 @pytest.fixture(params=list(HANDS))

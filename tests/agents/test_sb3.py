@@ -18,7 +18,7 @@ from agents import network
 from agents.hold_action import HoldAction
 from agents.sb3 import SHIPPED
 from observer import BeliefObservation, HapticSLAM, ObserverWrapper, ShapePosterior
-from observer.belief_observation import CLOCKS_HZ
+from observer.wrappers.belief_observation import CLOCKS_HZ
 
 sb3 = pytest.importorskip("stable_baselines3")
 contrib = pytest.importorskip("sb3_contrib")

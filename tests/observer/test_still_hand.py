@@ -10,9 +10,8 @@ import pytest
 from haptic_env.hand import Hand
 from observer import Belief, ContactModel, HapticSLAM, PoseOnly, ShapePosterior
 from observer.kinematics import link_frames, tree_of
-from observer.novelty import LITTLE, Said
-from observer.shape_kernels import note
-from observer.shape_posterior import Habit
+from observer.novelty import LITTLE, Said, note
+from observer.shape.null_model import Habit
 
 UNKNOWN = {"size_jitter": 0.2, "yaw_jitter": 45.0, "position_jitter": 0.005, "variants": 24}
 

@@ -15,7 +15,8 @@ import pytest
 
 import agents
 from haptic_env import shapes
-from observer import ContactModel, HapticSLAM, PoseOnly, ShapePosterior, hindsight, metrics
+from observer import ContactModel, HapticSLAM, PoseOnly, ShapePosterior, metrics
+from observer.maps import hindsight
 
 SECONDS = (10, 30, 120)
 SEEDS = range(61000, 61006)

@@ -7,7 +7,7 @@ import pytest
 
 from haptic_env import shapes
 from observer import HapticSLAM, TruePose
-from observer.contact_model import ContactModel
+from observer.maps.contact_model import ContactModel
 
 STEPS = 1000  # 20 s
 

@@ -13,7 +13,7 @@ from haptic_env.composer import mjcf
 from haptic_env.hand import Hand
 from haptic_env.patches import Link, Patches
 from observer import HapticSLAM, ShapePosterior
-from observer.parts import parts_of
+from observer.shape.subchains import parts_of
 
 WHOLE = [name for name in hands.HANDS if name != "two_finger"]
 

@@ -24,7 +24,7 @@ from haptic_lab.learning import checkpoints, presets, training
 from haptic_lab.learning.environments import make_env
 from haptic_lab.learning.presets import World
 from observer import HapticSLAM, ObserverWrapper, ShapePosterior
-from observer.belief_observation import CLOCKS_HZ
+from observer.wrappers.belief_observation import CLOCKS_HZ
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "train.py"
 TINY = """

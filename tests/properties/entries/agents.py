@@ -22,7 +22,7 @@ from observer import (
     InformationGainReward,
     ObserverWrapper,
 )
-from observer.belief_observation import ENTRIES as BELIEF_ENTRIES
+from observer.wrappers.belief_observation import ENTRIES as BELIEF_ENTRIES
 from tests.properties import samples
 from tests.properties.entry import Entry
 from tests.properties.files import Content, archives, file, spoilt

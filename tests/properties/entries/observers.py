@@ -18,7 +18,7 @@ from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from observer import ContactDynamics, ContactModel, HapticSLAM, PoseOnly, ShapePosterior, variants
 from observer.fastslam import MOTIONS
-from observer.matching import MATCHING
+from observer.maps.matching import MATCHING
 from tests.properties import samples
 from tests.properties.entry import Entry
 from tests.properties.parameters import (

@@ -1,0 +1,193 @@
+"""A hand made of somebody else's MuJoCo model: its joints, with torque motors, and its bones as capsules with skin.
+
+Bodies without a joint of their own are fused with what they are fixed to, so that little is left to compute. Lengths
+in metres, angles in radians; every frame is taken with all joints at zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from haptic_env.arrays import Array
+from haptic_env.composer import mjcf
+from haptic_env.hand import Hand
+from haptic_env.hands.drives import Drive, add_joint
+from haptic_env.patches import Link, Patches
+
+Frame = tuple[Array, Array]  # position (3,) m and rotation (3, 3) in the model's world
+DENSITY = 1160.0  # kg/m³: hand; Winter 2009, Biomechanics and Motor Control of Human Movement, table 4.1
+
+
+@dataclass(frozen=True)
+class Bone:
+    """One capsule: `radius` m from `start` to `end` (3,) m in the frame of the model's body `body`; `palmar` (3,):
+    roughly where its palmar side faces, in the same frame. `tip`: whether it ends in a fingertip."""
+
+    name: str
+    body: str
+    start: ArrayLike
+    end: ArrayLike
+    radius: float
+    palmar: ArrayLike
+    tip: bool = False
+
+
+def bone_of_geom(
+    model: mujoco.MjModel, name: str, geom: str, *, distal: ArrayLike, palmar: ArrayLike, tip: bool = False
+) -> Bone:
+    """The capsule `geom` of `model` as a bone; `distal` (3,) and `palmar` (3,): roughly where its end and its palmar
+    side are, in its body's frame."""
+    capsule = model.geom(geom)
+    axis = np.empty(9)
+    mujoco.mju_quat2Mat(axis, capsule.quat)
+    half = axis.reshape(3, 3)[:, 2] * capsule.size[1]
+    start, end = sorted((capsule.pos - half, capsule.pos + half), key=lambda each: float(each @ distal))
+    body = model.body(capsule.bodyid[0]).name
+    return Bone(name, body, start, end, float(capsule.size[0]), palmar, tip)
+
+
+def hand_of(
+    model: mujoco.MjModel,
+    name: str,
+    *,
+    root: str,
+    joints: Mapping[str, tuple[Drive, float]],
+    bones: Sequence[Bone],
+    position: ArrayLike,
+    quaternion: ArrayLike,
+    grasp_centre: ArrayLike,
+    workspace: ArrayLike,
+    opening: ArrayLike,
+    patches_along: int,
+    patches_around: int,
+    suffix: str = "",
+) -> Hand:
+    """The hand of `model`: all joints below the body `root`, which is fixed at `position` (3,) m and `quaternion`
+    (4,) wxyz in the world. `joints`: what drives each one, and the degrees at which an episode starts; its name is
+    the model's without `suffix`."""
+    skeleton = _Skeleton(model, name, root, position, quaternion)
+    on: dict[int, list[Bone]] = {body: [] for body in skeleton.bodies}
+    for bone in bones:
+        on[skeleton.carrier(model.body(bone.body).id)].append(bone)
+    rest, links = [], []
+    for body, mine in on.items():
+        # A body with one bone has its frame, so that skin and joints share one body.
+        shared = len(mine) == 1 and body != skeleton.base
+        skeleton.add_body(body, mine[0] if shared else None)
+        if body != skeleton.base and not mine:
+            skeleton.add_inertia(body)
+        for joint in skeleton.joints_of(body):
+            joint_name = model.joint(joint).name.removesuffix(suffix)
+            drive, start = joints[joint_name]
+            skeleton.add_joint(body, joint, joint_name, drive)
+            rest.append(start)
+        links += [skeleton.add_bone(body, bone, shared) for bone in mine]
+    return Hand(
+        name=name,
+        xml=skeleton.tree.to_xml_string(),
+        links=tuple(links),
+        patches=Patches(tuple(links), patches_along, patches_around),
+        rest_pose=np.deg2rad(rest),
+        grasp_centre=np.asarray(grasp_centre, dtype=np.float64),
+        workspace=np.asarray(workspace, dtype=np.float64),
+        opening=np.asarray(opening, dtype=np.float64),
+    )
+
+
+class _Skeleton:
+    """The hand while it grows: for each body that moves, and the fixed one, its frame in the model's world and the body
+    made for it."""
+
+    def __init__(self, model: mujoco.MjModel, name: str, root: str, position: ArrayLike, quaternion: ArrayLike) -> None:
+        self.model, self.data = model, mujoco.MjData(model)
+        self.data.qpos[:] = 0.0
+        mujoco.mj_kinematics(model, self.data)
+        mujoco.mj_comPos(model, self.data)
+        self.tree = mjcf.RootElement(model=name)
+        self.tree.option.gravity = (0, 0, 0)
+        self.tree.compiler.angle = "radian"
+        self.base = int(model.body(root).id)
+        below = [body for body in range(self.base + 1, model.nbody) if self._hangs(body)]
+        self.bodies = [self.base, *(body for body in below if model.body_jntnum[body])]
+        self._frames: dict[int, Frame] = {}
+        self._made: dict[int, Any] = {}
+        self._place = {"pos": position, "quat": quaternion}
+
+    def carrier(self, body: int) -> int:
+        """The first of `bodies` on the way from `body` to the root: itself, or what it is fixed to."""
+        while body not in self.bodies:
+            body = int(self.model.body_parentid[body])
+        return body
+
+    def joints_of(self, body: int) -> range:
+        """The model's joints of `body`; those that would move the root are left out."""
+        first = int(self.model.body_jntadr[body])
+        return range(0) if body == self.base else range(first, first + int(self.model.body_jntnum[body]))
+
+    def add_body(self, body: int, bone: Bone | None) -> None:
+        """Make `body`, with the frame of `bone` or its own."""
+        name = self.model.body(body).name
+        if body == self.base:
+            self._frames[body] = self._frame(body)
+            self._made[body] = self.tree.worldbody.add("body", name=name, **self._place)
+        else:
+            self._frames[body] = self._frame(body) if bone is None else self._bone_frame(bone)
+            above = self.carrier(int(self.model.body_parentid[body]))
+            self._made[body] = self._fix(above, self._frames[body], name)
+
+    def add_inertia(self, body: int) -> None:
+        """The model's own mass, for a body without a bone."""
+        model = self.model
+        self._made[body].add(
+            "inertial",
+            mass=model.body_mass[body],
+            pos=model.body_ipos[body],
+            quat=model.body_iquat[body],
+            diaginertia=model.body_inertia[body],
+        )
+
+    def add_joint(self, body: int, joint: int, name: str, drive: Drive) -> None:
+        """The hinge `joint` of the model and its motor."""
+        place, turn = self._frames[body]
+        anchor = turn.T @ (self.data.xanchor[joint] - place)
+        axis, limits = turn.T @ self.data.xaxis[joint], self.model.jnt_range[joint]
+        add_joint(self.tree, self._made[body], name, drive, axis=axis, pos=anchor, range=limits)
+
+    def add_bone(self, body: int, bone: Bone, shared: bool) -> Link:
+        """The capsule of `bone`; on a body of its own, fixed to `body`, unless that one's frame is `shared`."""
+        owner = self._made[body] if shared else self._fix(body, self._bone_frame(bone), f"{bone.name}_bone")
+        length = float(np.linalg.norm(np.subtract(bone.end, bone.start)))
+        ends = (0, 0, 0, 0, 0, length)
+        owner.add("geom", name=bone.name, type="capsule", fromto=ends, size=[bone.radius], density=DENSITY)
+        return Link(bone.name, owner.name, bone.radius, length, tip=bone.tip)
+
+    def _hangs(self, body: int) -> bool:
+        while body > self.base:
+            body = int(self.model.body_parentid[body])
+        return body == self.base
+
+    def _frame(self, body: int) -> Frame:
+        return self.data.xpos[body], self.data.xmat[body].reshape(3, 3)
+
+    def _bone_frame(self, bone: Bone) -> Frame:
+        """z along the bone, x dorsal."""
+        place, turn = self._frame(self.model.body(bone.body).id)
+        along = np.subtract(bone.end, bone.start)
+        z = along / np.linalg.norm(along)
+        dorsal = -np.asarray(bone.palmar, dtype=np.float64)
+        x = dorsal - (dorsal @ z) * z
+        x /= np.linalg.norm(x)
+        return place + turn @ np.asarray(bone.start), turn @ np.stack([x, np.cross(z, x), z], axis=1)
+
+    def _fix(self, above: int, frame: Frame, name: str) -> Any:
+        """A new body at `frame` on the one made for `above`."""
+        place, turn = self._frames[above]
+        quaternion = np.empty(4)
+        mujoco.mju_mat2Quat(quaternion, (turn.T @ frame[1]).ravel())
+        return self._made[above].add("body", name=name, pos=turn.T @ (frame[0] - place), quat=quaternion)

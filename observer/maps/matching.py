@@ -1,0 +1,143 @@
+"""How particles match their poses to their maps, and write what was felt there: by name, in `MATCHING`.
+
+Shapes: N particles, J joints, P patches, L links, K candidates. Angles in radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+from observer import threads
+from observer.gaussian import lower_factor
+from observer.kinematics import Tree
+from observer.maps import free_space, per_particle, scan_matching, suspects
+from observer.maps.capsules import Body, Lattice
+from observer.maps.evidence import Evidence, Reach
+from observer.maps.mean_frames import Stance
+from observer.maps.occupancy import Maps
+
+
+class Felt(NamedTuple):
+    """What one step has to say to the maps: `contacts` (P,) and `touch` (P,), the weight of each patch's touch;
+    `watched` (L,): the links whose patches have a say in the pose; and what it says of the cells about a link."""
+
+    tree: Tree
+    body: Body
+    lattice: Lattice
+    evidence: Evidence
+    reach: Reach
+    contacts: NDArray[np.bool_]
+    touch: Array
+    watched: NDArray[np.bool_]
+
+
+class Cloud(NamedTuple):
+    """Where the particles' proposals lie: `centres` (N, J) from the mean pose, that of `stance`, each with the
+    covariance `rest` (J, J); `spread` (J, J): factor of the covariance of all that is uncertain of the pose."""
+
+    stance: Stance
+    centres: Array
+    rest: Array
+    spread: Array
+
+
+def match_mean(
+    felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator, poses: Array, number: int
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Every particle takes the mean of its candidates by likelihood, which come from all that is uncertain of the
+    pose, in pairs about the centre: where the map has nothing to say nothing moves. What the pose's uncertainty does
+    to the maps is in `Reach`, the same for all, so that sweeps are said once.
+
+    Fills `poses` (N, J); returns the log of the mean likelihood (N,) and whether the match moved the pose (N,).
+    """
+    particles, joints = cloud.centres.shape
+    tree, body, lattice, evidence, reach, contacts, touch, watched = felt
+    stance, log_likelihood, moved = cloud.stance, np.zeros(particles), np.zeros(particles, dtype=bool)
+    if watched.any():  # effort goes where contact is
+        # Voxels that a candidate may be away; a single one of a single particle is where the pose is.
+        about = 1 + int(2.0 * reach.place.max() / lattice.resolution) if particles * candidates > 1 else 1
+        scan = scan_matching.scan(tree, body, lattice, stance, contacts, watched, maps.solid, about)
+        margin = 0.5 * lattice.resolution
+        causes = suspects.suspects_of(tree, body, lattice, evidence, reach, stance, contacts, touch, margin)
+        threads.run(
+            scan_matching.match_and_touch,
+            particles,
+            number,
+            scan,
+            causes,
+            maps.make_room(causes.cell),
+            lattice,
+            evidence,
+            candidates,
+            cloud.centres,
+            cloud.spread,
+            rng.standard_normal((particles, candidates // 2, joints), dtype=np.float32),  # twice as fast to draw
+            maps.common,
+            maps.slot,
+            maps.own,
+            maps.touched,
+            maps.solid,
+            poses,
+            log_likelihood,
+            moved,
+        )
+        poses += stance.pose
+    else:
+        np.add(stance.pose, cloud.centres, out=poses)
+    _sweep(felt, stance, maps, carve=True)
+    return log_likelihood, moved
+
+
+def match_sample(
+    felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator, poses: Array, number: int
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Every particle takes one of its candidates, drawn by likelihood from its proposal, and has the whole of its map
+    at its own pose. Fills and returns the same as `match_mean`."""
+    particles, joints = cloud.centres.shape
+    log_likelihood, moved = np.zeros(particles), np.zeros(particles, dtype=bool)
+    threads.run(
+        per_particle.advance,
+        particles,
+        number,
+        *felt,
+        cloud.stance.pose + cloud.centres,
+        lower_factor(cloud.rest),
+        rng.standard_normal((particles, candidates if felt.watched.any() else 1, joints)),
+        rng.random(particles),
+        maps.own,
+        maps.stale,
+        poses,
+        log_likelihood,
+        moved,
+    )
+    maps.seen |= maps.stale
+    _sweep(felt, cloud.stance, maps, carve=False)
+    return log_likelihood, moved
+
+
+def _sweep(felt: Felt, stance: Stance, maps: Maps, carve: bool) -> None:
+    """Take note of what the hand came near, and `carve` the free space out of what all particles have in common."""
+    where, loses = free_space.sweep_free(
+        felt.tree,
+        felt.body,
+        felt.lattice,
+        felt.evidence,
+        felt.reach,
+        stance,
+        felt.contacts,
+        carve,
+        maps.common,
+        maps.slot,
+        maps.seen,
+        maps.stale,
+    )
+    if len(where):
+        free_space.lose(where, loses, maps.own)
+
+
+MATCHING: dict[str, Callable[..., tuple[Array, NDArray[np.bool_]]]] = {"mean": match_mean, "sample": match_sample}

@@ -1,0 +1,170 @@
+"""The maps of all particles, and their mean, which is computed when it is asked for and only where it changed.
+
+N particles, (X, Y, Z) voxels, V = X·Y·Z, T cells that are not the same to all particles.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+from haptic_env.grid import Grid
+from observer.maps.cells import flagged, mark, mean_probability, settle, spread
+
+FIRST_SLOTS = 256
+
+
+class OccupancySnapshot:
+    """The occupancy of one step, computed when it is first asked for."""
+
+    def __init__(self, compute: Callable[[], Array]) -> None:
+        self._compute: Callable[[], Array] | None = compute
+        self._value: Array | None = None
+
+    def value(self) -> Array:
+        """(X, Y, Z) posterior probability that each voxel is occupied, 0.5 where the hand never came; read-only."""
+        if self._compute is not None:
+            self._value = self._compute()
+            self._value.flags.writeable = False
+            self._compute = None
+        assert self._value is not None
+        return self._value
+
+    def __getstate__(self) -> dict[str, Any]:
+        """To another process goes the value."""
+        return {"_compute": None, "_value": self.value()}
+
+
+class Change:
+    """A change of the mean: what was `before` (C,) at its `cells` (C,), and the change `after` it, None while it has
+    not happened. Whoever holds a change can go back to the time before it."""
+
+    __slots__ = ("after", "before", "cells")
+
+    def __init__(self) -> None:
+        self.cells: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+        self.before: Array = np.empty(0)
+        self.after: Change | None = None
+
+
+class Then:
+    """The mean of `maps` by `weights` (N,) as it is now, whenever it is called.
+
+    Nothing is copied until then: it keeps what changes, which is little, and undoes it.
+    """
+
+    def __init__(self, maps: Maps, weights: Array) -> None:
+        self._maps: Maps | None = maps
+        self._weights = weights
+
+    def settle(self) -> None:
+        """Bring the mean up to date; called before the maps change."""
+        if self._maps is not None:
+            self._mean, self._since = self._maps.refresh(self._weights)
+            self._maps = None
+
+    def __call__(self) -> Array:
+        self.settle()
+        happened, change = [], self._since
+        while change.after is not None:
+            happened.append(change)
+            change = change.after
+        mean = self._mean.copy()
+        for each in reversed(happened):
+            mean.flat[each.cells] = each.before
+        return mean
+
+
+class Maps:
+    """What the particles believe of every voxel: a map in common, and each particle's own of the cells that a touch
+    may have been due to.
+
+    `common` (V,) int8, 0 for the cells that have a slot; of those `own` (N, > T) int8 has the log-odds, `slot` (V,)
+    int32 says where, and -1 for the others: nothing is ever kept in the last one. With `dense` every cell has a slot,
+    in order. `touched` (V,): the cells of which particles may believe different things; `solid` (V,): those that any
+    particle holds for occupied rather than free; `seen` (V,): those that the hand came near, of which and of whose
+    neighbours something is told, and of the others 0.5; `stale` (V,): those whose mean has changed since it was last
+    asked for.
+    """
+
+    def __init__(self, particles: int, grid: Grid, probability: Array, dense: bool = False) -> None:
+        """`probability` (256,) that a voxel is occupied, of an entry v at [v + 128]."""
+        count = int(np.prod(grid.shape))
+        self.common = np.zeros(count, dtype=np.int8)
+        self.slot = np.arange(count, dtype=np.int32) if dense else np.full(count, -1, dtype=np.int32)
+        self._kept = np.arange(count) if dense else np.zeros(FIRST_SLOTS, dtype=np.int64)
+        self.cells = self._kept if dense else self._kept[:0]  # (T,) of the slots
+        self.own = np.zeros((particles, count if dense else FIRST_SLOTS), dtype=np.int8)
+        self.touched = np.full(count, dense)
+        self.solid, self.seen, self.stale = np.zeros((3, count), dtype=bool)
+        self._told = np.zeros(count, dtype=np.int8)
+        self._probability = probability
+        self._mean = np.full(grid.shape, 0.5)
+        self._next = Change()
+        self._last: weakref.ref[Then] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy goes on as this one would, bit for bit; the last snapshot, which stays this one's, is settled."""
+        last = self._held()
+        if last is not None:
+            last.settle()
+        return {**vars(self), "_last": None}
+
+    def before_change(self) -> None:
+        """Settle the last snapshot, if anyone still holds it."""
+        last = self._held()
+        if last is not None:
+            last.settle()
+        self._last = None
+
+    def make_room(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Give a slot to each of `cells` (C,) that has none, and take note that they change; returns the slots (C,)."""
+        used = len(self.cells)
+        if used + len(cells) >= self.own.shape[1]:
+            room = 2 * (used + len(cells))
+            self._kept = np.append(self.cells, np.zeros(room - used, dtype=np.int64))
+            own = np.zeros((len(self.own), room), dtype=np.int8)
+            own[:, :used] = self.own[:, :used]
+            self.own = own
+        where, used = settle(cells, used, self._kept, self.common, self.slot, self.own, self.seen, self.stale)
+        self.cells = self._kept[:used]
+        return where
+
+    def weights_changed(self) -> None:
+        """Take note that the mean changes wherever particles differ."""
+        mark(self.cells, self.touched, self.seen, self.stale)
+
+    def copy(self, source: NDArray[np.int64], target: NDArray[np.int64]) -> None:
+        """Overwrite the maps of the particles `target` (C,) with those of `source` (C,); none may be in both."""
+        used = len(self.cells)
+        self.own[target, :used] = self.own[source, :used]
+
+    def snapshot(self, weights: Array) -> OccupancySnapshot:
+        """The mean of the maps by `weights` (N,)."""
+        then = self._held()
+        if then is None:
+            then = Then(self, weights)
+            self._last = weakref.ref(then)
+        return OccupancySnapshot(then)
+
+    def refresh(self, weights: Array) -> tuple[Array, Change]:
+        """The mean (X, Y, Z) by `weights` (N,), which changes with the maps, and its next change."""
+        cells = flagged(self.stale)  # all of which the hand came near
+        cells = np.concatenate([cells, spread(cells, self._mean.shape, self._told)])
+        where, differs = self.slot[cells], self.touched[cells]
+        entry = self.common[cells].astype(np.int64) + self.own[0, where]  # any particle's, where they do not differ
+        mean = self._probability[entry + 128]
+        mean[differs] = mean_probability(where[differs], self.own, weights, self._probability)
+        change, self._next = self._next, Change()
+        change.cells, change.before, change.after = cells, self._mean.flat[cells], self._next
+        self._mean.flat[cells] = mean
+        self.stale[cells] = False
+        return self._mean, self._next
+
+    def _held(self) -> Then | None:
+        return None if self._last is None else self._last()

@@ -1,0 +1,136 @@
+"""The pose as the paper tracks it: an efference copy that moves the joints, and angles that are felt (section 3).
+
+Shapes: J joints, T steps of lag, S steps of babbling. Angles in radians.
+
+Equation 2 with a simple f: q_k = q_{k-1} + f(u) + N(0, Q), f(u) = G u. "Motion is only possible if there is no hard
+contact": a finger that feels contact may move as commanded or not at all, and no joint leaves its limits. A particle
+that stood at q_{k-1} draws its next pose from
+
+    p(q_k | q_{k-1}, u, q̃_k) = N(q_{k-1} + f + K (q̃_k - q_{k-1} - f), (1 - K) Q),     K = Q (Q + R)⁻¹,
+
+where q̃_k - q_{k-1} is the paper's "delta pose" and R = σ² of equation 1: the proposal of FastSLAM 2.0.
+`HapticSLAM` forms it from the Gaussian over (q_k, q_{k-1}) that is kept here.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+from haptic_env.hand import Hand
+from observer.pose.gating import Gate, take_in
+from observer.pose.kalman import RESTART_ANGLE, ContactDynamics
+
+HOLDS = 300
+HOLD_SECONDS = 0.2  # about as long as a torque of random exploration lasts
+SUBSTEP_SECONDS = 0.002
+
+
+class DeltaMotion(NamedTuple):
+    """q_k - q_{k-1} = `gain` (J, J) rad · u + N(0, `noise` (J, J) rad²)."""
+
+    gain: Array
+    noise: Array
+
+
+class DeltaPose:
+    """Posterior of the angles of now and of the last T steps under the linear motion model; for `HapticSLAM`."""
+
+    def __init__(
+        self, hand: Hand, *, sigma: float, motor_noise: float, control_hz: float, lag: int, dynamics: ContactDynamics
+    ) -> None:
+        """`sigma` rad, `motor_noise` a fraction; `dynamics` is not used: the paper's motion knows no forces."""
+        self.hand = hand
+        self.sigma = max(sigma, 1e-5)  # exact angles: a variance of zero would make the update singular
+        self.motor_noise = motor_noise
+        self.lag = lag
+        self.motion = babble(hand, control_hz)
+        self._gate = Gate(hand, self.sigma, 1.0 / control_hz)
+        self.reset()
+
+    def reset(self, felt: Array | None = None) -> None:
+        """Start at the rest pose, known exactly, whatever is `felt`."""
+        self._begin(self.hand.rest_pose, 1e-10)
+        self.log_evidence = 0.0
+        self._gate.reset()
+
+    def _begin(self, angles: Array, variance: float) -> None:
+        self.mean = np.tile(angles, self.lag + 1).astype(np.float64)
+        self.covariance = variance * np.eye(self.mean.size)
+
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) readings of the trial that no hand can give (`observer.pose.gating`)."""
+        return self._gate.set_aside.copy()
+
+    def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
+        """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
+        joints, size, before = self.hand.joints, self.mean.size, self.log_evidence
+        kept = np.concatenate([np.arange(joints), np.arange(size - joints)])  # now's angles twice, the oldest dropped
+        mean, covariance = self.mean[kept], self.covariance[np.ix_(kept, kept)]
+        move = self.motion.gain @ torque
+        held = self.hand.stopped_by[self.hand.patches.link[contacts]].any(axis=0)
+        mean[:joints] = np.clip(mean[:joints] + np.where(held, 0.0, move), *self.hand.joint_limits.T)
+        effort = self.motion.gain * (self.motor_noise * np.abs(torque))
+        covariance[:joints, :joints] += self.motion.noise + effort @ effort.T + np.diag(np.where(held, move, 0.0) ** 2)
+        heard = self._gate.judge(joint_angles, mean[:joints], covariance.diagonal()[:joints])
+        if heard is not None:
+            self.log_evidence += take_in(mean, covariance, heard, self.sigma**2)
+            self.mean, self.covariance = mean, covariance
+            self._check(joint_angles, before)
+            return
+        residual = joint_angles - mean[:joints]
+        total = covariance[:joints, :joints] + self.sigma**2 * np.eye(joints)
+        fused = np.linalg.solve(total, covariance[:joints]).T  # (D, J)
+        self.mean = mean + fused @ residual
+        covariance -= fused @ covariance[:joints]
+        self.covariance = 0.5 * (covariance + covariance.T)
+        square = residual @ np.linalg.solve(total, residual)
+        self.log_evidence -= 0.5 * float(square + np.linalg.slogdet(2 * np.pi * total)[1])
+        self._check(joint_angles, before)
+
+    def _check(self, felt: Array, log_evidence: float) -> None:
+        """Begin anew at what is `felt` (J,) rad where the filter was lost; `log_evidence` was that before the step."""
+        if self._gate.lost(self.mean, self.covariance, 0):
+            self.log_evidence = log_evidence  # what it said of this step may be no number
+            self._begin(self._gate.at_last(self.mean[: self.hand.joints], felt), RESTART_ANGLE)
+
+    def lagged(self, steps: int) -> slice:
+        """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
+        return slice(steps * self.hand.joints, (steps + 1) * self.hand.joints)
+
+
+def babble(hand: Hand, control_hz: float) -> DeltaMotion:
+    """What torques do to the joints on average, by least squares over a minute of random ones in free air.
+
+    The paper calls its motion model "simple" and says no more. Here the hand learns it by motor babbling: no object,
+    no noise, no stops, torques drawn uniformly and held for `HOLD_SECONDS`. What a line cannot explain is momentum,
+    which lasts: its variance is that of the sum over a hold, shared among the steps.
+    """
+    rng = np.random.default_rng(0)
+    substeps = max(1, round(1 / (control_hz * SUBSTEP_SECONDS)))
+    model = copy.copy(hand.model)
+    model.opt.timestep = 1 / (control_hz * substeps)
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    data = mujoco.MjData(model)
+    data.qpos[:] = hand.rest_pose
+    hold = max(1, round(HOLD_SECONDS * control_hz))
+    torques = np.repeat(rng.uniform(-1, 1, (HOLDS, hand.joints)), hold, axis=0)  # (S, J)
+    path = [data.qpos.copy()]
+    for torque in torques:
+        data.ctrl[:] = torque
+        mujoco.mj_step(model, data, substeps)
+        path.append(data.qpos.copy())
+    deltas = np.diff(path, axis=0)
+    low, high = hand.joint_limits.T
+    free = (path[1:] > low) & (path[1:] < high)  # (S, J): which joints a stop did not hold
+    gain = np.stack([np.linalg.lstsq(torques[w], y[w], rcond=None)[0] for w, y in zip(free.T, deltas.T, strict=True)])
+    rest = (free * (deltas - torques @ gain.T)).reshape(HOLDS, hold, hand.joints).sum(axis=1)
+    steps = np.sqrt(free.sum(axis=0))
+    return DeltaMotion(gain, rest.T @ rest / np.outer(steps, steps))

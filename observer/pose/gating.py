@@ -1,0 +1,180 @@
+"""Felt angles that no hand can have: a joint that wraps by whole turns, a spike.
+
+Shapes: J joints, H joints that are heard, S numbers of a Gaussian's state.
+
+A filter takes every reading for one with Gaussian noise, so that a single one far away throws it off for good. Such a
+reading is set aside, as if that joint had not been felt at that step; one that whole turns bring to where the joint may
+be is taken without them. Both are counted and, once a trial, said. Where no reading is odd nothing changes, not a bit.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+from haptic_env.compiled import GIVEN, inner
+from haptic_env.hand import Hand
+
+TURN = 2.0 * np.pi
+BEYOND = 2.0  # rad beyond a joint's limits, where hands fitted to markers are up to 1.1 rad beyond them
+BEYOND_SDS = 5.0  # or as many SDs of the noise
+TURNED = 0.35  # the same, of a reading without whole turns
+LOST = 3.5  # the same, of what a filter makes of readings that may be
+FASTEST = 40.0  # rad/s: recorded fingers turn at up to 30
+JUMP = 0.5  # rad beyond that from where the joint is expected, and as many SDs as the next line says
+JUMP_SDS = 8.0
+MOST = 1e6  # rad²: of an angle's variance
+IN_A_ROW = 5  # readings that agree with each other: the next one is believed, for then the filter is wrong
+
+
+class Heard(NamedTuple):
+    """What is left of a step with odd readings: `angles` (J,) rad without whole turns, `joints` (H,) that are heard,
+    and which joints `anew` (J,): the filter was wrong of them."""
+
+    angles: Array
+    joints: NDArray[np.int64]
+    anew: NDArray[np.bool_]
+
+
+class Range(NamedTuple):
+    """The angles from `low` to `high` (J,) rad."""
+
+    low: Array
+    high: Array
+
+    def has(self, angles: Array) -> NDArray[np.bool_]:
+        """Which of `angles` (J,) lie in it."""
+        return (angles >= self.low) & (angles <= self.high)
+
+
+class Gate:
+    """Tells readings of `hand` with noise of SD `sigma` rad apart; `set_aside` (J,) counts the odd ones of a trial."""
+
+    def __init__(self, hand: Hand, sigma: float, step_seconds: float) -> None:
+        self._names, self._sigma = hand.joint_names, sigma
+        self._jump = JUMP + FASTEST * step_seconds
+        self._limits = hand.joint_limits.T
+        limited = hand.model.jnt_limited.astype(bool)
+        low, high = np.where(limited, self._limits, [[-np.inf], [np.inf]])
+        self._middle = np.where(limited, self._limits.mean(axis=0), 0.0)
+        margins = (max(each, BEYOND_SDS * sigma) for each in (BEYOND, TURNED, LOST))
+        self._possible, self._turned, self._lost_beyond = (Range(low - each, high + each) for each in margins)
+        self.reset()
+
+    def reset(self) -> None:
+        """Start a trial."""
+        joints = len(self._names)
+        self.set_aside = np.zeros(joints, dtype=np.int64)
+        self._row = np.zeros(joints, dtype=np.int64)  # odd readings, the last included, that agree with each other
+        self._last = np.zeros(joints)
+
+    def judge(self, felt: Array, expected: Array, variance: Array) -> Heard | None:
+        """What to make of `felt` (J,) rad where `expected` (J,) with `variance` (J,) rad², noise not included; None:
+        all of it is as usual."""
+        if _usual(felt, expected, self._jump, *self._possible):
+            self._row[:] = 0
+            return None
+        deviation = JUMP_SDS * np.sqrt(np.maximum(variance, 0.0) + self._sigma**2)
+        reach = np.maximum(self._jump, deviation)
+        odd = ~self._possible.has(felt) | (np.abs(felt - expected) > reach)
+        if not odd.any():
+            self._row[:] = 0
+            return None
+        turned = felt - TURN * np.round((felt - expected) / TURN)
+        near = np.maximum(JUMP, deviation)  # whole turns leave no more: a spike is rarely of them
+        aside = odd & (~self._turned.has(turned) | (np.abs(turned - expected) > near))
+        angles = np.where(odd & ~aside, turned, felt)
+        anew = self._persist(felt, aside)
+        if not self.set_aside.any():
+            self._say(felt, expected, odd)
+        self.set_aside += odd & ~anew
+        return Heard(angles, np.flatnonzero(~aside | anew), anew)
+
+    def at_first(self, felt: Array) -> Array | None:
+        """The angles (J,) rad `felt` at a reset, without whole turns; None where that is no pose of the hand."""
+        usual = self._possible.has(felt)
+        turned = felt - TURN * np.round((felt - self._middle) / TURN)
+        return np.where(usual, felt, turned) if (usual | self._turned.has(turned)).all() else None
+
+    def lost(self, mean: Array, covariance: Array, past: int) -> bool:
+        """Whether the Gaussian of `mean` (S,) and `covariance` (S, S) is none of poses of the hand, its angles being
+        the first J numbers and all from `past` on: what was felt has broken its arithmetic. Said, where it is."""
+        if _sound(mean, covariance, past, *self._lost_beyond):
+            return False
+        warnings.warn(
+            "the filter of the pose was lost in what was felt, and begins anew at it: no hand moves like that, or its "
+            "noise is not what the observer was told",
+            RuntimeWarning,
+            stacklevel=4,
+        )
+        return True
+
+    def at_last(self, mean: Array, felt: Array) -> Array:
+        """Angles (J,) rad to begin anew with: those `felt` (J,) where they are possible, else those of `mean` (J,) or
+        of the middle of the joint, all within the joint's limits."""
+        here = np.where(np.isfinite(mean), mean, self._middle)
+        return np.where(self._possible.has(felt), felt, here).clip(*self._turned)
+
+    def _persist(self, felt: Array, aside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which joints (J,) have said much the same for so long that it is believed, of those whose `felt` (J,) angles
+        were set `aside` though they are possible."""
+        agree = np.abs(felt - self._last) <= self._jump
+        self._row = np.where(aside & self._possible.has(felt), np.where(agree, self._row, 0) + 1, 0)
+        self._last = felt
+        anew = self._row > IN_A_ROW
+        self._row[anew] = 0
+        return np.asarray(anew)
+
+    def _say(self, felt: Array, expected: Array, odd: NDArray[np.bool_]) -> None:
+        joint = int(np.argmax(odd))
+        low, high = (each[joint] for each in self._limits)
+        warnings.warn(
+            f"joint {self._names[joint]!r} was felt at {felt[joint]:.4g} rad, where it cannot be (it turns from "
+            f"{low:.4g} to {high:.4g} rad, and is about {expected[joint]:.4g} rad): such readings are taken without "
+            "whole turns, or set aside; `set_aside` counts them",
+            RuntimeWarning,
+            stacklevel=5,
+        )
+
+
+@inner(types.boolean(GIVEN, GIVEN, types.float64, GIVEN, GIVEN))
+def _usual(felt: Array, expected: Array, jump: float, low: Array, high: Array) -> bool:
+    """Whether all of `felt` (J,) lie within `jump` of `expected` (J,) and between `low` and `high` (J,)."""
+    usual = True
+    for j in range(len(felt)):
+        usual &= abs(felt[j] - expected[j]) <= jump and low[j] <= felt[j] <= high[j]
+    return usual
+
+
+@inner(types.boolean(GIVEN, types.Array(types.float64, 2, "A", readonly=True), types.int64, GIVEN, GIVEN))
+def _sound(mean: Array, covariance: Array, past: int, low: Array, high: Array) -> bool:
+    """Whether all angles, the first J of `mean` (S,) and those from `past` on, lie between `low` and `high` (J,), and
+    `covariance` (S, S) has variances: what is NaN does not."""
+    joints = len(low)
+    sound = True
+    for i in range(len(mean)):
+        if i < joints or i >= past:
+            sound &= low[i % joints] <= mean[i] <= high[i % joints] and covariance[i, i] <= MOST
+        sound &= 0.0 <= covariance[i, i] < np.inf
+    return sound
+
+
+def take_in(mean: Array, covariance: Array, heard: Heard, variance: float) -> float:
+    """Condition the Gaussian of `mean` (S,) and `covariance` (S, S), whose first J numbers are the present angles, in
+    place, on the joints that are `heard` with noise of `variance` rad²; returns the log density of what is heard."""
+    for joint in np.flatnonzero(heard.anew):
+        covariance[joint, joint] += (heard.angles[joint] - mean[joint]) ** 2
+    joints = heard.joints
+    residual = heard.angles[joints] - mean[joints]
+    total = covariance[np.ix_(joints, joints)] + variance * np.eye(len(joints))
+    fused = np.linalg.solve(total, covariance[joints]).T  # (S, H)
+    mean += fused @ residual
+    covariance -= fused @ covariance[joints]
+    covariance[:] = 0.5 * (covariance + covariance.T)
+    square = residual @ np.linalg.solve(total, residual)
+    return -0.5 * float(square + np.linalg.slogdet(2.0 * np.pi * total)[1])

@@ -1,0 +1,94 @@
+"""Which joints move together, found out as they move.
+
+Shapes: J joints, C = J² directions, S numbers of a direction's state, H = J hypotheses of each joint.
+
+A joint moves alone or with one other, its partner, in the same sense or against it: then their sum and their
+difference, (q_i ± q_j) / √2, move each for itself, one more than the other. That is a rotation of the two, so the noise
+of the felt angles is the same along all of these directions, and each can be filtered like a joint: all joints, the
+sums of all pairs, the differences of all pairs. What a joint does is the mixture of what its partners say, weighted by
+the evidence for each pair against its two joints alone.
+
+The evidence counts with an exponent: partners are not known to keep together, and no hand moves in pairs only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+from observer.gaussian import mixture
+
+HALF = np.sqrt(0.5)
+
+
+class Partners:
+    """The directions, the evidence for each, and what they tell of the joints."""
+
+    def __init__(self, joints: int, together: float, temper: float) -> None:
+        """`together`: probability beforehand that a joint has a partner; `temper`: exponent of the evidence."""
+        self.joints, self.temper = joints, temper
+        some = together > 0.0 and joints > 1
+        self._first, self._second = np.triu_indices(joints if some else 1, 1)
+        self._prior = np.full((joints, joints), np.log(together / (joints - 1)) if some else -np.inf)
+        np.fill_diagonal(self._prior, np.log1p(-together) if some else 0.0)
+        self.count = joints + 2 * len(self._first)
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing is known of who moves with whom."""
+        self._advantage = np.zeros(len(self._first))
+
+    def along(self, angles: Array) -> Array:
+        """(C,) rad along every direction, for `angles` (J,) rad."""
+        one, other = angles[self._first], angles[self._second]
+        return np.concatenate([angles, HALF * (one + other), HALF * (one - other)])
+
+    def along_squares(self, squares: Array) -> Array:
+        """(C,) rad² along every direction, for independent variances `squares` (J,) rad²."""
+        both = 0.5 * (squares[self._first] + squares[self._second])
+        return np.concatenate([squares, both, both])
+
+    def all_of(self, joints: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(C,): the directions of `joints` (J,) alone."""
+        both = joints[self._first] & joints[self._second]
+        return np.concatenate([joints, both, both])
+
+    def without(self, log_density: Array, heard: NDArray[np.bool_]) -> Array:
+        """`log_density` (C,) where only the joints `heard` (J,) tell of anything: of a pair that does not, as much as
+        of its two joints alone."""
+        alone = np.where(heard, log_density[: self.joints], 0.0)
+        apart = 0.5 * (alone[self._first] + alone[self._second])
+        told = np.concatenate([alone, apart, apart])
+        return np.where(self.all_of(heard), log_density, told)
+
+    def learn(self, log_density: Array) -> None:
+        """Take in the `log_density` (C,) of what was felt along each direction, given what was felt before."""
+        alone, pairs = log_density[: self.joints], log_density[self.joints :].reshape(2, -1)
+        self._advantage += pairs.sum(axis=0) - alone[self._first] - alone[self._second]
+
+    def weights(self) -> Array:
+        """(J, H): how probable each joint's partners are, by row; the joint itself stands for none."""
+        log_weight = self._prior.copy()
+        log_weight[self._first, self._second] += self.temper * self._advantage
+        log_weight[self._second, self._first] += self.temper * self._advantage
+        log_weight -= log_weight.max(axis=1, keepdims=True)
+        weight = np.exp(log_weight)
+        return np.asarray(weight / weight.sum(axis=1, keepdims=True))
+
+    def of_joints(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
+        """Mean (J, S) and covariance (J, S, S) of each joint's state, for those of all directions, (C, S) and
+        (C, S, S)."""
+        if not len(self._first):
+            return mean, covariance
+        alone = np.arange(self.joints)
+        means = np.empty((self.joints, self.joints, mean.shape[1]))
+        means[alone, alone] = mean[: self.joints]
+        plus, minus = mean[self.joints :].reshape(2, len(self._first), -1)
+        means[self._first, self._second] = HALF * (plus + minus)
+        means[self._second, self._first] = HALF * (plus - minus)
+        covariances = np.empty((self.joints, self.joints, *covariance.shape[1:]))
+        covariances[alone, alone] = covariance[: self.joints]
+        both = covariance[self.joints :].reshape(2, len(self._first), *covariance.shape[1:]).mean(axis=0)
+        covariances[self._first, self._second] = covariances[self._second, self._first] = both
+        return mixture(self.weights(), means, covariances)

@@ -1,0 +1,192 @@
+"""The pose of the hand as one Gaussian: an extended Kalman filter with a fixed lag, which knows what contact does.
+
+Everything here is the same for all particles, so it is computed once. Shapes: J joints, D = 2J numbers of state
+(q, v), T steps of lag. The filter keeps (q, v) of now and the angles of each of the last T steps in one vector of
+D + T·J numbers, so that every measurement corrects the past as well: an exact fixed-lag smoother of the linearised
+model (Anderson & Moore 1979, Optimal Filtering, section 7.3).
+
+A patch that feels contact says three things without any map. (1) A force acts there: unknown in size, mostly along
+the skin's normal; it enters as process noise through the contact Jacobian, J_cᵀ f, not as noise of every joint.
+(2) The skin there does not move into the object, which stands still: its velocity is near zero along the normal and,
+with friction, along the surface. Both are linear. What is normal is as vague as the patch is round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import validate
+from haptic_env.arrays import Array
+from haptic_env.hand import Hand
+from haptic_env.patches import Patches
+from observer.kinematics import tree_of
+from observer.pose import kalman_updates
+from observer.pose.forward_model import ForwardModel
+from observer.pose.gating import Gate, take_in
+
+SKIN_SPACING = 0.001  # metres
+RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a filter that was lost
+MANY = 256  # patches in contact: with more, what they say of the joints' speeds is put together first
+
+
+@dataclass(frozen=True)
+class ContactDynamics:
+    """What a felt contact does to the motion; forces in N, speeds in m/s, angular speeds in rad/s.
+
+    With `constrained`, contact acts at the patch that feels it: `normal_force` and `tangential_force` are SDs of the
+    unknown force, `normal_speed` and `tangential_speed` SDs of the skin's velocity about zero. Otherwise every joint
+    of a finger in contact gets process noise of `joint_speed`.
+    """
+
+    constrained: bool = True
+    normal_force: float = 0.7
+    tangential_force: float = 0.3
+    normal_speed: float = 0.02
+    tangential_speed: float = 0.05
+    joint_speed: float = 15.0
+
+    def __post_init__(self) -> None:
+        validate.boolean("constrained", self.constrained)
+        for name in ("normal_force", "tangential_force", "joint_speed"):
+            object.__setattr__(self, name, validate.number(name, getattr(self, name), 0.0, 1e3))
+        for name in ("normal_speed", "tangential_speed"):
+            object.__setattr__(self, name, validate.number(name, getattr(self, name), 1e-6, 1e3, unit="m/s"))
+
+
+class PoseFilter:
+    """Posterior of (q, v) and of the lagged angles given efference copies, felt angles and felt contacts."""
+
+    def __init__(
+        self,
+        hand: Hand,
+        *,
+        sigma: float,
+        motor_noise: float,
+        control_hz: float,
+        lag: int,
+        dynamics: ContactDynamics,
+        velocity_noise: float = 0.6,
+    ) -> None:
+        """`sigma` rad; `motor_noise` a fraction; `velocity_noise` rad/s a step for what the model leaves out."""
+        self.hand = hand
+        self.joints = hand.joints
+        self.lag = lag
+        self.sigma = max(sigma, 1e-5)  # exact angles: a variance of zero would make the update singular
+        self.motor_noise = motor_noise
+        self.velocity_noise = velocity_noise
+        self.dynamics = dynamics
+        self.model = ForwardModel(hand, control_hz)
+        self._tree = tree_of(hand)
+        self._patch_body = hand.link_bodies[hand.patches.link]
+        self._axes, share = _normals(hand.patches)
+        self._forces = np.sqrt(dynamics.normal_force**2 * share + dynamics.tangential_force**2 * (1 - share))
+        self._speeds = np.sqrt(dynamics.normal_speed**2 * share + dynamics.tangential_speed**2 * (1 - share))
+        self._gate = Gate(hand, self.sigma, 1.0 / control_hz)
+        self.reset()
+
+    def reset(self, felt: Array | None = None) -> None:
+        """Start at the rest pose, at rest, known exactly, whatever is `felt`."""
+        self._begin(self.hand.rest_pose, 1e-10, 1e-10)
+        self.log_evidence = 0.0  # log density of the angles felt so far
+        self._contacts = np.zeros(len(self.hand.patches), dtype=bool)
+        self._gate.reset()
+
+    def _begin(self, angles: Array, variance: float, of_speed: float) -> None:
+        joints = self.joints
+        self.mean = np.concatenate([angles, np.zeros(joints), np.tile(angles, self.lag)])
+        self.covariance = np.zeros((self.mean.size, self.mean.size))
+        self.covariance[np.diag_indices(self.mean.size)] = variance
+        speeds = np.arange(joints, 2 * joints)
+        self.covariance[speeds, speeds] = of_speed
+
+    def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
+        """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
+        joints, before = self.joints, self.log_evidence
+        prediction = self.model.predict(self.mean[: 2 * joints], torque)
+        gain = prediction.torque_gain
+        noise = kalman_updates.process_noise(
+            gain, torque, self.model.torque_limits, self.motor_noise, self.velocity_noise
+        )
+        rows, speeds = self._contact_effects(prediction.state[:joints], gain, contacts, noise)
+        kalman_updates.shift(self.mean, self.covariance, prediction.state, prediction.transition, noise, joints)
+        heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
+        self.log_evidence += kalman_updates.condition(
+            self.mean,
+            self.covariance,
+            rows,
+            np.zeros(len(rows)),
+            speeds**2,
+            joint_angles if heard is None else np.zeros(0),
+            self.sigma**2,
+        )
+        if heard is not None:
+            self.log_evidence += take_in(self.mean, self.covariance, heard, self.sigma**2)
+        if self._gate.lost(self.mean, self.covariance, 2 * joints):
+            self.log_evidence = before  # what it said of this step may be no number
+            self._begin(self._gate.at_last(self.mean[:joints], joint_angles), RESTART_ANGLE, RESTART_SPEED)
+        self._contacts = contacts
+
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) readings of the trial that no hand can give (`observer.pose.gating`)."""
+        return self._gate.set_aside.copy()
+
+    @property
+    def angles(self) -> Array:
+        """(J,) rad: posterior mean of now."""
+        return self.mean[: self.joints].copy()
+
+    def lagged(self, steps: int) -> slice:
+        """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
+        start = 0 if steps == 0 else (steps + 1) * self.joints
+        return slice(start, start + self.joints)
+
+    def _contact_effects(self, q: Array, gain: Array, contacts: NDArray[np.bool_], noise: Array) -> tuple[Array, Array]:
+        """Add to `noise` (2J, 2J) what contact forces do; rows (M, 2J) of velocities that are near zero, and their
+        SDs (M,)."""
+        joints, how = self.joints, self.dynamics
+        felt = np.flatnonzero(contacts | self._contacts)
+        if not how.constrained:
+            moved = self.hand.stopped_by[self.hand.patches.link[felt]].any(axis=0)
+            index = joints + np.flatnonzero(moved)
+            noise[index, index] += how.joint_speed**2
+        if felt.size == 0 or not how.constrained:
+            return np.zeros((0, 2 * joints)), np.zeros(0)
+        along = np.empty((felt.size, 3, joints))
+        kalman_updates.contact_effects(
+            self._tree,
+            q,
+            gain,
+            self._patch_body,
+            self.hand.patches.position,
+            self._axes,
+            self._forces,
+            felt,
+            noise,
+            along,
+        )
+        still = contacts[felt]
+        speeds, sd = along[still].reshape(-1, joints), self._speeds[felt[still]].ravel()
+        if np.count_nonzero(still) > MANY:
+            # As many as there are joints say the same: rows of unit variance with the same sum of squares.
+            speeds = np.asarray(np.linalg.qr(speeds / sd[:, None], mode="r"))
+            sd = np.ones(len(speeds))
+        rows = np.zeros((len(speeds), 2 * joints))
+        rows[:, joints:] = speeds
+        return rows, sd
+
+
+@lru_cache(maxsize=8)
+def _normals(patches: Patches) -> tuple[Array, Array]:
+    """How the skin's normal is spread over each patch: principal axes (P, 3, 3), rows in the link's frame, and the
+    mean square (P, 3) of the normal along each. A flat patch has (0, 0, 1), a round fingertip a third along each."""
+    skin = patches.surface(SKIN_SPACING)
+    count = np.bincount(skin.patch, minlength=len(patches))
+    moment = np.zeros((len(patches), 3, 3))
+    np.add.at(moment, skin.patch, skin.normals[:, :, None] * skin.normals[:, None, :])
+    share, axes = np.linalg.eigh(moment / count[:, None, None])
+    return np.ascontiguousarray(np.swapaxes(axes, 1, 2)), np.clip(share, 0.0, 1.0)

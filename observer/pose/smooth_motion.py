@@ -1,0 +1,221 @@
+"""The pose where no torque is known: joints that move smoothly, now slowly and now fast.
+
+Shapes: J joints, C directions (the joints, and sums and differences of each two), M levels of activity, T steps of lag,
+S = 3 + T numbers of a direction's state: its angle, velocity and acceleration now, then its angle at each of the last T
+steps. Angles in radians, seconds.
+
+The velocity of a joint is a Matérn process of smoothness 3/2: an Ornstein-Uhlenbeck process driven by another, both of
+time constant τ (Hartikainen & Särkkä 2010, MLSP, "Kalman filtering and smoothing solutions to temporal Gaussian
+process regression models"), so that velocities and accelerations are continuous. Its SD is the joint's level of
+activity. Hands rest and burst into motion: the level, one of M, now and then changes to one next to it. That is an
+interacting multiple model filter (Blom & Bar-Shalom 1988, IEEE Trans. Autom. Control 33(8), 780-783), here one for
+each joint and for the sum and the difference of each two, as joints move together (`joint_pairs`); the angles of the
+last T steps in its state make it a fixed-lag smoother.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from haptic_env import validate
+from haptic_env.arrays import Array
+from haptic_env.hand import Hand
+from observer.gaussian import mixture
+from observer.pose import interacting_models
+from observer.pose.gating import Gate, Heard
+from observer.pose.interacting_models import PRESENT
+from observer.pose.joint_pairs import Partners
+
+NOTHING = 1e8  # rad²: variance of a reading that tells of nothing
+ANYWHERE = 2.0  # rad: SD of where a joint is before it was felt
+
+
+@dataclass(frozen=True)
+class SmoothMotion:
+    """`speeds` (M,) rad/s: SDs of a joint's velocity, from slow to fast; `seconds`: time constant of its changes;
+    `dwell` s: how long a joint keeps to one level, on average; `together`: probability that a joint moves with another
+    one; `temper`: exponent of the evidence that tells with which.
+
+    The defaults did best on recordings that are not among those to be explained (docs/recordings.md).
+    """
+
+    speeds: tuple[float, ...] = (0.1, 0.3, 1.0, 3.0, 9.0)
+    seconds: float = 0.03
+    dwell: float = 0.2
+    together: float = 0.8
+    temper: float = 0.4
+
+    def __post_init__(self) -> None:
+        validate.instance("speeds", self.speeds, (tuple, list), "several numbers, rising")
+        speeds = tuple(validate.number("speeds", speed, 1e-4, 1e4, unit="rad/s") for speed in self.speeds)
+        if not speeds or list(speeds) != sorted(set(speeds)):
+            raise ValueError(f"speeds must be rising, got {validate.shown(self.speeds)}")
+        object.__setattr__(self, "speeds", speeds)
+        for name, low, high, unit in (
+            ("seconds", 0.005, 100.0, "s"),
+            ("dwell", 1e-6, 1e9, "s"),
+            ("together", 0.0, 0.999, ""),
+            ("temper", 0.0, 1.0, ""),
+        ):
+            object.__setattr__(self, name, validate.number(name, getattr(self, name), low, high, unit=unit))
+
+    def transition(self, step: float) -> Array:
+        """(3, 3): what a `step` of so many seconds makes of (q, v, a), on average."""
+        return np.asarray(expm(step * self._drift))
+
+    def noise(self, step: float) -> Array:
+        """(3, 3): covariance of what a `step` adds at an SD of 1 rad/s (Van Loan 1978, IEEE TAC 23(3), 395-404)."""
+        rate = 1.0 / self.seconds
+        block = np.zeros((6, 6))
+        block[:3, :3], block[3:, 3:] = -self._drift, self._drift.T
+        block[2, 5] = 4.0 * rate**3
+        power = expm(step * block)
+        noise = power[3:, 3:].T @ power[:3, 3:]
+        return 0.5 * (noise + noise.T)
+
+    def switching(self, step: float) -> Array:
+        """(M, M): probability of each level after a `step`, row by row for the level before it."""
+        count = len(self.speeds)
+        leave = 1.0 - np.exp(-step / self.dwell)
+        chain = np.zeros((count, count))
+        for level in range(count):
+            near = [each for each in (level - 1, level + 1) if 0 <= each < count]
+            chain[level, near] = leave / max(len(near), 1)
+            chain[level, level] = 1.0 - chain[level].sum()
+        return chain
+
+    @property
+    def _drift(self) -> Array:
+        rate = 1.0 / self.seconds
+        return np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -(rate**2), -2.0 * rate]])
+
+
+class KinematicPose:
+    """Posterior of the angles of now and of the last T steps from the felt angles alone; for `HapticSLAM`.
+
+    Nothing is known of where a movement begins; torques and contacts are not used. `log_evidence` is that of the joints
+    each by itself.
+    """
+
+    def __init__(
+        self, hand: Hand, *, sigma: float, control_hz: float, lag: int, smooth: SmoothMotion | None = None, **_: Any
+    ) -> None:
+        """`sigma` rad; the rest of what a motion may be given says nothing here."""
+        self.hand = hand
+        self.sigma = max(sigma, 1e-5)  # exact angles: a variance of zero would make the update singular
+        self.lag = lag
+        self.smooth = SmoothMotion() if smooth is None else smooth
+        self.partners = Partners(hand.joints, self.smooth.together, self.smooth.temper)
+        step = 1.0 / control_hz
+        self._transition = self.smooth.transition(step)
+        squares = np.square(self.smooth.speeds)
+        self._noise = squares[:, None, None] * self.smooth.noise(step)  # (M, 3, 3)
+        self._switch = self.smooth.switching(step)
+        self._start = squares[:, None] * [1.0, self.smooth.seconds**-2]  # (M, 2): of velocity and acceleration
+        self._gate = Gate(hand, self.sigma, step)
+        self.reset()
+
+    def reset(self, felt: Array | None = None) -> None:
+        """Start where the hand was `felt` (J,) rad to be, else anywhere, the rest pose being as good a guess as any."""
+        self._gate.reset()
+        self.partners.reset()
+        self.log_evidence = 0.0
+        self._start_at(None if felt is None else self._gate.at_first(felt))
+
+    def _start_at(self, felt: Array | None) -> None:
+        levels, count, state = len(self.smooth.speeds), self.partners.count, PRESENT + self.lag
+        self._level = np.full((count, levels), 1.0 / levels)
+        self._means = np.zeros((count, levels, state))
+        self._covariances = np.zeros((count, levels, state, state))
+        # It did not move before it was felt: all angles of the past are that of now.
+        angles = [0, *range(PRESENT, state)]
+        start, spread = (self.hand.rest_pose, ANYWHERE) if felt is None else (felt, self.sigma)
+        self._means[:, :, angles] = self.partners.along(start)[:, None, None]
+        self._covariances[:, :, *np.ix_(angles, angles)] = spread**2
+        present = np.arange(1, PRESENT)
+        self._covariances[:, :, present, present] = self._start
+        self._combine()
+
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) readings of the trial that no hand can give (`observer.pose.gating`)."""
+        return self._gate.set_aside.copy()
+
+    def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
+        """Move on by one control step to the felt `joint_angles` (J,) rad."""
+        joints, before = self.hand.joints, self.log_evidence
+        heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
+        if heard is None:
+            log_density = np.empty(self.partners.count)
+            self._turn(self._level, self._means, self._covariances, self.partners.along(joint_angles), log_density)
+        else:
+            log_density = self._turn_without(heard)
+        self.log_evidence += float(log_density[:joints].sum())
+        if np.isfinite(log_density).all():  # else the filter is lost, and nobody's partner known by it
+            self.partners.learn(log_density)
+        self._combine()
+        if self._gate.lost(self.mean, self.covariance, PRESENT * joints):
+            self.log_evidence = before  # what it said of this step may be no number
+            self._start_at(self._gate.at_first(joint_angles))
+
+    def _turn(
+        self,
+        level: Array,
+        means: Array,
+        covariances: Array,
+        along: Array,
+        log_density: Array,
+        variance: float | None = None,
+    ) -> None:
+        """One turn of the filters of some directions, in place, which feel `along` rad with `variance` rad² (None: that
+        of the angles)."""
+        interacting_models.turn(
+            level,
+            means,
+            covariances,
+            self._switch,
+            self._transition,
+            self._noise,
+            along,
+            self.sigma**2 if variance is None else variance,
+            log_density,
+        )
+
+    def _turn_without(self, heard: Heard) -> Array:
+        """One turn in which some joints are not heard, and so no direction that they have a part in; the log density
+        (C,) of what is, which says nothing of partners that are not."""
+        joints = self.hand.joints
+        told = np.isin(np.arange(joints), heard.joints)
+        along = self.partners.along(np.where(told, heard.angles, self.mean[:joints]))
+        wrong = np.where(heard.anew, heard.angles - self.mean[:joints], 0.0)
+        self._covariances[:, :, 0, 0] += self.partners.along_squares(wrong**2)[:, None]
+        log_density = np.empty(self.partners.count)
+        heard_of = self.partners.all_of(told)
+        for some, variance in ((heard_of, None), (~heard_of, NOTHING)):
+            level, means, covariances = self._level[some], self._means[some], self._covariances[some]
+            density = np.empty(len(level))
+            self._turn(level, means, covariances, along[some], density, variance)
+            self._level[some], self._means[some], self._covariances[some] = level, means, covariances
+            log_density[some] = density
+        return self.partners.without(log_density, told)
+
+    def lagged(self, steps: int) -> slice:
+        """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
+        first = 0 if steps == 0 else (PRESENT - 1 + steps) * self.hand.joints
+        return slice(first, first + self.hand.joints)
+
+    def _combine(self) -> None:
+        """One Gaussian over all joints with the mean and covariance of the mixture of levels and partners."""
+        mean, covariance = self.partners.of_joints(*mixture(self._level, self._means, self._covariances))
+        joints, state = mean.shape
+        self.mean = mean.T.ravel()
+        self.covariance = np.zeros((state * joints, state * joints))
+        each = np.arange(joints)
+        self.covariance.reshape(state, joints, state, joints)[:, each, :, each] = 0.5 * (
+            covariance + np.swapaxes(covariance, 1, 2)
+        )

@@ -1,0 +1,109 @@
+"""Solids whose size and place are not known exactly: samples of what they may be, moved as the evidence comes in.
+
+Shapes: K solids, V variants of each, H = K·V hypotheses, solid k having those from k·V on. Lengths in metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import validate
+from haptic_env.arrays import Array
+from haptic_env.shapes.base import Solid
+from observer import edge, resampling
+from observer.gaussian import lower_factor
+from observer.shape.distance_fields import Solids, solids_of
+
+UNKNOWNS = 5  # size, yaw and three of position, each in units of its range
+SHRINK = 0.97  # Liu & West's a: a moved variant lies this far from the mean of all, plus noise that restores the spread
+
+
+class Variants:
+    """Every solid as `variants` V samples of size, yaw and offset, uniform in their ranges."""
+
+    def __init__(
+        self,
+        solids: Sequence[Solid],
+        variants: int,
+        *,
+        size_jitter: float,
+        yaw_jitter: float,
+        position_jitter: float,
+        far: float,
+    ) -> None:
+        """Ranges as the environment's keyword arguments of the same names: the whole size by a fraction, the yaw
+        about the vertical in degrees, each coordinate of the place in m; all are plus or minus. `far` m: as that of
+        `solids_of`. Raises `ValueError` for a value out of range."""
+        size = validate.number("size_jitter", size_jitter, 0.0, 0.5)
+        yaw = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
+        offset = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
+        self.ranges = np.array([size, np.deg2rad(yaw), offset, offset, offset])
+        count = validate.integer("variants", variants, 1, edge.COUNT)
+        self.unknown = bool(self.ranges.any())
+        self.count = count if self.unknown else 1
+        edge.memory(
+            f"variants={self.count} of {len(solids)} solids", edge.of_hypotheses(1, self.count * len(solids), 1)
+        )
+        self._nominal = solids_of(solids, far / (1.0 - size))
+        self._solid_of = np.repeat(np.arange(len(solids)), self.count)
+
+    def draw(self, rng: np.random.Generator) -> Array:
+        """(H, 5) in [-1, 1], the unknowns of each hypothesis in units of their ranges; 0 where all is known."""
+        units = np.zeros((len(self._solid_of), UNKNOWNS))
+        return rng.uniform(-1.0, 1.0, units.shape) if self.unknown else units
+
+    def place(self, units: Array) -> Solids:
+        """The solids of `units` (H, 5)."""
+        size, yaw, *offset = (units * self.ranges).T
+        turn = np.zeros((len(units), 3, 3))
+        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(yaw)
+        turn[:, 1, 0] = np.sin(yaw)
+        turn[:, 0, 1] = -turn[:, 1, 0]
+        turn[:, 2, 2] = 1.0
+        of, nominal = self._solid_of, self._nominal
+        return nominal._replace(
+            drawn_in=nominal.drawn_in[of],
+            scale=nominal.scale[of] * (1.0 + size),
+            rotation=turn @ nominal.rotation[of],
+            position=nominal.position[of] + np.stack(offset, axis=1),
+        )
+
+    def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> NDArray[np.int64] | None:
+        """Resample and move, in place, the variants of each solid of which fewer than half are effective: `units`
+        (H, 5), and `log_evidence` (H,), the sum of which over a solid's variants stays what it was.
+
+        Their mean and covariance stay too (Liu & West 2001, in Sequential Monte Carlo Methods in Practice, ch. 10).
+        Returns which hypothesis each one comes from (H,); None where none has moved.
+        """
+        if self.count == 1:
+            return None
+        source = np.arange(len(units))
+        for first in range(0, len(units), self.count):
+            mine = slice(first, first + self.count)
+            total = np.logaddexp.reduce(log_evidence[mine])
+            weights = np.exp(log_evidence[mine] - total)
+            if resampling.effective_sample_size(weights) >= 0.5 * self.count:
+                continue
+            kept = np.repeat(np.arange(self.count), resampling.systematic_counts(weights, rng.random()))
+            mean = weights @ units[mine]
+            apart = units[mine] - mean
+            spread = lower_factor((weights[:, None] * apart).T @ apart)
+            noise = rng.standard_normal(apart.shape) @ spread.T
+            moved = mean + SHRINK * apart[kept] + np.sqrt(1.0 - SHRINK**2) * noise
+            units[mine] = np.abs((moved + 3.0) % 4.0 - 2.0) - 1.0  # reflected at the ends of the range
+            log_evidence[mine] = total - np.log(self.count)
+            source[mine] = first + kept
+        return None if np.array_equal(source, np.arange(len(units))) else source
+
+
+class Hypotheses(NamedTuple):
+    """What the object may be: `solids` of H hypotheses, log of the probability of each (H,), and the `label` (H,) that
+    it belongs to."""
+
+    solids: Solids
+    log_probability: Array
+    label: NDArray[np.int64]

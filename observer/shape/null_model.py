@@ -1,0 +1,47 @@
+"""What is said of contacts by whoever knows of no object at all.
+
+Shapes: P patches.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+
+
+class Habit:
+    """Touch without any object: each patch begins to feel contact, or ceases to, at a rate that is learned from the
+    trial itself. What no candidate explains better than this is none of them.
+
+    A Markov chain with Beta priors; their means are the rates of 48 explorations with random torques (seeds 0 to 11),
+    their weight is that of a few touches.
+    """
+
+    BEGIN = (0.7, 250.0)  # pseudo-counts: silent patches that began to feel contact, and all that were silent
+    CEASE = (2.0, 7.5)  # the same for patches in contact that ceased
+
+    def __init__(self, patches: int) -> None:
+        self.log_likelihood = 0.0
+        self._felt = np.zeros(patches, dtype=bool)
+        self._counts = np.array([self.BEGIN, self.CEASE])
+
+    def update(self, contacts: NDArray[np.bool_], news: Array | None = None) -> None:
+        """Take in `contacts` (P,), of each the share that is `news` (P,); None: all of it."""
+        share = np.ones(len(contacts)) if news is None else news
+        changes = contacts != self._felt
+        for row, had in enumerate((~self._felt, self._felt)):
+            # Patch by patch, each with the rate that those before it have taught: no rate is ever known exactly.
+            changed, stayed = share[had & changes], share[had & ~changes]
+            of, among = self._counts[row]
+            self.log_likelihood += _chain(changed, of, among) + _chain(stayed, among - of, among + changed.sum())
+            self._counts[row] += changed.sum(), changed.sum() + stayed.sum()
+        self._felt = contacts
+
+
+def _chain(share: Array, of: float, among: float) -> float:
+    """Log probability of as many events as there are entries of `share` (n,), each with that exponent: the rate is `of`
+    in `among`, and every event adds its share to both."""
+    before = np.cumsum(share) - share
+    return float(share @ np.log((of + before) / (among + before)))

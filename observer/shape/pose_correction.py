@@ -1,0 +1,90 @@
+"""What contacts say of the pose where the object is one of a few solids.
+
+Shapes: H hypotheses, F steps, J joints, L links, P patches.
+
+If the object were a certain solid, a link that feels contact would lie on its surface, or as deep inside as hands are
+said to sink, and no silent link inside: the gap between the surface and the nearest spot of a link's skin has bounds.
+Where it is linear in the angles, the Gaussian of the pose is conditioned on one link after the other by matching
+moments (assumed density filtering: Minka 2001, UAI, 362-369). Errors of the pose last for several steps: links that
+begin or cease to touch a little earlier or later tell of it too. What the solid is, only a `ShapePosterior` knows; over
+it the pose is averaged, and its model of touch is the one used here.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.pose import Pose
+from observer.belief import Belief
+from observer.gaussian import mixture
+from observer.kinematics import placed, tree_of
+from observer.pose.source import PoseSource
+from observer.shape.posterior import ShapePosterior
+from observer.shape.skin import skin_of
+from observer.shape.surface_conditioning import take_in
+
+Felt = tuple[NDArray[np.bool_], Pose | None]  # contacts (P,) of a step, and where the hand as a whole was
+AFTER = 0.06  # s: contacts up to so much later are taken in
+UNLIKELY = 0.02  # hypotheses less probable than this share of the best one are left out
+
+
+class KnownSolids:
+    """Corrects the lagged pose of beliefs by what was felt, for the solids that the object may be.
+
+    It stands in place of what the maps say of that pose. Maps and naming know nothing of it: neither is to confirm what
+    it has said itself.
+    """
+
+    def __init__(self, shape: ShapePosterior, control_hz: float) -> None:
+        """`shape`: what the object may be; a copy of it names the object from the beliefs as they come."""
+        self.hand = shape.hand
+        self.shape = copy.copy(shape)
+        self.after = round(AFTER * control_hz)
+        self._tree = tree_of(self.hand)
+        self._skin = skin_of(self.hand)
+        self._link = np.arange(len(self.hand.links))[:, None] == self.hand.patches.link  # (L, P)
+
+    def reset(self, seed: int | None = None) -> None:
+        """Start a trial."""
+        self.shape.reset(seed)
+        self._before: list[Felt] = []
+
+    def correct(self, belief: Belief, pose: PoseSource, felt: Iterable[Felt]) -> Belief:
+        """`belief` with its lagged pose as contacts leave it; `felt` at that step and at the later ones, of `pose`."""
+        self.shape.update(belief)
+        steps = [*self._before, *islice(felt, 1 + self.after)]
+        now = len(self._before)
+        self._before = steps[now : now + 1]
+        where = np.r_[tuple(pose.lagged(belief.lag_steps + now - k) for k in range(len(steps)))]
+        hypotheses = self.shape.hypotheses
+        log = hypotheses.log_probability
+        likely = np.flatnonzero(log > log.max() + np.log(UNLIKELY))
+        means = np.tile(pose.mean[where], (len(likely), 1))
+        covariances = np.tile(pose.covariance[np.ix_(where, where)], (len(likely), 1, 1))
+        joints = self.hand.joints
+        for k, (contacts, root) in enumerate(steps):
+            tree, touches = placed(self._tree, root), self._link[:, contacts].any(axis=1)
+            for h, mean, covariance in zip(likely, means, covariances, strict=True):
+                take_in(
+                    tree,
+                    self._skin,
+                    hypotheses.solids,
+                    h,
+                    touches,
+                    k * joints,
+                    mean,
+                    covariance,
+                    self.shape.tolerance,
+                    self.shape.press,
+                    self.shape.surprise,
+                )
+        weights = np.exp(log[likely] - np.logaddexp.reduce(log[likely]))
+        lagged = slice(now * joints, (now + 1) * joints)
+        mean, covariance = mixture(weights[None], means[None, :, lagged], covariances[None, :, lagged, lagged])
+        return replace(belief, lagged_joint_angles=mean[0], lagged_joint_std=np.sqrt(np.diag(covariance[0])))

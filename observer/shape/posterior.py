@@ -1,0 +1,240 @@
+"""What the object is, from the whole stream of beliefs: the shape likelihood with the pose integrated out.
+
+Shapes: H hypotheses, C labels, S pose samples, G parts of the hand, P patches, J joints. Lengths in metres.
+
+A hypothesis is a solid: a shape of one size at one place. If it were there, a patch that feels contact would lie on
+its surface and no link would lie inside it. The pose of the hand is only known as a Gaussian process. What is left
+unknown of it may be taken for a tolerance of each link's place, at the mean pose: that is the default, cheap and as
+good for a pose filter that is nearly sure. Or each hypothesis has a particle filter of its own over the pose
+(`samples`), with the solid as its known map; its evidence is the hypothesis's likelihood. That is worth its time where
+the pose is known badly, of raw angles say. Two things make it cheaper. Fingers err independently, so each part of the
+hand is weighted and resampled apart (`observer.shape.subchains`). And hypotheses differ little in what pose they make
+probable, so that all have the same samples, each hypothesis with weights of its own; they are resampled from the
+mixture of all.
+
+Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
+infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
+(`observer.shape.hypotheses`): so many at the mean pose say more than a few at many poses. "None of these" is a model of
+touch without any object (`observer.shape.null_model`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.special import expit
+
+from haptic_env import shapes, validate
+from haptic_env.arrays import Array
+from haptic_env.hand import Hand
+from haptic_env.shapes.base import Solid
+from observer import edge
+from observer.belief import Belief, Transition
+from observer.gaussian import lower_factor
+from observer.kinematics import link_frames, link_spread, placed, tree_of
+from observer.novelty import LITTLE, Said, note
+from observer.shape.contact_likelihood import CLEAR, contact_likelihood, resample, weigh
+from observer.shape.distance_fields import FIELD_RESOLUTION
+from observer.shape.hypotheses import Hypotheses, Variants
+from observer.shape.null_model import Habit
+from observer.shape.skin import skin_of
+from observer.shape.subchains import parts_of
+
+NONE = "none"
+FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step taken in
+DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
+LOOSEST = 0.05  # m: tolerance with which distances are told apart as far as a table may reach
+WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
+FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
+TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # with jitter the latter: what fits best of many solids fits too well
+
+
+class ShapePosterior:
+    """Posterior over labels, updated by every belief of a trial, those of the flush included; `said` keeps what its
+    evidence came from, which is no news a second time."""
+
+    def __init__(
+        self,
+        hand: Hand,
+        candidates: Mapping[str, Sequence[Solid]] | None = None,
+        *,
+        size_jitter: float = 0.0,
+        yaw_jitter: float = 0.0,
+        position_jitter: float = 0.0,
+        variants: int = 240,
+        none: float = 0.0,
+        samples: int = 1,
+        tolerance: float = 0.001,
+        press: float = 0.0,
+        surprise: float = 0.001,
+        temper: float | None = None,
+        stride: int = 3,
+        alike: float = 4.0,
+    ) -> None:
+        """`candidates`: the solids that each label may be, equally probable; None: the four shapes at their default
+        size at the grasp centre.
+
+        `size_jitter`, `yaw_jitter` and `position_jitter`: what is not known of the solids, as the environment's
+        keyword arguments of the same names; `variants` V: samples of that for each solid. `none`: prior probability
+        of one label more, "none": the object is none of the candidates (only without jitter); 0: no such label.
+
+        `samples` S of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider. `tolerance`
+        m: SD of the gap between a patch that feels contact and the surface; `press` m: how deep a link that feels
+        contact may lie inside, as in recordings that were fitted to markers; `surprise`: probability of what the model
+        cannot explain; only one step in `stride` is taken in, and `temper` is the exponent of its evidence (None: 0.15
+        for solids that are known exactly, 0.07 for others). Looks of a link within `alike` times what is not known of
+        its place share an exponent of one (`observer.novelty`); 0: each counts as news.
+
+        Raises `ValueError` for a value out of range.
+        """
+        edge.world(hand=hand)
+        if candidates is None:
+            candidates = {name: [shapes.make(name, position=hand.grasp_centre)] for name in shapes.SHAPES}
+        edge.candidates(candidates)
+        self.none = validate.number("none", none, 0.0, 0.99)
+        if self.none and NONE in candidates:
+            raise ValueError(f"a candidate must not be called {NONE!r} where none > 0, got none={none!r}")
+        self.hand = hand
+        self.labels = (*candidates, *([NONE] if self.none else []))
+        self.tolerance = validate.number("tolerance", tolerance, 0.0, LOOSEST, above=0.0, unit="m")
+        self.press = validate.number("press", press, 0.0, unit="m")
+        self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
+        self.samples = validate.integer("samples", samples, 1, edge.COUNT)
+        widest = np.hypot(self.tolerance, WIDEST if self.samples == 1 else 0.0)
+        self._skin = skin_of(hand)
+        self.variants = Variants(
+            [solid for solids in candidates.values() for solid in solids],
+            variants,
+            size_jitter=size_jitter,
+            yaw_jitter=yaw_jitter,
+            position_jitter=position_jitter,
+            far=self._skin.ball.max() + CLEAR * widest + FIELD_RESOLUTION,
+        )
+        hypotheses = self.variants.count * sum(map(len, candidates.values()))
+        edge.memory(f"samples={self.samples}", edge.of_hypotheses(hand.joints, hypotheses, self.samples))
+        if self.none and self.variants.unknown:
+            raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
+        usual = TEMPER_UNKNOWN if self.variants.unknown else TEMPER
+        self.temper = validate.number("temper", usual if temper is None else temper, 0.0, 1.0, above=0.0)
+        self.stride = validate.integer("stride", stride, 1)
+        self.alike = validate.number("alike", alike, 0.0)
+        self._solids_of = np.array([len(solids) for solids in candidates.values()])
+        self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
+        self._tree = tree_of(hand)
+        self._lengths = np.array([link.length for link in hand.links])
+        self._parts = parts_of(hand)
+        self.reset()
+
+    def reset(self, seed: int | None = None) -> Array:
+        """Start a trial; returns the prior of the labels (C,): all the same, but for "none". Raises `ValueError` for a
+        seed that is none."""
+        self._rng = np.random.default_rng(validate.seed(seed))
+        self._units = self.variants.draw(self._rng)
+        self._solids = self.variants.place(self._units)
+        # Of each hypothesis: the share of its solid that it stands for times its likelihood.
+        self._log_evidence = np.full(len(self._units), -np.log(self.variants.count))
+        self._poses = np.tile(self.hand.rest_pose[self._parts.joint], (self.samples, 1)).astype(np.float64)
+        self._weights = np.full((len(self._parts.column), len(self._units), self.samples), 1.0 / self.samples)
+        self._likelihood = np.empty_like(self._weights)
+        self.said = Said.nothing(self.hand)
+        self._news = np.ones(len(self._lengths))
+        self._habit = Habit(len(self.hand.patches))
+        self._moved: Transition | None = None  # how the pose moved since the samples did
+        self._steps = 0
+        self._posterior = self._share()
+        return self.posterior
+
+    @property
+    def log_likelihood(self) -> Array:
+        """(C,) log probability of what was felt so far under each of `labels`, with the exponent `temper`."""
+        result = np.logaddexp.reduceat(self._log_evidence, self._first) - np.log(self._solids_of)
+        return np.append(result, self.temper * self._habit.log_likelihood) if self.none else result
+
+    @property
+    def posterior(self) -> Array:
+        """(C,) probability of each of `labels`; before anything was felt that of a candidate is the same for all."""
+        return self._posterior.copy()
+
+    @property
+    def hypotheses(self) -> Hypotheses:
+        """Each solid, size and place that is held possible now, "none" left out; not to be changed."""
+        label = np.repeat(np.arange(len(self._solids_of)), self._solids_of * self.variants.count)
+        log = self._log_evidence - np.log(self._solids_of)[label]
+        return Hypotheses(self._solids, log - np.logaddexp.reduce(log), label)
+
+    def update(self, belief: Belief) -> Array:
+        """Take in what `belief` felt at its lagged pose; returns the posterior (C,). Raises `ValueError` for the belief
+        of another hand, and for one that is not finite; that changes nothing."""
+        validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
+        if belief.transition is None or belief.lagged_contacts is None:
+            return self.posterior
+        edge.belief(self.hand, belief)
+        moved, now = self._moved, belief.transition
+        self._moved = now if moved is None or self.samples == 1 else moved.then(now)
+        self._steps += 1
+        if self._steps % self.stride:
+            return self.posterior
+        self._propagate(self._moved, belief.lagged_covariance, anew=self._steps == self.stride)
+        self._moved = None
+        tree = placed(self._tree, belief.lagged_root)
+        spread = link_spread(tree, self._lengths, now.mean, belief.lagged_covariance)
+        near = np.hypot(self.tolerance, np.minimum(spread, WIDEST))
+        if self.alike:
+            frames = link_frames(tree, now.mean)
+            note(self.said, *frames, belief.lagged_contacts, self.alike * near, self.temper, LITTLE, self._news)
+        if self.none:
+            self._habit.update(belief.lagged_contacts, self._news[self.hand.patches.link])
+        contact_likelihood(
+            tree,
+            self._skin,
+            self._solids,
+            self._poses,
+            self._parts.column,
+            belief.lagged_contacts,
+            near if self.samples == 1 else np.full_like(near, self.tolerance),
+            self.press,
+            self.surprise,
+            self._news,
+            self._likelihood,
+        )
+        weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
+        share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
+        uniform = self._rng.random(len(self._weights))
+        resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)
+        source = self.variants.move(self._units, self._log_evidence, self._rng)
+        if source is not None:
+            self._weights = np.ascontiguousarray(self._weights[:, source])
+            self._solids = self.variants.place(self._units)
+        self._posterior = self._share()
+        return self.posterior
+
+    def _share(self) -> Array:
+        """(C,) the posterior of what was taken in so far."""
+        log = self.log_likelihood
+        candidates = log[:-1] if self.none else log
+        odds = np.exp(candidates - candidates.max())
+        share = odds / odds.sum()
+        if not self.none:
+            return np.asarray(share)
+        # Per step felt, whatever part of its evidence `temper` and `stride` let count.
+        weight = DOUBT * self.stride / self.temper
+        against = log[-1] - candidates.max() - np.log(odds.mean())
+        none = expit(np.log(self.none / (1.0 - self.none)) + weight * against)
+        return np.append((1.0 - none) * share, none)
+
+    def _propagate(self, transition: Transition, covariance: Array, anew: bool) -> None:
+        """Move the samples on; some start anew, from the `covariance` (J, J) of the pose, so that none are stuck where
+        they once were: all of them where the pose before was not known."""
+        mean, follow, before, rest = transition
+        joint = self._parts.joint
+        if self.samples == 1:
+            self._poses[0] = mean[joint]
+            return
+        normals = self._rng.standard_normal((self.samples, self.hand.joints))
+        noise = normals @ lower_factor(rest).T
+        self._poses = mean[joint] + (self._poses - before[joint]) @ self._parts.follow(follow).T + noise[:, joint]
+        fresh = self.samples if anew else max(1, self.samples // FRESH_SHARE)
+        self._poses[:fresh] = (mean + normals[:fresh] @ lower_factor(covariance).T)[:, joint]
+        self._weights[:, :, :fresh] = 1.0 / self.samples
+        self._weights /= self._weights.sum(axis=-1, keepdims=True)

@@ -1,0 +1,113 @@
+"""What it says of the pose that links touch, or do not touch, a solid that is known: compiled.
+
+Shapes: H hypotheses, J joints, L links, n = F·J angles of F steps in one Gaussian. Works in place.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from haptic_env.compiled import inner, kernel
+from observer.kinematics import body_frames, point_jacobian
+from observer.shape.distance_fields import _gap
+
+CLEAR = 4.0  # in SDs: a link this far within its bounds says nothing
+
+
+@kernel()
+def take_in(tree, skin, solids, h, touches, first, mean, covariance, tolerance, press, surprise):
+    """Take in that of the links those in `touches` (L,) lie on hypothesis `h`, at most `press` m inside, and the others
+    not inside.
+
+    `mean` (n,) rad and `covariance` (n, n), with the angles of that step from `first` on, become those of the Gaussian
+    of the same moments, link by link; the gap of a link is linear in the angles about the mean of before, known to
+    `tolerance` m, and with probability `surprise` anywhere.
+    """
+    press = max(press, 0.1 * tolerance)  # else no gap would do
+    joints = len(tree.zero)
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    jacobian, row = np.empty((3, joints)), np.empty(joints)
+    spot, normal = np.empty(3), np.empty(3)
+    angles = mean[first : first + joints].copy()
+    body_frames(tree, angles, position, rotation)
+    for link in range(len(skin.body)):
+        body = skin.body[link]
+        gap = nearest(solids, h, skin, link, position[body], rotation[body], spot, normal)
+        if gap >= solids.far * solids.scale[h]:
+            continue
+        point_jacobian(tree, angles, position, rotation, body, spot, jacobian)
+        for j in range(joints):
+            row[j] = normal[0] * jacobian[0, j] + normal[1] * jacobian[1, j] + normal[2] * jacobian[2, j]
+            gap += row[j] * (mean[first + j] - angles[j])
+        low, high = (-press, 0.0) if touches[link] else (0.0, np.inf)
+        _condition(low - gap, high - gap, row, first, mean, covariance, tolerance, surprise)
+
+
+@inner()
+def nearest(solids, h, skin, link, position, rotation, spot, normal):
+    """Gap (m) between hypothesis `h` and the skin of `link`, at `position` (3,) and `rotation` (3, 3); fills `spot`
+    (3,) m, where it is least, and `normal` (3,), the way that leads out of the solid there."""
+    least = np.inf
+    for k in range(skin.begin[skin.first_bead[link]], skin.begin[skin.first_bead[link + 1]]):
+        a, b, c = skin.points[k, 0], skin.points[k, 1], skin.points[k, 2]
+        x = position[0] + rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c
+        y = position[1] + rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c
+        z = position[2] + rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c
+        gap = _gap(solids, h, x, y, z)
+        if gap < least:
+            least = gap
+            spot[0], spot[1], spot[2] = x, y, z
+    x, y, z = spot
+    by = 0.5 * solids.resolution * solids.scale[h]
+    normal[0] = _gap(solids, h, x + by, y, z) - _gap(solids, h, x - by, y, z)
+    normal[1] = _gap(solids, h, x, y + by, z) - _gap(solids, h, x, y - by, z)
+    normal[2] = _gap(solids, h, x, y, z + by) - _gap(solids, h, x, y, z - by)
+    length = math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+    for i in range(3):
+        normal[i] /= max(length, 1e-12)
+    return least
+
+
+@kernel()
+def _condition(low, high, row, first, mean, covariance, tolerance, surprise):
+    """Moments of the Gaussian given that `row` · δ lies between `low` and `high`, known to `tolerance`; δ: what the
+    angles from `first` on differ from their mean by (for one bound: Rasmussen & Williams 2006, Gaussian Processes for
+    Machine Learning, section 3.9)."""
+    with_gap = np.zeros(len(mean))
+    for i in range(len(mean)):
+        for j in range(len(row)):
+            with_gap[i] += covariance[i, first + j] * row[j]
+    total = tolerance**2
+    for j in range(len(row)):
+        total += row[j] * with_gap[first + j]
+    deviation = math.sqrt(total)
+    a, b = low / deviation, high / deviation
+    if a < -CLEAR and b > CLEAR:
+        return
+    most = _below(0.5 * (high - low) / tolerance) - _below(0.5 * (low - high) / tolerance)
+    weight = (1.0 - surprise) / most
+    share = surprise + weight * (_below(b) - _below(a))
+    slope = weight * (_density(a) - _density(b)) / share
+    bend = slope**2 - weight * (_moment(a) - _moment(b)) / share
+    for i in range(len(mean)):
+        mean[i] += slope / deviation * with_gap[i]
+        for j in range(len(mean)):
+            covariance[i, j] -= bend / total * with_gap[i] * with_gap[j]
+
+
+@inner()
+def _below(x):
+    return 0.5 * math.erfc(-x / math.sqrt(2.0))
+
+
+@inner()
+def _density(x):
+    return math.exp(-0.5 * x**2) / math.sqrt(2.0 * math.pi)
+
+
+@inner()
+def _moment(x):
+    return x * _density(x) if abs(x) < 1e3 else 0.0

@@ -1,0 +1,1 @@
+"""Observers beside an environment of Gymnasium."""

@@ -1,0 +1,41 @@
+"""End an exploration when its question is answered."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import validate
+from observer.wrappers.belief_observation import labels_of
+
+
+class DecideWhenSure(gym.Wrapper, gym.utils.RecordConstructorArgs):
+    """Ends the episode (`terminated`) when one name has been more probable than `threshold` for `seconds`.
+
+    `info["decision"]` is then that name, which need not be true.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], threshold: float = 0.95, seconds: float = 0.0) -> None:
+        """Raises `ValueError` for a value out of range, or where nothing names the object."""
+        gym.utils.RecordConstructorArgs.__init__(self, threshold=threshold, seconds=seconds)
+        gym.Wrapper.__init__(self, env)
+        self._threshold = validate.number("threshold", threshold, 0.0, 1.0)
+        self._seconds = validate.seconds("seconds", seconds, above=None)
+        self._labels = labels_of(env)
+        base: Any = env.unwrapped
+        self._patience = max(1, round(self._seconds * base.control_hz))
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        self._sure = 0
+        return self.env.reset(seed=seed, options=options)
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        best = int(np.argmax(info["posterior"]))
+        self._sure = self._sure + 1 if info["posterior"][best] > self._threshold else 0
+        if self._sure >= self._patience:
+            terminated, info = True, {**info, "decision": self._labels[best]}
+        return observation, reward, terminated, truncated, info

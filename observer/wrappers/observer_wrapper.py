@@ -1,0 +1,130 @@
+"""Run an observer beside an environment."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env import validate
+from haptic_env.hand import Hand
+from observer.belief import Belief
+from observer.fastslam import HapticSLAM
+from observer.pose_only import PoseOnly
+from observer.shape.posterior import ShapePosterior
+
+KINDS = {"observer": "a HapticSLAM or a PoseOnly", "shape": "a ShapePosterior, or None"}
+FELT = ("joint_angles", "contacts")
+SAME_RATE = 1e-4  # of a control rate: recordings' stamps are rounded
+_trials: WeakKeyDictionary[object, object] = WeakKeyDictionary()  # which trial an observer is in, of all of a process
+
+
+class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
+    """Puts `info["belief"]` beside every observation, and with `shape` `info["posterior"]` (C,) of `shape.labels`; at
+    the end of an episode the lag is flushed first.
+
+    `belief` and `shape` are attributes too, which `env.get_wrapper_attr` finds through further wrappers: policies read
+    them there (`agents.policy.Guided`). The observer hears the torque that reached the hand, whatever wrappers between
+    the two make of an action.
+    """
+
+    belief: Belief | None
+
+    def __init__(
+        self, env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly, shape: ShapePosterior | None = None
+    ) -> None:
+        """Raises `ValueError` for an observer or a `shape` of another hand, an observer of another control rate, and
+        observations without what is felt.
+
+        Each environment needs an observer of its own: `step` raises `ValueError` for one that has begun a trial in
+        another environment since the reset, and where a wrapper inside takes more or less than one control step.
+        """
+        gym.Wrapper.__init__(self, env)
+        if not all(hasattr(observer, name) for name in ("hand", "reset", "step", "flush")):
+            raise ValueError(f"observer must be a HapticSLAM, a PoseOnly or the like, got {validate.shown(observer)}")
+        if shape is not None:
+            validate.instance("shape", shape, ShapePosterior, "a ShapePosterior, or None")
+        if not hasattr(env.unwrapped, "hand"):
+            raise ValueError(f"env must be an environment with a hand, got {env}")
+        if not isinstance(env.observation_space, gym.spaces.Dict) or not set(FELT) <= set(env.observation_space):
+            raise ValueError(
+                f"an observer hears {' and '.join(FELT)}, got a space {type(env.observation_space).__name__}; put the "
+                "ObserverWrapper inside the wrapper that changes them"
+            )
+        self._check_hand("observer", observer)
+        if shape is not None:
+            self._check_hand("shape", shape)
+        check_rate(env, observer)
+        gym.utils.RecordConstructorArgs.__init__(self, observer=observer, shape=shape, _disable_deepcopy=True)
+        self.observer, self.shape = observer, shape
+        self.belief = None
+        self._chance = np.random.SeedSequence()
+        self._trial = object()  # another one at every reset
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        observation, info = self.env.reset(seed=seed, options=options)
+        # Streams of their own, so that the observer's chance is fixed by the seed and apart from the environment's;
+        # without a seed the next one follows from the last, as the environment's does.
+        self._chance = self._chance.spawn(1)[0] if seed is None else np.random.SeedSequence(seed)
+        mine, shapes = map(int, self._chance.generate_state(2))
+        self._trial = object()
+        for each in self._observing():
+            _trials[each] = self._trial
+        if self.shape is not None:
+            self.shape.reset(seed=shapes)
+        return observation, {**info, **self._told(self.observer.reset(seed=mine))}
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        for each in self._observing():
+            if _trials.setdefault(each, self._trial) is not self._trial:  # a copy is in none yet
+                raise ValueError(
+                    f"this {type(each).__name__} has begun a trial in another environment since the reset; every "
+                    "environment needs one of its own"
+                )
+        base: Any = self.env.unwrapped
+        before = getattr(base, "steps", None)
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        if before is not None and base.steps != before + 1:
+            raise ValueError(
+                f"{self.env} went from control step {before} to {base.steps} at once, and an observer has to hear of "
+                "each; put the ObserverWrapper inside the wrapper that skips steps or resets"
+            )
+        torque, q, z = getattr(base, "commanded", action), observation["joint_angles"], observation["contacts"]
+        self.belief = None  # the last one's map would be computed just before it changes
+        told = self._told(self.observer.step(torque, q, z, info.get("root")))  # of a hand that moves as a whole
+        if terminated or truncated:
+            for belief in self.observer.flush():
+                told = self._told(belief)
+        return observation, reward, terminated, truncated, {**info, **told}
+
+    def _observing(self) -> tuple[object, ...]:
+        return (self.observer,) if self.shape is None else (self.observer, self.shape)
+
+    def _check_hand(self, what: str, observing: Any) -> None:
+        known = getattr(observing, "hand", None)
+        if not isinstance(known, Hand):
+            raise ValueError(f"{what} must be {KINDS[what]}, got {validate.shown(observing)}")
+        hand = self.env.unwrapped.hand  # type: ignore[attr-defined]
+        if hand.joint_names != known.joint_names or len(hand.patches) != len(known.patches):
+            raise ValueError(
+                f"the {what} knows hand {known.name!r} with {len(known.patches)} patches, the environment has "
+                f"{hand.name!r} with {len(hand.patches)}; make the {what} from env.unwrapped.hand"
+            )
+
+    def _told(self, belief: Belief) -> dict[str, Any]:
+        self.belief = belief
+        return {"belief": belief} if self.shape is None else {"belief": belief, "posterior": self.shape.update(belief)}
+
+
+def check_rate(env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly) -> None:
+    """Raise `ValueError` where `observer` was told another control rate than that of `env`."""
+    has, knows = getattr(env.unwrapped, "control_hz", None), getattr(observer, "control_hz", None)
+    if has is not None and knows is not None and not math.isclose(has, knows, rel_tol=SAME_RATE):
+        raise ValueError(
+            f"the observer was told control_hz={knows:g}, the environment has control_hz={has:g}; make the observer "
+            "with control_hz=env.unwrapped.control_hz"
+        )

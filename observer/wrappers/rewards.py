@@ -1,0 +1,93 @@
+"""Rewards for coming to know: of the truth, for training alone, for it reads what no policy may; or of anything."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from haptic_env import validate
+from observer.wrappers.belief_observation import labels_of
+
+
+class PotentialReward(gym.Wrapper):
+    """Reward of a step: by how much `potential` has risen, in place of the environment's reward.
+
+    The sum over an episode is the potential at its end less that at its start, whatever the path (Ng, Harada & Russell
+    1999, ICML), so that an episode is worth what it ends with, but a learner hears of it at once.
+    """
+
+    @abstractmethod
+    def potential(self, info: dict[str, Any]) -> float:
+        """What knowing as much as `info` says is worth."""
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        observation, info = self.env.reset(seed=seed, options=options)
+        self._before = self.potential(info)
+        return observation, info
+
+    def step(self, action: NDArray[Any]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        observation, _, terminated, truncated, info = self.env.step(action)
+        now = self.potential(info)
+        gain, self._before = now - self._before, now
+        return observation, gain, terminated, truncated, info
+
+
+class DecisionReward(PotentialReward, gym.utils.RecordConstructorArgs):
+    """Reward of a step: what was gained in log p(truth), in nats, less `price` times the seconds that it took.
+
+    A probability below `least` counts as `least`. At the end `info["is_success"]` (Stable-Baselines3's name for it)
+    says whether the truth is the most probable. Reads `info["truth"]`: `env` needs `reveal_truth=True`.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], price: float = 0.25, least: float = 1e-3) -> None:
+        """`price` in nats a second. Raises `ValueError` for a value out of range, or where nothing names the object."""
+        gym.utils.RecordConstructorArgs.__init__(self, price=price, least=least)
+        gym.Wrapper.__init__(self, env)
+        base: Any = env.unwrapped
+        if not getattr(base, "reveal_truth", False):
+            raise ValueError("DecisionReward compares with the truth: make the environment with reveal_truth=True")
+        self._least = validate.number("least", least, 0.0, 0.1, above=0.0)
+        self._cost = validate.number("price", price, 0.0) / base.control_hz
+        self._labels = labels_of(env)
+
+    def potential(self, info: dict[str, Any]) -> float:
+        """log p(truth), nats; raises `ValueError` where the truth is not among the labels."""
+        return float(np.log(max(info["posterior"][self._truth(info)], self._least)))
+
+    def step(self, action: NDArray[Any]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        observation, gain, terminated, truncated, info = super().step(action)
+        if terminated or truncated:
+            info = {**info, "is_success": bool(np.argmax(info["posterior"]) == self._truth(info))}
+        return observation, gain - self._cost, terminated, truncated, info
+
+    def _truth(self, info: dict[str, Any]) -> int:
+        return self._labels.index(validate.choice("label of the true shape", info["truth"]["shape"], self._labels))
+
+
+class InformationGainReward(PotentialReward, gym.utils.RecordConstructorArgs):
+    """Reward of a step: by how many bits the entropy has fallen, of the `objective`: the posterior over names, or the
+    map, its voxels taken as independent. It needs no truth: a belief pays it to itself, also where it is wrong."""
+
+    def __init__(self, env: gym.Env[Any, Any], objective: str = "class") -> None:
+        """Raises `ValueError` for an unknown objective, or where nothing names the object."""
+        gym.utils.RecordConstructorArgs.__init__(self, objective=objective)
+        gym.Wrapper.__init__(self, env)
+        self._objective = validate.choice("objective", objective, ("class", "map"))
+        labels_of(env)
+
+    def potential(self, info: dict[str, Any]) -> float:
+        """Minus the entropy in bits."""
+        if self._objective == "class":
+            return float(_bits(info["posterior"]).sum())
+        occupied = info["belief"].occupancy
+        return float((_bits(occupied) + _bits(1.0 - occupied)).sum())
+
+
+def _bits(probability: ArrayLike) -> NDArray[np.float64]:
+    """p log2 p (...,) of `probability` (...,); 0 where it is 0."""
+    p = np.asarray(probability, dtype=np.float64)
+    return p * np.log2(np.where(p > 0.0, p, 1.0))

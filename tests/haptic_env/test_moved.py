@@ -1,0 +1,67 @@
+"""What was moved is found under its old name, with a warning that says where it is."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+import pytest
+
+import agents  # noqa: F401 - its modules were moved too
+import observer  # noqa: F401
+from haptic_env.moved import _FINDER
+
+NAMES = {  # of each module, as version 0.1 had them
+    "agents.smooth_chance": "SmoothChance",
+    "haptic_env.skeleton": "hand_of Bone",
+    "observer.belief_observation": "ENTRIES BeliefObservation CLOCKS_HZ",
+    "observer.capsules": "QUANTUM Evidence Stance Reach body_of lattice_of stand",
+    "observer.contact_model": "ContactModel",
+    "observer.decide_when_sure": "DecideWhenSure",
+    "observer.decision_reward": "DecisionReward",
+    "observer.delta_pose": "DeltaPose",
+    "observer.forward_model": "ForwardModel",
+    "observer.hindsight": "occupancy Moment",
+    "observer.information_gain_reward": "InformationGainReward",
+    "observer.kernels": "advance",
+    "observer.kinematic_pose": "KinematicPose",
+    "observer.known_kernels": "take_in nearest",
+    "observer.known_solids": "KnownSolids",
+    "observer.marginal_kernels": "scan sweep_free mean_probability match_and_touch settle",
+    "observer.matching": "MATCHING",
+    "observer.occupancy": "Maps OccupancySnapshot",
+    "observer.partners": "Partners mixture",
+    "observer.parts": "parts_of",
+    "observer.pose_filter": "PoseFilter ContactDynamics",
+    "observer.pose_kernels": "",
+    "observer.pose_source": "PoseSource",
+    "observer.potential_reward": "PotentialReward",
+    "observer.set_aside": "Gate",
+    "observer.shape_kernels": "contact_likelihood note weigh",
+    "observer.shape_posterior": "ShapePosterior Habit Hypotheses NONE",
+    "observer.smooth_kernels": "",
+    "observer.solid_fields": "Solids Skin skin_of solids_of",
+    "observer.solid_variants": "Variants",
+    "observer.wrapper": "ObserverWrapper check_rate",
+}
+
+
+@pytest.mark.parametrize("old", NAMES)
+def test_old_names_work_and_say_where_they_went(old: str) -> None:
+    sys.modules.pop(old, None)
+    with pytest.warns(DeprecationWarning, match=rf"^{old} is [\w. ]+ now; the old name goes with the next release"):
+        module = importlib.import_module(old)
+    for name in NAMES[old].split():
+        homes = [importlib.import_module(home) for home in _FINDER.homes[old]]
+        (found,) = {id(getattr(home, name)): getattr(home, name) for home in homes if hasattr(home, name)}.values()
+        assert getattr(module, name) is found
+    with pytest.raises(AttributeError, match=f"module '{old}' has no attribute 'nothing_of_the_kind'"):
+        _ = module.nothing_of_the_kind
+
+
+def test_every_old_name_is_tried() -> None:
+    assert set(NAMES) == set(_FINDER.homes)
+    for old, homes in _FINDER.homes.items():
+        assert importlib.util.find_spec(old) is not None
+        for home in homes:
+            assert importlib.import_module(home).__name__ == home

@@ -1,0 +1,121 @@
+"""The running mean of the maps against the mean computed anew."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from scipy.ndimage import binary_dilation
+
+from haptic_env.grid import Grid
+from observer.maps.contact_model import ContactModel
+from observer.maps.occupancy import Maps
+
+MODEL = ContactModel(prior=0.2)
+PROBABILITY = MODEL.evidence(0.004).probability
+GRID = Grid.around(np.zeros(3), np.full(3, 0.032), 0.004)
+COME_TO = np.arange(np.prod(GRID.shape)) < 200  # the hand stays on one side
+
+
+def _expected(maps, weights):
+    mean = weights @ PROBABILITY[maps.common.astype(int) + maps.own[:, maps.slot] + 128]
+    told = binary_dilation(maps.seen.reshape(GRID.shape), np.ones((3, 3, 3)))
+    assert maps.seen.sum() < told.sum() < told.size
+    return np.where(told, mean.reshape(GRID.shape), 0.5)
+
+
+def _change(maps, rng):
+    """Write at random: into what all have in common, into some of the particles' own."""
+    cells = np.flatnonzero(COME_TO & (rng.random(maps.common.size) < 0.2))
+    maps.own[:, maps.make_room(cells)] += rng.integers(1, 5, len(cells)).astype(np.int8)
+    own = rng.permutation(cells)[: len(cells) // 2]
+    maps.own[0, maps.slot[own]] += 1
+    maps.touched[own] = True
+    swept = COME_TO & (rng.random(maps.common.size) < 0.1) & (maps.slot < 0)
+    maps.common[swept] -= 3
+    maps.seen |= swept
+    maps.stale |= swept
+
+
+@pytest.mark.parametrize("asked", [1, 3])
+def test_the_running_mean_is_the_mean(asked):
+    """Whether it is asked for after every change or after several, with weights that change now and then."""
+    rng = np.random.default_rng(asked)
+    maps, weights = Maps(5, GRID, PROBABILITY), np.full(5, 0.2)
+    for turn in range(9):
+        maps.before_change()
+        _change(maps, rng)
+        if turn % 4 == 3:
+            weights = rng.dirichlet(np.ones(5))
+            maps.weights_changed()
+        snapshot = maps.snapshot(weights)
+        if turn % asked == 0:
+            np.testing.assert_allclose(snapshot.value(), _expected(maps, weights), rtol=1e-12)
+    np.testing.assert_allclose(maps.snapshot(weights).value(), _expected(maps, weights), rtol=1e-12)
+
+
+def test_a_held_snapshot_never_changes():
+    rng = np.random.default_rng(0)
+    maps, weights = Maps(3, GRID, PROBABILITY), np.full(3, 1 / 3)
+    _change(maps, rng)
+    held, before = maps.snapshot(weights), _expected(maps, weights)
+    maps.before_change()
+    _change(maps, rng)
+    np.testing.assert_allclose(held.value(), before, rtol=1e-12)
+    assert not held.value().flags.writeable
+    sent = pickle.loads(pickle.dumps(maps.snapshot(weights))).value()
+    np.testing.assert_allclose(sent, _expected(maps, weights), rtol=1e-12)
+    assert (maps.snapshot(weights).value() != before).any()
+
+
+def test_snapshots_of_many_times_are_each_of_their_own():
+    """Asked for in any order, after all; some of them were dropped before."""
+    rng = np.random.default_rng(2)
+    maps, weights = Maps(4, GRID, PROBABILITY), np.full(4, 0.25)
+    held = []
+    for turn in range(12):
+        maps.before_change()
+        _change(maps, rng)
+        if turn % 3 == 2:
+            weights = rng.dirichlet(np.ones(4))
+            maps.weights_changed()
+        snapshot = maps.snapshot(weights)
+        if turn % 4 != 1:
+            held += [(snapshot, _expected(maps, weights)), (maps.snapshot(weights), _expected(maps, weights))]
+    for each in rng.permutation(len(held)):
+        snapshot, expected = held[each]
+        np.testing.assert_allclose(snapshot.value(), expected, rtol=1e-12)
+
+
+def test_room_is_made_once_and_keeps_what_was_there():
+    maps, rng = Maps(2, GRID, PROBABILITY), np.random.default_rng(1)
+    told = {}
+    for _ in range(12):
+        cells = rng.integers(0, maps.common.size, 40)
+        before = maps.common.astype(int) + maps.own[:, maps.slot]
+        maps.make_room(cells)
+        np.testing.assert_array_equal(maps.common + maps.own[:, maps.slot], before)
+        maps.common[(rng.random(maps.common.size) < 0.1) & (maps.slot < 0)] -= 1
+        assert len(np.unique(maps.cells)) == len(maps.cells)
+        np.testing.assert_array_equal(maps.slot[maps.cells], np.arange(len(maps.cells)))
+        for cell in cells:
+            told.setdefault(cell, rng.integers(-9, 9, 2))
+            maps.own[:, maps.slot[cell]] = told[cell]
+    for cell, values in told.items():
+        np.testing.assert_array_equal(maps.own[:, maps.slot[cell]], values)
+    assert np.count_nonzero(maps.slot >= 0) == len(told)
+
+
+def test_copied_maps_are_copies():
+    rng = np.random.default_rng(0)
+    maps = Maps(6, GRID, PROBABILITY)
+    _change(maps, rng)
+    maps.own[:, : len(maps.cells)] = rng.integers(-127, 128, (6, len(maps.cells)))
+    before = maps.own.copy()
+    maps.copy(np.array([1, 1, 4]), np.array([0, 3, 5]))
+    np.testing.assert_array_equal(maps.own, before[[1, 1, 2, 1, 4, 4]])
+    maps.own[0] = 0
+    np.testing.assert_array_equal(maps.own[1], before[1])
+    maps.copy(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
+    np.testing.assert_array_equal(maps.own[2], before[2])
