@@ -8,8 +8,8 @@ back to where it was, would grow ever surer of it. What can be felt at one place
 alike share an exponent of one, however many they are. Two looks are alike as far as exp(-d² / 2a²) goes, d being how
 far apart they find the link (root mean square of both ends of its bone) and `a` what is alike, and by the share of the
 patches in contact that they have in common (Jaccard 1912, New Phytologist 11(2), 37-50). It is the first order of what
-a Gaussian process of that covariance takes for news (Rasmussen & Williams 2006, section 2.2). `note` in
-`note` keeps the account.
+a Gaussian process of that covariance takes for news (Rasmussen & Williams 2006, section 2.2). `note` keeps the
+account.
 """
 
 from __future__ import annotations
