@@ -173,33 +173,33 @@ class ShapePosterior:
 
     def update(self, belief: Belief) -> Array:
         """Take in what `belief` felt at its lagged pose; returns the posterior (C,). Raises `ValueError` for the belief
-        of another hand, and for one that is not finite; that changes nothing."""
+        of another hand, and for one that is not finite or beyond all angles; that changes nothing."""
         validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
-        edge.belief(self.hand, belief)
-        moved, now = self._moved, belief.transition
+        now, covariance, contacts, root = edge.belief(self.hand, belief)
+        moved = self._moved
         self._moved = now if moved is None or self.samples == 1 else moved.then(now)
         self._steps += 1
         if self._steps % self.stride:
             return self.posterior
-        self._propagate(self._moved, belief.lagged_covariance, anew=self._steps == self.stride)
+        self._propagate(self._moved, covariance, anew=self._steps == self.stride)
         self._moved = None
-        tree = placed(self._tree, belief.lagged_root)
-        spread = link_spread(tree, self._lengths, now.mean, belief.lagged_covariance)
+        tree = placed(self._tree, root)
+        spread = link_spread(tree, self._lengths, now.mean, covariance)
         near = np.hypot(self.tolerance, np.minimum(spread, WIDEST))
         if self.alike:
             frames = link_frames(tree, now.mean)
-            note(self.said, *frames, belief.lagged_contacts, self.alike * near, self.temper, LITTLE, self._news)
+            note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news)
         if self.none:
-            self._habit.update(belief.lagged_contacts, self._news[self.hand.patches.link])
+            self._habit.update(contacts, self._news[self.hand.patches.link])
         contact_likelihood(
             tree,
             self._skin,
             self._solids,
             self._poses,
             self._parts.column,
-            belief.lagged_contacts,
+            contacts,
             near if self.samples == 1 else np.full_like(near, self.tolerance),
             self.press,
             self.surprise,
@@ -244,6 +244,8 @@ class ShapePosterior:
         self._poses = mean[joint] + (self._poses - before[joint]) @ self._parts.follow(follow).T + noise[:, joint]
         fresh = self.samples if anew else max(1, self.samples // FRESH_SHARE)
         self._poses[:fresh] = (mean + normals[:fresh] @ lower_factor(covariance).T)[:, joint]
+        # Whatever a belief says of how it moved: no kernel looks at a place that is no number.
+        self._poses = np.where(np.isfinite(self._poses), self._poses, mean[joint])
         self._weights[:, :, :fresh] = 1.0 / self.samples
         self._weights /= self._weights.sum(axis=-1, keepdims=True)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import observer
 from tests.properties import samples
-from tests.properties.entries import agents, commands, environment, geometry, naming, observers, recordings
+from tests.properties.entries import agents, beliefs, commands, environment, geometry, naming, observers, recordings
 from tests.properties.entry import Entry
 
 AREAS: dict[str, dict[str, Entry]] = {
@@ -16,6 +16,7 @@ AREAS: dict[str, dict[str, Entry]] = {
     "shapes": geometry.ENTRIES,
     "recordings": recordings.ENTRIES,
     "observers": observers.ENTRIES,
+    "beliefs": beliefs.ENTRIES,
     "naming": naming.ENTRIES,
     "agents": agents.ENTRIES,
     "commands": commands.ENTRIES,
