@@ -35,9 +35,9 @@ from observer.gaussian import lower_factor
 from observer.kinematics import link_frames, link_spread, placed, tree_of
 from observer.novelty import LITTLE, Said
 from observer.parts import parts_of
-from observer.shape_kernels import CLEAR, contact_likelihood, note, resample, weigh
-from observer.solid_fields import FIELD_RESOLUTION, Solids, skin_of
-from observer.solid_variants import Variants
+from observer.shape_kernels import contact_likelihood, note, resample, weigh
+from observer.solid_fields import Solids, skin_of
+from observer.solid_variants import Variants, far_of
 
 Array = NDArray[np.float64]
 NONE = "none"
@@ -109,15 +109,16 @@ class ShapePosterior:
         self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
         self.samples = validate.integer("samples", samples, 1, edge.COUNT)
-        widest = np.hypot(self.tolerance, WIDEST if self.samples == 1 else 0.0)
         self._skin = skin_of(hand)
+        spread = WIDEST if self.samples == 1 else 0.0
+        solids = [solid for several in candidates.values() for solid in several]
         self.variants = Variants(
-            [solid for solids in candidates.values() for solid in solids],
+            solids,
             variants,
             size_jitter=size_jitter,
             yaw_jitter=yaw_jitter,
             position_jitter=position_jitter,
-            far=self._skin.ball.max() + CLEAR * widest + FIELD_RESOLUTION,
+            far=far_of(solids, size_jitter, self.tolerance, spread, self._skin.ball.max()),
         )
         hypotheses = self.variants.count * sum(map(len, candidates.values()))
         edge.memory(f"samples={self.samples}", edge.of_hypotheses(hand.joints, hypotheses, self.samples))
