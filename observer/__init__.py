@@ -8,6 +8,7 @@ from observer.decide_when_sure import DecideWhenSure
 from observer.decision_reward import DecisionReward
 from observer.fastslam import HapticSLAM
 from observer.information_gain_reward import InformationGainReward
+from observer.misfit import ContactsDoNotFit
 from observer.pose_filter import ContactDynamics
 from observer.pose_only import PoseOnly
 from observer.shape_posterior import ShapePosterior
@@ -21,6 +22,7 @@ __all__ = [
     "BeliefObservation",
     "ContactDynamics",
     "ContactModel",
+    "ContactsDoNotFit",
     "DeadReckoning",
     "DecideWhenSure",
     "DecisionReward",

@@ -33,6 +33,7 @@ from observer import edge
 from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
 from observer.kinematics import link_frames, link_spread, placed, tree_of
+from observer.misfit import Misfit
 from observer.novelty import LITTLE, Said
 from observer.parts import parts_of
 from observer.shape_kernels import contact_likelihood, note, resample, weigh
@@ -108,6 +109,7 @@ class ShapePosterior:
         self.tolerance = validate.number("tolerance", tolerance, 0.0, LOOSEST, above=0.0, unit="m")
         self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
+        self._misfit = Misfit(len(hand.patches), self.surprise)
         self.samples = validate.integer("samples", samples, 1, edge.COUNT)
         self._skin = skin_of(hand)
         spread = WIDEST if self.samples == 1 else 0.0
@@ -147,6 +149,7 @@ class ShapePosterior:
         self._weights = np.full((len(self._parts.column), len(self._units), self.samples), 1.0 / self.samples)
         self._likelihood = np.empty_like(self._weights)
         self.said = Said.nothing(self.hand)
+        self._misfit.reset()
         self._news = np.ones(len(self._lengths))
         self._habit = Habit(len(self.hand.patches))
         self._moved: Transition | None = None  # how the pose moved since the samples did
@@ -164,6 +167,12 @@ class ShapePosterior:
     def posterior(self) -> Array:
         """(C,) probability of each of `labels`; before anything was felt that of a candidate is the same for all."""
         return self._posterior.copy()
+
+    @property
+    def unexplained(self) -> float:
+        """Share of all patches that the likeliest candidate does not explain, over the last `misfit.RECENT` steps that
+        were taken in; about 0 where contacts fit. Above `misfit.TOO_MANY` `ContactsDoNotFit` warns, once a trial."""
+        return self._misfit.share
 
     @property
     def hypotheses(self) -> Hypotheses:
@@ -207,7 +216,10 @@ class ShapePosterior:
             self._news,
             self._likelihood,
         )
+        before = self._log_evidence.copy()
         weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
+        likeliest = self._log_evidence.argmax()
+        self._misfit.update((self._log_evidence[likeliest] - before[likeliest]) / self.temper)
         share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
         uniform = self._rng.random(len(self._weights))
         resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)

@@ -72,6 +72,7 @@ LEFT_OUT: dict[str, str] = {
     "haptic_env.sensors.FeltAngles": "made by ExploreEnv.felt_at, of sensors that have entries",
     "haptic_env.shapes.Shape": "abstract; SHAPES has them all",
     "observer.Belief": BUILT,
+    "observer.ContactsDoNotFit": "a warning, which ShapePosterior gives",
     "observer.DeadReckoning": "OBSERVERS has it, as floor",
     "observer.Kalman": "OBSERVERS has it",
     "observer.Smoother": "OBSERVERS has it",
