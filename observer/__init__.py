@@ -7,6 +7,7 @@ from observer.fastslam import HapticSLAM
 from observer.maps.contact_model import ContactModel
 from observer.pose.kalman import ContactDynamics
 from observer.pose_only import PoseOnly
+from observer.shape.misfit import ContactsDoNotFit
 from observer.shape.posterior import ShapePosterior
 from observer.warming import warm_up
 from observer.wrappers.belief_observation import BeliefFeatures, BeliefObservation
@@ -21,6 +22,7 @@ __all__ = [
     "BeliefObservation",
     "ContactDynamics",
     "ContactModel",
+    "ContactsDoNotFit",
     "DeadReckoning",
     "DecideWhenSure",
     "DecisionReward",

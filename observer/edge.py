@@ -21,6 +21,7 @@ from haptic_env.shapes import Solid
 from observer.belief import Belief, Transition
 
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
+LARGEST_ANGLE, LARGEST_VARIANCE = 1e3, 1e6  # rad and rad²: a pose that is believed is known better
 MEMORY = 4 * 2**30  # bytes that an observer may need
 GIB = 2**30
 WORLD: dict[str, tuple[type, str]] = {
@@ -37,6 +38,16 @@ class Told(NamedTuple):
     torque: Array
     joint_angles: Array
     contacts: NDArray[np.bool_]
+
+
+class Followed(NamedTuple):
+    """What a belief says of the lagged pose: how it moved, its `covariance` (J, J) rad², the `contacts` (P,) felt at it
+    and where the `root` was."""
+
+    transition: Transition
+    covariance: Array
+    contacts: NDArray[np.bool_]
+    root: Pose | None
 
 
 def told(hand: Hand, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Told:
@@ -68,22 +79,39 @@ def world(**given: object) -> None:
         validate.instance(what, value, *WORLD[what])
 
 
-def belief(hand: Hand, given: Belief) -> None:
-    """Raise `ValueError` for a belief, with what was felt in it, that is about another hand than `hand`, or whose pose,
-    or how it moved, is not finite."""
+def belief(hand: Hand, given: Belief) -> Followed:
+    """What a belief with a transition says of `hand`, as arrays like an observer's own whatever was put in their place.
+    Raises `ValueError` for the belief of another hand, and for one whose pose, or how it moved, is not finite or
+    beyond all angles."""
     validate.instance("transition of belief", given.transition, Transition, "a Transition")
     felt = validate.binary("lagged_contacts of belief", given.lagged_contacts)  # type: ignore[arg-type]
-    told, mine = (np.size(given.lagged_joint_angles), felt.size), (hand.joints, len(hand.patches))
+    pose = validate.numbers("lagged_joint_angles of belief", given.lagged_joint_angles)
+    told, mine = (pose.size, felt.size), (hand.joints, len(hand.patches))
     if told != mine:
         raise ValueError(
             f"belief must be of hand {hand.name!r}, with {mine[0]} joints and {mine[1]} patches, got one of a hand "
             f"with {told[0]} and {told[1]}"
         )
+    contacts = validate.binary("lagged_contacts of belief", felt, mine[1:])
     flat, square = (hand.joints,), (hand.joints, hand.joints)
-    validate.array("lagged_covariance of belief", given.lagged_covariance, square, "rad²")
-    for name, shape in {"mean": flat, "follow": square, "before": flat, "rest": square}.items():
-        validate.array(f"{name} of belief's transition", getattr(given.transition, name), shape)
-    root(given.lagged_root)
+    covariance = validate.array(
+        "lagged_covariance of belief", given.lagged_covariance, square, "rad²", bound=LARGEST_VARIANCE
+    )
+    moved = [
+        _own(validate.array(f"{name} of belief's transition", getattr(given.transition, name), shape, bound=bound))
+        for name, shape, bound in (
+            ("mean", flat, LARGEST_ANGLE),
+            ("follow", square, validate.LARGEST),
+            ("before", flat, LARGEST_ANGLE),
+            ("rest", square, LARGEST_VARIANCE),
+        )
+    ]
+    return Followed(Transition(*moved), _own(covariance), contacts, root(given.lagged_root))
+
+
+def _own(array: Array) -> Array:
+    """`array`, or a copy where kernels would have to be compiled anew for how it lies in memory."""
+    return array if array.flags.carray else array.copy()
 
 
 def candidates(given: object) -> None:

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.compiled import part
-from haptic_env.grid import Grid
+from haptic_env.grid import VOXELS, Grid
 from haptic_env.shapes.base import Solid, rotation_matrix
 
 Index = NDArray[np.int64]
 FIELD_RESOLUTION = 0.0025
+AT_ONCE = 2**16  # nodes of a field
+NODES = int(np.cbrt(VOXELS) + 0.5)  # at most, along each axis of a field
 
 
 class Solids(NamedTuple):
@@ -35,14 +37,19 @@ class Solids(NamedTuple):
     position: Array
 
 
-def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
-    """The tables of `hypotheses`; `far` m: the distance beyond which they need not be told apart.
+def farthest(hypotheses: Sequence[Solid]) -> float:
+    """The largest `far` m for which `solids_of` has tables of `hypotheses`; there is none where it is negative."""
+    drawn, _, scale = _shared(hypotheses)
+    return min(scale) * (0.5 * (NODES * FIELD_RESOLUTION - max(max(solid.size) for solid in drawn)) - FIELD_RESOLUTION)
 
-    Solids that differ in scale and pose alone share one field, drawn at the first one's size.
-    """
+
+def _shared(hypotheses: Sequence[Solid]) -> tuple[list[Solid], list[int], list[float]]:
+    """The solids for which fields are drawn, and of each of `hypotheses` which one it has and how many times as large
+    it is."""
     index: dict[tuple, int] = {}
     drawn: list[Solid] = []
-    drawn_in, scale = [], []
+    drawn_in: list[int] = []
+    scale: list[float] = []
     for solid in hypotheses:
         key = (solid.name, tuple(np.round(np.array(solid.size) / solid.size[0], 6)))
         if key not in index:
@@ -50,19 +57,39 @@ def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
             drawn.append(solid)
         drawn_in.append(index[key])
         scale.append(solid.size[0] / drawn[index[key]].size[0])
+    return drawn, drawn_in, scale
+
+
+def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
+    """The tables of `hypotheses`; `far` m: the distance beyond which they need not be told apart.
+
+    Solids that differ in scale and pose alone share one field, drawn at the first one's size.
+    """
+    drawn, drawn_in, scale = _shared(hypotheses)
     reach = far / min(scale)
     extent = max(max(solid.size) for solid in drawn) + 2 * (reach + FIELD_RESOLUTION)
     grid = Grid.around(np.zeros(3), np.full(3, extent), FIELD_RESOLUTION)
     return Solids(
-        np.stack([s.shape.signed_distance(grid.centres(), np.array(s.size)) for s in drawn]).astype(np.float32),
+        np.stack([_field(solid, grid) for solid in drawn]),
         FIELD_RESOLUTION,
-        -float(grid.centres()[0, 0, 0, 0]),
+        -float(grid.origin[0] + 0.5 * FIELD_RESOLUTION),
         reach,
         np.array(drawn_in),
         np.array(scale),
         np.stack([rotation_matrix(solid.quaternion) for solid in hypotheses]),
         np.array([solid.position for solid in hypotheses], dtype=np.float64),
     )
+
+
+def _field(solid: Solid, grid: Grid) -> NDArray[np.float32]:
+    """Signed distance (X, Y, Z) m at the centres of `grid`, slab by slab: a shape's own arrays stay small."""
+    x, y, z = (low + (np.arange(n) + 0.5) * grid.resolution for low, n in zip(grid.origin, grid.shape, strict=True))
+    result, size = np.empty(grid.shape, dtype=np.float32), np.array(solid.size)
+    thick = max(1, AT_ONCE // (len(y) * len(z)))
+    for first in range(0, len(x), thick):
+        slab = slice(first, first + thick)
+        result[slab] = solid.shape.signed_distance(np.stack(np.meshgrid(x[slab], y, z, indexing="ij"), axis=-1), size)
+    return result
 
 
 @part()

@@ -16,10 +16,30 @@ from haptic_env.arrays import Array
 from haptic_env.shapes.base import Solid
 from observer import edge, resampling
 from observer.gaussian import lower_factor
-from observer.shape.distance_fields import Solids, solids_of
+from observer.shape.contact_likelihood import CLEAR
+from observer.shape.distance_fields import FIELD_RESOLUTION, Solids, farthest, solids_of
 
+MOST_JITTER = 0.5  # of the size
 UNKNOWNS = 5  # size, yaw and three of position, each in units of its range
 SHRINK = 0.97  # Liu & West's a: a moved variant lies this far from the mean of all, plus noise that restores the spread
+
+
+def far_of(solids: Sequence[Solid], size_jitter: float, tolerance: float, spread: float, ball: float) -> float:
+    """How `far` m `Variants` of `solids` have to reach for gaps of SD `tolerance` m, with a place of the link known to
+    `spread` m, about a hand whose largest link is in a `ball` of this radius in m. Raises `ValueError` where no table
+    is so large."""
+    size = validate.number("size_jitter", size_jitter, 0.0, MOST_JITTER)
+    near = ball + FIELD_RESOLUTION
+    far, most = near + CLEAR * np.hypot(tolerance, spread), (1.0 - size) * farthest(solids)
+    if far <= most:
+        return float(far)
+    sizes = [extent for solid in solids for extent in solid.size]
+    why = f"for size_jitter={size:g} and candidates with extents of {min(sizes):g} to {max(sizes):g} m"
+    widest = (most - near) / CLEAR
+    if widest <= spread:
+        raise ValueError(f"candidates of one shape must differ less in size: no tolerance is possible {why}")
+    valid = np.floor(1e4 * np.sqrt(widest**2 - spread**2)) / 1e4
+    raise ValueError(f"tolerance must be at most {valid:g} m {why}, got {tolerance:g}")
 
 
 class Variants:
@@ -38,7 +58,7 @@ class Variants:
         """Ranges as the environment's keyword arguments of the same names: the whole size by a fraction, the yaw
         about the vertical in degrees, each coordinate of the place in m; all are plus or minus. `far` m: as that of
         `solids_of`. Raises `ValueError` for a value out of range."""
-        size = validate.number("size_jitter", size_jitter, 0.0, 0.5)
+        size = validate.number("size_jitter", size_jitter, 0.0, MOST_JITTER)
         yaw = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
         offset = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
         self.ranges = np.array([size, np.deg2rad(yaw), offset, offset, offset])

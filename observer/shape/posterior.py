@@ -34,9 +34,9 @@ from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
 from observer.kinematics import link_frames, link_spread, placed, tree_of
 from observer.novelty import LITTLE, Said, note
-from observer.shape.contact_likelihood import CLEAR, contact_likelihood, resample, weigh
-from observer.shape.distance_fields import FIELD_RESOLUTION
-from observer.shape.hypotheses import Hypotheses, Variants
+from observer.shape.contact_likelihood import contact_likelihood, resample, weigh
+from observer.shape.hypotheses import Hypotheses, Variants, far_of
+from observer.shape.misfit import Misfit
 from observer.shape.null_model import Habit
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
@@ -100,16 +100,18 @@ class ShapePosterior:
         self.tolerance = validate.number("tolerance", tolerance, 0.0, LOOSEST, above=0.0, unit="m")
         self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
+        self._misfit = Misfit(len(hand.patches), self.surprise)
         self.samples = validate.integer("samples", samples, 1, edge.COUNT)
-        widest = np.hypot(self.tolerance, WIDEST if self.samples == 1 else 0.0)
         self._skin = skin_of(hand)
+        spread = WIDEST if self.samples == 1 else 0.0
+        solids = [solid for several in candidates.values() for solid in several]
         self.variants = Variants(
-            [solid for solids in candidates.values() for solid in solids],
+            solids,
             variants,
             size_jitter=size_jitter,
             yaw_jitter=yaw_jitter,
             position_jitter=position_jitter,
-            far=self._skin.ball.max() + CLEAR * widest + FIELD_RESOLUTION,
+            far=far_of(solids, size_jitter, self.tolerance, spread, self._skin.ball.max()),
         )
         hypotheses = self.variants.count * sum(map(len, candidates.values()))
         edge.memory(f"samples={self.samples}", edge.of_hypotheses(hand.joints, hypotheses, self.samples))
@@ -138,6 +140,7 @@ class ShapePosterior:
         self._weights = np.full((len(self._parts.column), len(self._units), self.samples), 1.0 / self.samples)
         self._likelihood = np.empty_like(self._weights)
         self.said = Said.nothing(self.hand)
+        self._misfit.reset()
         self._news = np.ones(len(self._lengths))
         self._habit = Habit(len(self.hand.patches))
         self._moved: Transition | None = None  # how the pose moved since the samples did
@@ -157,6 +160,12 @@ class ShapePosterior:
         return self._posterior.copy()
 
     @property
+    def unexplained(self) -> float:
+        """Share of all patches that the likeliest candidate does not explain, over the last `misfit.RECENT` steps that
+        were taken in; about 0 where contacts fit. Above `misfit.TOO_MANY` `ContactsDoNotFit` warns, once a trial."""
+        return self._misfit.share
+
+    @property
     def hypotheses(self) -> Hypotheses:
         """Each solid, size and place that is held possible now, "none" left out; not to be changed."""
         label = np.repeat(np.arange(len(self._solids_of)), self._solids_of * self.variants.count)
@@ -165,40 +174,43 @@ class ShapePosterior:
 
     def update(self, belief: Belief) -> Array:
         """Take in what `belief` felt at its lagged pose; returns the posterior (C,). Raises `ValueError` for the belief
-        of another hand, and for one that is not finite; that changes nothing."""
+        of another hand, and for one that is not finite or beyond all angles; that changes nothing."""
         validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
-        edge.belief(self.hand, belief)
-        moved, now = self._moved, belief.transition
+        now, covariance, contacts, root = edge.belief(self.hand, belief)
+        moved = self._moved
         self._moved = now if moved is None or self.samples == 1 else moved.then(now)
         self._steps += 1
         if self._steps % self.stride:
             return self.posterior
-        self._propagate(self._moved, belief.lagged_covariance, anew=self._steps == self.stride)
+        self._propagate(self._moved, covariance, anew=self._steps == self.stride)
         self._moved = None
-        tree = placed(self._tree, belief.lagged_root)
-        spread = link_spread(tree, self._lengths, now.mean, belief.lagged_covariance)
+        tree = placed(self._tree, root)
+        spread = link_spread(tree, self._lengths, now.mean, covariance)
         near = np.hypot(self.tolerance, np.minimum(spread, WIDEST))
         if self.alike:
             frames = link_frames(tree, now.mean)
-            note(self.said, *frames, belief.lagged_contacts, self.alike * near, self.temper, LITTLE, self._news)
+            note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news)
         if self.none:
-            self._habit.update(belief.lagged_contacts, self._news[self.hand.patches.link])
+            self._habit.update(contacts, self._news[self.hand.patches.link])
         contact_likelihood(
             tree,
             self._skin,
             self._solids,
             self._poses,
             self._parts.column,
-            belief.lagged_contacts,
+            contacts,
             near if self.samples == 1 else np.full_like(near, self.tolerance),
             self.press,
             self.surprise,
             self._news,
             self._likelihood,
         )
+        before = self._log_evidence.copy()
         weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
+        likeliest = self._log_evidence.argmax()
+        self._misfit.update((self._log_evidence[likeliest] - before[likeliest]) / self.temper)
         share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
         uniform = self._rng.random(len(self._weights))
         resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)
@@ -236,5 +248,7 @@ class ShapePosterior:
         self._poses = mean[joint] + (self._poses - before[joint]) @ self._parts.follow(follow).T + noise[:, joint]
         fresh = self.samples if anew else max(1, self.samples // FRESH_SHARE)
         self._poses[:fresh] = (mean + normals[:fresh] @ lower_factor(covariance).T)[:, joint]
+        # Whatever a belief says of how it moved: no kernel looks at a place that is no number.
+        self._poses = np.where(np.isfinite(self._poses), self._poses, mean[joint])
         self._weights[:, :, :fresh] = 1.0 / self.samples
         self._weights /= self._weights.sum(axis=-1, keepdims=True)

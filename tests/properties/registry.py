@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import observer
 from tests.properties import samples
-from tests.properties.entries import agents, commands, environment, geometry, naming, observers, recordings
+from tests.properties.entries import agents, beliefs, commands, environment, geometry, naming, observers, recordings
 from tests.properties.entry import Entry
 
 AREAS: dict[str, dict[str, Entry]] = {
@@ -16,6 +16,7 @@ AREAS: dict[str, dict[str, Entry]] = {
     "shapes": geometry.ENTRIES,
     "recordings": recordings.ENTRIES,
     "observers": observers.ENTRIES,
+    "beliefs": beliefs.ENTRIES,
     "naming": naming.ENTRIES,
     "agents": agents.ENTRIES,
     "commands": commands.ENTRIES,
@@ -71,6 +72,7 @@ LEFT_OUT: dict[str, str] = {
     "haptic_env.sensors.FeltAngles": "made by ExploreEnv.felt_at, of sensors that have entries",
     "haptic_env.shapes.Shape": "abstract; SHAPES has them all",
     "observer.Belief": BUILT,
+    "observer.ContactsDoNotFit": "a warning, which ShapePosterior gives",
     "observer.DeadReckoning": "OBSERVERS has it, as floor",
     "observer.Kalman": "OBSERVERS has it",
     "observer.Smoother": "OBSERVERS has it",
