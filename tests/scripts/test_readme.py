@@ -13,8 +13,9 @@ import pytest
 from haptic_env import hands
 from haptic_env.explore import ExploreEnv
 from haptic_lab.cli import COMMANDS
+from haptic_lab.exploration import output
 from haptic_lab.figures import FIGURES
-from haptic_lab.sweeps import options
+from haptic_lab.sweeps import measures, options
 from observer import OBSERVERS, Belief
 from observer.variants import ABLATION
 from tests.scripts import documents
@@ -75,6 +76,13 @@ def test_every_command_and_every_figure_is_explained() -> None:
     told = re.findall(r"`([\w-]+)`", " ".join(documents.table("commands.md", "command")))
     assert sorted(told) == sorted(COMMANDS)
     assert {name.strip("`") for name in documents.table("commands.md", "name")} == set(FIGURES)
+
+
+def test_the_columns_of_a_sweep_and_the_arrays_of_an_exploration_are_explained() -> None:
+    told = re.findall(r"`([\w]+)`", " ".join(documents.table("tables.md", "column")))
+    assert sorted(told) == sorted([*measures.MEASURES, *measures.HISTOGRAMS, *measures.COURSES])
+    arrays = re.findall(r"`([\w]+)`", " ".join(documents.table("tables.md", "array of `explore.npz`")))
+    assert sorted(arrays) == sorted(re.findall(r"^ +(\w+)=", inspect.getsource(output.save_trace), flags=re.MULTILINE))
 
 
 def test_every_variant_of_the_ablation_is_explained() -> None:
