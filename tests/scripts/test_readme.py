@@ -53,7 +53,7 @@ def test_the_sweep_in_toml_is_one(tmp_path: Path) -> None:
     (sweep,) = [block for _, kind, block in documents.BLOCK.findall(text) if kind == "toml"]
     (tmp_path / "sweep.toml").write_text(sweep)
     arguments = ["--config", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out")]
-    assert len(options.parse(None, arguments).conditions) == 3 * 2 * 2 * 2
+    assert len(options.check(None, arguments).conditions) == 3 * 2 * 2 * 2
 
 
 def test_the_table_of_keywords_is_that_of_the_environment() -> None:
