@@ -16,7 +16,6 @@ import pickle
 import sys
 import tempfile
 import types
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -49,16 +48,13 @@ class KernelCache(_Cache):
         """The `CompileResult` of the argument types `sig`, or None."""
         target_context.refresh()  # numba's own functions may not be there yet
         try:
-            kept = self._place(sig).read_bytes()
-            with warnings.catch_warnings():
-                warnings.simplefilter("error", DeprecationWarning)
-                payload = pickle.loads(kept)
+            payload = pickle.loads(self._place(sig).read_bytes())
             return CompileResult._rebuild(target_context, *payload)
         except FileNotFoundError:
             return None
         except (OSError, EOFError, pickle.UnpicklingError, ValueError):  # cut off, or unreadable: compiled anew
             return None
-        except (ImportError, AttributeError, DeprecationWarning):  # the class of an argument stands elsewhere now
+        except (ImportError, AttributeError, Warning):  # it names a module that was moved since: likewise
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
