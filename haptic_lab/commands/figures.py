@@ -24,8 +24,8 @@ from rich.console import Console
 
 from haptic_env import shapes, validate
 from haptic_lab.analysis.summary import SLAM, parts
-from haptic_lab.figures import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, Plate, pose_error, save
-from haptic_lab.figures.explorations import Showing, file_of, read, run_showings
+from haptic_lab.figures import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, PaperFigure, pose_error, save
+from haptic_lab.figures.explorations import ShownExploration, file_of, read, run_shown_explorations
 from haptic_lab.figures.figure6 import TITLES
 from haptic_lab.figures.paper_figure import PRINT
 from haptic_lab.folder_lock import claimed
@@ -34,7 +34,7 @@ from haptic_lab.sweeps.driver import WIDTH, make_files, progress_on, run, sweep
 from haptic_lab.sweeps.executors import workers
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES
 from haptic_lab.sweeps.results import KEY
-from haptic_lab.sweeps.tasks import STREAM, Task
+from haptic_lab.sweeps.tasks import STREAM, SweepTask
 from haptic_lab.terminal import Parser, as_path, make_console, refuse
 from haptic_lab.warm_up import get_ready
 
@@ -56,7 +56,7 @@ DEFAULTS: dict[str, Any] = {  # of the sweep; flags of evaluate.py
     "classifiers": [name for name in TITLES if name != STREAM],
     "jobs": cpu_count(),
 }
-Plates = Iterator[tuple[str, Plate]]
+PaperFigures = Iterator[tuple[str, PaperFigure]]
 POSE = "pose_error"  # also has trials of its own
 QUICK = {"sigmas": [1.0, 3.0, 5.0], "trials": 2, "seconds": 3.0, "exemplars": 1, "show_seconds": 3.0}
 
@@ -126,17 +126,17 @@ def _told(value: Any) -> str:
     return " ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def explorations(given: argparse.Namespace, names: Iterable[str], console: Console) -> Plates:
+def explorations(given: argparse.Namespace, names: Iterable[str], console: Console) -> PaperFigures:
     """Run what the scenes `names` show and is not there yet, then draw them one by one."""
     sweep, folder = given.sweep, given.out / "explorations"
     settings = replace(sweep.settings, observers=(SLAM,), classifiers=(), exemplars=1, first_seed=0)
     condition = replace(sweep.conditions[0], seconds=given.show_seconds)
 
-    def place(shape: str, sigma: float) -> tuple[Path, Task]:
-        task = Task(settings, replace(condition, sigma_deg=sigma), shape, given.seed)
+    def place(shape: str, sigma: float) -> tuple[Path, SweepTask]:
+        task = SweepTask(settings, replace(condition, sigma_deg=sigma), shape, given.seed)
         return file_of(folder, task), task
 
-    def find(shape: str, sigma: float) -> Showing:
+    def find(shape: str, sigma: float) -> ShownExploration:
         return read(place(shape, sigma)[0])
 
     wanted = {name: FROM_EXPLORATIONS[name].wanted(settings.shapes) for name in names}
@@ -147,12 +147,12 @@ def explorations(given: argparse.Namespace, names: Iterable[str], console: Conso
             get_ready(console, hand, load=False)
         with progress_on(console) as progress, workers(sweep.jobs, sweep.cluster) as team:
             console.print(f"Run by {team.told}", highlight=False)
-            make_files(team, progress, "explorations", run_showings, tasks)
+            make_files(team, progress, "explorations", run_shown_explorations, tasks)
     for name, several in wanted.items():
         yield name, FROM_EXPLORATIONS[name].draw(several, find, hand)
 
 
-def trials(given: argparse.Namespace, names: Iterable[str], console: Console) -> Plates:
+def trials(given: argparse.Namespace, names: Iterable[str], console: Console) -> PaperFigures:
     """Run the sweep, or take the one that there is, then draw what `names` say of it one by one."""
     folder = _swept(given.sweep, console) if given.trials_of is None else Path(given.trials_of)
     rows = _read(folder)
@@ -205,8 +205,8 @@ def main(arguments: list[str] | None = None) -> int:
             if not mine:
                 continue
             with matplotlib.rc_context(PRINT):
-                for name, plate in source(given, mine, console):
-                    console.print(f"Written: {', '.join(save(plate, name, given.out))}", highlight=False)
+                for name, drawn in source(given, mine, console):
+                    console.print(f"Written: {', '.join(save(drawn, name, given.out))}", highlight=False)
 
     with ExitStack() as stack:
         for folder in (given.out, *(Path(each.out) for each in given.sweeps)):

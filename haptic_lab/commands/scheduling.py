@@ -51,7 +51,7 @@ COLUMNS = {  # and how each is shown
 }
 
 
-class Loop:
+class SerialWorkers:
     """`Workers` that are this process: one call after the other."""
 
     told = "a loop"
@@ -82,7 +82,7 @@ def cluster_of_one() -> Iterator[Workers]:
 
 
 WAYS: dict[str, Callable[[], AbstractContextManager[Workers]]] = {
-    LOOP: lambda: nullcontext(Loop()),
+    LOOP: lambda: nullcontext(SerialWorkers()),
     PROCESS: lambda: workers(1, None),
     CLUSTER: cluster_of_one,
 }

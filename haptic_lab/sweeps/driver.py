@@ -16,7 +16,7 @@ from haptic_lab.conditions import Condition
 from haptic_lab.files import atomic
 from haptic_lab.sweeps.executors import Workers, WorkersLostError, workers
 from haptic_lab.sweeps.provenance import versions
-from haptic_lab.sweeps.tasks import Task, bundles, exemplar_tasks
+from haptic_lab.sweeps.tasks import SweepTask, bundles, exemplar_tasks
 from haptic_lab.sweeps.worker import run_exemplars, run_trials
 from haptic_lab.warm_up import get_ready
 
@@ -32,7 +32,7 @@ def sweep(
     """Run what is not in the table yet: `work` on each bundle of trials, by the workers `who` or those of `given`."""
     settings, results, folder = given.settings, given.results, given.results.folder / "exemplars"
     trials = [
-        Task(settings, condition, shape, settings.first_seed + number)
+        SweepTask(settings, condition, shape, settings.first_seed + number)
         for condition in given.conditions
         for number in range(given.trials)
         for shape in settings.shapes
@@ -68,8 +68,8 @@ def make_files(
     team: Workers,
     progress: Progress,
     what: str,
-    work: Callable[[Sequence[Task]], list[tuple[Task, bytes]]],
-    tasks: Mapping[Path, Task],
+    work: Callable[[Sequence[SweepTask]], list[tuple[SweepTask, bytes]]],
+    tasks: Mapping[Path, SweepTask],
 ) -> None:
     """Let `team` do the `work` of each of `tasks` whose file is not there yet, bundle by bundle."""
     missing = {task: path for path, task in tasks.items() if not path.exists()}
@@ -81,11 +81,11 @@ def make_files(
             progress.advance(bar)
 
 
-def _file(folder: Path, task: Task) -> Path:
+def _file(folder: Path, task: SweepTask) -> Path:
     return folder / f"{task.name}.npz"
 
 
-def _calls(team: Workers, trials: Iterable[tuple[Task, ...]], folder: Path) -> Iterator[tuple[Any, ...]]:
+def _calls(team: Workers, trials: Iterable[tuple[SweepTask, ...]], folder: Path) -> Iterator[tuple[Any, ...]]:
     """Each bundle of trials with the exemplars of its conditions, which are read when their turn comes."""
     shared: dict[Condition, Any] = {}
     for bundle in trials:

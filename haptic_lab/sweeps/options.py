@@ -20,7 +20,7 @@ from haptic_lab.conditions import DEFAULTS, FACTORS, TRUST, Condition, check_pol
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns
-from haptic_lab.sweeps.tasks import Settings, files_of
+from haptic_lab.sweeps.tasks import SweepSettings, files_of
 from haptic_lab.terminal import Parser, as_path, refuse
 from haptic_lab.worlds import HANDS_OR_IDS, environment
 from observer import OBSERVERS
@@ -203,10 +203,10 @@ def _typed(name: str, value: Any, options: Options) -> Any:
 
 def plan(given: argparse.Namespace) -> None:
     """Put `settings`, and `conditions` in their order, into `given`; raises `ValueError` for what makes no sense."""
-    told = {each.name: getattr(given, each.name) for each in fields(Settings)}
+    told = {each.name: getattr(given, each.name) for each in fields(SweepSettings)}
     told["env"] = environment(given.env)
     told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
-    given.settings = Settings(**told)
+    given.settings = SweepSettings(**told)
     flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}
     values = {name: sorted(set(getattr(given, flag))) for name, flag in flags.items()}
     for name, several in values.items():
