@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -15,7 +14,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from haptic_lab.conditions import Condition
 from haptic_lab.files import atomic
 from haptic_lab.sweeps.executors import Workers, WorkersLostError, workers
+from haptic_lab.sweeps.options import SweepPlan
 from haptic_lab.sweeps.provenance import versions
+from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.tasks import SweepTask, bundles, exemplar_tasks
 from haptic_lab.sweeps.worker import run_exemplars, run_trials
 from haptic_lab.warm_up import get_ready
@@ -24,17 +25,18 @@ WIDTH = 120  # of what is printed to a file
 
 
 def sweep(
-    given: argparse.Namespace,
+    plan: SweepPlan,
+    results: Results,
     console: Console,
     work: Callable[..., list[list[dict[str, Any]]]] = run_trials,
     who: AbstractContextManager[Workers] | None = None,
 ) -> None:
-    """Run what is not in the table yet: `work` on each bundle of trials, by the workers `who` or those of `given`."""
-    settings, results, folder = given.settings, given.results, given.results.folder / "exemplars"
+    """Run what is not in the table yet: `work` on each bundle of trials, by the workers `who` or those of `plan`."""
+    settings, folder = plan.settings, results.folder / "exemplars"
     trials = [
         SweepTask(settings, condition, shape, settings.first_seed + number)
-        for condition in given.conditions
-        for number in range(given.trials)
+        for condition in plan.conditions
+        for number in range(plan.trials)
         for shape in settings.shapes
     ]
     missing = [task for task in trials if task.key not in results.trials]
@@ -42,11 +44,11 @@ def sweep(
         console.print(f"{len(trials) - len(missing)} of {len(trials)} trials are in {results.path} already")
     if not missing:
         return
-    if who is None and given.cluster is None:
+    if who is None and plan.cluster is None:
         get_ready(console, gym.make(settings.env).unwrapped.hand, load=False)  # type: ignore[attr-defined]
     conditions = list(dict.fromkeys(task.condition for task in missing))
     exemplars = [task for each in conditions for draw in exemplar_tasks(settings, each) for task in draw]
-    with progress_on(console) as progress, who or workers(given.jobs, given.cluster) as team:
+    with progress_on(console) as progress, who or workers(plan.jobs, plan.cluster) as team:
         console.print(f"Run by {team.told}", highlight=False)
         make_files(team, progress, "exemplars", run_exemplars, {_file(folder, task): task for task in exemplars})
         bar = progress.add_task("trials", total=len(missing))

@@ -187,7 +187,7 @@ def test_variants_are_observers_too(tmp_path: Path, capsys: pytest.CaptureFixtur
 def test_an_ablation_needs_the_full_observer(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     told = refused(tmp_path, capsys, "--ablation", "--observers", "floor", "paper")
     assert "--ablation compares with haptic_slam, which is not among --observers" in told
-    given = options.parse(None, ["--shapes", "cube", "--ablation", "--out", str(tmp_path)])
+    given = options.check(None, ["--shapes", "cube", "--ablation", "--out", str(tmp_path)])
     assert given.settings.observers == options.ABLATION
 
 

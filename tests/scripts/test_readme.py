@@ -47,7 +47,7 @@ def test_the_sweep_in_toml_is_one(tmp_path: Path) -> None:
     (text,) = re.findall(r"```toml\n(.*?)```", README, flags=re.DOTALL)
     (tmp_path / "sweep.toml").write_text(text)
     arguments = ["--config", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out")]
-    assert len(options.parse(None, arguments).conditions) == 3 * 2 * 2 * 2
+    assert len(options.check(None, arguments).conditions) == 3 * 2 * 2 * 2
 
 
 def test_the_table_of_keywords_is_that_of_the_environment() -> None:
