@@ -71,7 +71,7 @@ def load(path: str, part: str | None, calibration: str | None, hand: str | None)
         name = hand or GLOVE
         meaning = recordings.read_calibration(calibration) if calibration else recordings.calibration_for(name)
     elif calibration is not None:
-        raise ValueError(f"--calibration is for a glove's text, not for {path}")
+        raise ValueError(f"--glove-calibration is for a glove's text, not for {path}")
     return recordings.read(path, part=part, calibration=meaning)
 
 

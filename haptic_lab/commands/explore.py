@@ -23,7 +23,7 @@ from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
 from haptic_lab.style import titles_of
-from haptic_lab.terminal import Parser, as_path, make_console, tell_error
+from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
 from haptic_lab.warm_up import get_ready
 from haptic_lab.worlds import HANDS_OR_IDS, environment
 
@@ -66,14 +66,15 @@ def parse(
     add(recording, type=as_path, metavar="FILE", help=RECORDING)
     add("--part", metavar="NAME", help="which recording, of a file that holds several")
     add(
-        "--calibration",
+        "--glove-calibration",
         type=as_path,
         metavar="FILE",
         help="TOML: what the sensors of a glove mean (default: as for GraspDB14)",
     )
+    add("--calibration", dest="glove_calibration", type=as_path, action=Renamed, help=argparse.SUPPRESS)
     add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
     given = vars(parser.parse_args(arguments))
-    source = given.pop("recording"), given.pop("part"), given.pop("calibration")
+    source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
     found: Recording | None = None
     usual = dict(DEFAULTS)
     try:
@@ -85,7 +86,7 @@ def parse(
             if given["env"] is None and "env" not in found.settings:
                 usual["env"] = replay.environment_of(found)
         elif any(source):
-            raise ValueError("--part and --calibration say how to read a --recording, which is not given")
+            raise ValueError("--part and --glove-calibration say how to read a --recording, which is not given")
         told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
         settings = Settings(**told)
     except ValueError as error:
