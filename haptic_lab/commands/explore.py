@@ -12,7 +12,7 @@ from typing import Any
 
 import agents
 import haptic_env
-from haptic_env import recordings, shapes
+from haptic_env import hand_env, recordings, shapes
 from haptic_env.recordings import Recording
 from haptic_lab import replay, worlds
 from haptic_lab.conditions import TRUST
@@ -111,11 +111,12 @@ def run(settings: Settings, recording: Recording | None) -> int:
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
         tell_error(str(error))
         return 2
-    get_ready(console, session.env.unwrapped.hand)  # type: ignore[attr-defined]
+    get_ready(console, session.hand)
     what = "a hidden object"
     if settings.shape:
         what = f"a {titles_of((*session.candidates, settings.shape))[settings.shape]}"
-    seconds = session.env.unwrapped.episode_steps / session.env.unwrapped.control_hz  # type: ignore[attr-defined]
+    base = hand_env(session.env)
+    seconds = base.episode_steps / base.control_hz
     how = f", as in {recording.source}" if recording else ""
     console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
     if session.simulated:
