@@ -18,7 +18,7 @@ import haptic_env
 from agents.follow_recording import LEAD_SECONDS, FollowRecording
 from agents.policy import Policy
 from agents.repeat_torques import RepeatTorques
-from haptic_env import hands, recordings, shapes, validate
+from haptic_env import hand_of, hands, recordings, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.recordings import Felt, Recording, Track, checks
@@ -58,7 +58,7 @@ class ExplorationSession:
     @property
     def hand(self) -> Hand:
         """The hand that explores."""
-        return self.env.unwrapped.hand  # type: ignore[attr-defined]
+        return hand_of(self.env)
 
 
 def load(path: str, part: str | None, calibration: str | None, hand: str | None) -> Recording:
@@ -71,7 +71,7 @@ def load(path: str, part: str | None, calibration: str | None, hand: str | None)
         name = hand or GLOVE
         meaning = recordings.read_calibration(calibration) if calibration else recordings.calibration_for(name)
     elif calibration is not None:
-        raise ValueError(f"--calibration is for a glove's text, not for {path}")
+        raise ValueError(f"--glove-calibration is for a glove's text, not for {path}")
     return recordings.read(path, part=part, calibration=meaning)
 
 
@@ -180,7 +180,7 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
         reveal_truth=True,  # for the observer's judge alone
     )
     policy = FollowRecording(env, recording)
-    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(env)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
     return ExplorationSession(env, policy, candidates, ShapePosterior(hand, candidates), simulated=True)
 
