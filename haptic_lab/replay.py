@@ -21,7 +21,7 @@ from agents.repeat_torques import RepeatTorques
 from haptic_env import hand_of, hands, recordings, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.recordings import Felt, Recording, Track, checks
+from haptic_env.recordings import ObserverInputs, Recording, Track, checks
 from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh
@@ -207,7 +207,7 @@ def as_recording(exploration: Exploration, settings: Mapping[str, Any], followed
         root_body=moved.root_body if moved else "",
         object=path(moved.object) if moved else None,
         mesh=moved.mesh if moved else "",
-        felt=Felt(
+        felt=ObserverInputs(
             before(np.zeros(hand.joints), exploration.torques).astype(np.float64),
             before(start.felt_angles, exploration.felt_angles).astype(np.float64),
             before(start.contacts, exploration.contacts),
