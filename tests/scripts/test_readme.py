@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import builtins
 import inspect
 import pkgutil
 import re
@@ -30,6 +31,7 @@ NEW = {  # files that a reader may add
     "haptic_lab/figures/mine.py",
 }
 ELSEWHERE = {"--logdir", "--nthreads", "--nworkers"}  # of TensorBoard and of dask worker
+FOREIGN = {"Box", "RecordEpisodeStatistics", "VecNormalize"}  # classes of Gymnasium and Stable-Baselines3
 FOLDERS = r"(?:scripts|tests|haptic_lab|observer|haptic_env|agents|docs)/"
 WITH_EXAMPLES = [each for each in DOCUMENTS if documents.examples(each)]
 each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
@@ -101,6 +103,14 @@ def test_what_it_calls_by_its_module_is_there(document: Path) -> None:
     text = re.sub(r"\w+\.md", "", document.read_text())
     for name in re.findall(r"\b(?:haptic_lab|observer|haptic_env|agents)(?:\.[a-zA-Z]\w*)+", text):
         pkgutil.resolve_name(name)
+
+
+@each_document
+def test_classes_that_it_names_exist(document: Path) -> None:
+    packages = ("haptic_lab", "agents", "observer", "haptic_env")
+    code = "\n".join(path.read_text() for name in packages for path in (ROOT / name).rglob("*.py"))
+    known = {*re.findall(r"^class (\w+)", code, flags=re.MULTILINE), *dir(builtins), *FOREIGN}
+    assert set(re.findall(r"`([A-Z][a-z]\w*)\b", document.read_text())) <= known
 
 
 @each_document
