@@ -54,6 +54,8 @@ class KernelCache(_Cache):
             return None
         except (OSError, EOFError, pickle.UnpicklingError, ValueError):  # cut off, or unreadable: compiled anew
             return None
+        except (ImportError, AttributeError, Warning):  # it names a module that was moved since: likewise
+            return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the `CompileResult` `data`; where that fails, it is compiled again in the next process."""

@@ -18,6 +18,7 @@ from haptic_lab.commands import figures
 from haptic_lab.conditions import Condition
 from haptic_lab.figures import FIGURES, FROM_TRIALS, confusion, figure5, isometric, reliability, time_course
 from haptic_lab.figures.explorations import read, run_shown_explorations
+from haptic_lab.figures.paper_figure import PRINT
 from haptic_lab.style import SHAPE_COLOURS
 from haptic_lab.sweeps import executors, measures, tasks, worker
 
@@ -34,6 +35,12 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("figures")
     assert figures.main([*TINY, "--out", str(folder)]) == 0
     return folder
+
+
+@pytest.fixture
+def roughly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures at which nobody looks: coarse, and without fonts."""
+    monkeypatch.setattr(figures, "PRINT", {**PRINT, "savefig.dpi": 40, "pdf.use14corefonts": True})
 
 
 @pytest.fixture
@@ -91,6 +98,7 @@ def test_means_are_those_of_the_trials(drawn: Path, rows: pd.DataFrame, name: st
         assert line["trials"] == len(mine) == (4 if line["shape"] == "all" else 2)
 
 
+@pytest.mark.usefixtures("roughly")
 def test_the_brackets_of_the_pose_are_those_of_observers_with_maps(drawn: Path, tmp_path: Path) -> None:
     data = pd.read_csv(drawn / "pose_error.csv")
     assert list(dict.fromkeys(data["observer"])) == ["floor", "haptic_slam", "ceiling", "kalman", "smoother"]
@@ -203,6 +211,7 @@ def test_stopped_it_goes_on_to_the_same(copied: Path, drawn: Path) -> None:
         assert (copied / name).read_bytes() == (drawn / name).read_bytes(), name
 
 
+@pytest.mark.usefixtures("roughly")
 def test_what_is_there_is_not_run_again(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(executors.LocalWorkers, "run")
     (copied / "pose_error.csv").unlink()
@@ -210,6 +219,7 @@ def test_what_is_there_is_not_run_again(copied: Path, monkeypatch: pytest.Monkey
     assert (copied / "pose_error.csv").exists()
 
 
+@pytest.mark.usefixtures("roughly")
 def test_the_trials_of_another_sweep(
     drawn: Path, rows: pd.DataFrame, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:

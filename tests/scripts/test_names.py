@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from haptic_lab.analysis.summary import parts
 from haptic_lab.commands import evaluate, explore, figures
 from haptic_lab.conditions import FACTORS
-from haptic_lab.figures import confusion
+from haptic_lab.figures import confusion, figure5
 from haptic_lab.style import as_drawn, titles_of
 from haptic_lab.sweeps import driver
 from haptic_lab.sweeps.results import listed
@@ -76,7 +76,8 @@ def test_an_exploration(
     assert files(tmp_path / "here") == before
 
 
-def test_every_figure_of_a_sweep(meshes: list[str], tmp_path: Path) -> None:
+def test_every_figure_of_a_sweep(meshes: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(figure5, "SIGMAS", figure5.SIGMAS[:1])
     before = files(tmp_path)
     few = ["figure5", "film", "figure6", "confusion", "pose_error"]
     given = [*TINY, "--shapes", "cube", *meshes, "--first-seed", "7"]
