@@ -21,6 +21,7 @@ from haptic_lab.figures.explorations import read, run_shown_explorations
 from haptic_lab.figures.paper_figure import PRINT
 from haptic_lab.style import SHAPE_COLOURS
 from haptic_lab.sweeps import executors, measures, tasks, worker
+from tests.scripts.workers import in_this_process
 
 TINY = [
     *("--sigmas", "2", "4", "--trials", "2", "--seconds", "0.6", "--show-seconds", "0.5", "--particles", "5"),
@@ -33,7 +34,8 @@ TINY = [
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of all figures."""
     folder = tmp_path_factory.mktemp("figures")
-    assert figures.main([*TINY, "--out", str(folder)]) == 0
+    with in_this_process():
+        assert figures.main([*TINY, "--out", str(folder)]) == 0
     return folder
 
 
@@ -98,7 +100,7 @@ def test_means_are_those_of_the_trials(drawn: Path, rows: pd.DataFrame, name: st
         assert line["trials"] == len(mine) == (4 if line["shape"] == "all" else 2)
 
 
-@pytest.mark.usefixtures("roughly")
+@pytest.mark.usefixtures("roughly", "serially")
 def test_the_brackets_of_the_pose_are_those_of_observers_with_maps(drawn: Path, tmp_path: Path) -> None:
     data = pd.read_csv(drawn / "pose_error.csv")
     assert list(dict.fromkeys(data["observer"])) == ["floor", "haptic_slam", "ceiling", "kalman", "smoother"]
