@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.scripts.workers import in_this_process
+from tests.haptic_lab.workers import in_this_process
 
 
 @pytest.fixture

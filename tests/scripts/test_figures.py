@@ -21,7 +21,7 @@ from haptic_lab.figures.explorations import read, run_shown_explorations
 from haptic_lab.figures.paper_figure import PRINT
 from haptic_lab.style import SHAPE_COLOURS
 from haptic_lab.sweeps import executors, measures, tasks, worker
-from tests.scripts.workers import in_this_process
+from tests.haptic_lab.workers import in_this_process
 
 TINY = [
     *("--sigmas", "2", "4", "--trials", "2", "--seconds", "0.6", "--show-seconds", "0.5", "--particles", "5"),
