@@ -18,10 +18,10 @@ import haptic_env
 from agents.follow_recording import LEAD_SECONDS, FollowRecording
 from agents.policy import Policy
 from agents.repeat_torques import RepeatTorques
-from haptic_env import hands, recordings, shapes, validate
+from haptic_env import hand_of, hands, recordings, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.recordings import Felt, Recording, Track, checks
+from haptic_env.recordings import ObserverInputs, Recording, Track, checks
 from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh
@@ -58,7 +58,7 @@ class ExplorationSession:
     @property
     def hand(self) -> Hand:
         """The hand that explores."""
-        return self.env.unwrapped.hand  # type: ignore[attr-defined]
+        return hand_of(self.env)
 
 
 def load(path: str, part: str | None, calibration: str | None, hand: str | None) -> Recording:
@@ -71,7 +71,7 @@ def load(path: str, part: str | None, calibration: str | None, hand: str | None)
         name = hand or GLOVE
         meaning = recordings.read_calibration(calibration) if calibration else recordings.calibration_for(name)
     elif calibration is not None:
-        raise ValueError(f"--calibration is for a glove's text, not for {path}")
+        raise ValueError(f"--glove-calibration is for a glove's text, not for {path}")
     return recordings.read(path, part=part, calibration=meaning)
 
 
@@ -180,7 +180,7 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
         reveal_truth=True,  # for the observer's judge alone
     )
     policy = FollowRecording(env, recording)
-    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(env)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
     return ExplorationSession(env, policy, candidates, ShapePosterior(hand, candidates), simulated=True)
 
@@ -207,7 +207,7 @@ def as_recording(exploration: Exploration, settings: Mapping[str, Any], followed
         root_body=moved.root_body if moved else "",
         object=path(moved.object) if moved else None,
         mesh=moved.mesh if moved else "",
-        felt=Felt(
+        felt=ObserverInputs(
             before(np.zeros(hand.joints), exploration.torques).astype(np.float64),
             before(start.felt_angles, exploration.felt_angles).astype(np.float64),
             before(start.contacts, exploration.contacts),

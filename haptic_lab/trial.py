@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 import agents
 import haptic_env  # noqa: F401 - registers the environments
 from agents.policy import Policy
+from haptic_env import hand_env
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
@@ -161,10 +162,8 @@ class Trial:
         code is read.
         """
         self.env, self.seed = env, seed
-        base = env.unwrapped
-        self.hand: Hand = base.hand  # type: ignore[attr-defined]
-        self.step_seconds = 1.0 / base.control_hz  # type: ignore[attr-defined]
-        self.steps: int = base.episode_steps  # type: ignore[attr-defined]
+        base = hand_env(env)
+        self.hand, self.steps, self.step_seconds = base.hand, base.episode_steps, 1.0 / base.control_hz
         for each in observers.values():
             check_rate(env, each)
         self._policy_seed, self._observer_seed = map(int, np.random.SeedSequence(seed).generate_state(2))
@@ -200,7 +199,8 @@ class Trial:
         self.solid = solid_of(info["truth"])
         felt, true = observation["joint_angles"], info["truth"]["joint_angles"]
         self._start = SensorReading(true, felt, observation["contacts"].astype(bool))
-        others = {sigma: self.env.unwrapped.felt_at(sigma) for sigma in self._felt_at.values()}  # type: ignore[attr-defined]
+        world: Any = self.env.unwrapped
+        others = {sigma: world.felt_at(sigma) for sigma in self._felt_at.values()}
         for name, angles in self._told(felt, true, others).items():
             self.observer_runs[name].reset(self._observer_seed, angles)
         state = None
@@ -223,7 +223,7 @@ class Trial:
         """Flush the observers' lag; what happened so far, and what each observer made of it."""
         torques, felt, true, contacts = (np.array(each) for each in zip(*self._record, strict=True))
         steps = len(self._record)
-        seconds = self.step_seconds * np.arange(1, steps + 1)
+        seconds = self.step_seconds * np.arange(1, steps + 1, dtype=np.float64)
         roots = tuple(root for root in self._roots if root is not None) or None
         exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts, self._start, roots)
         return exploration, {name: observer_run.trace(steps) for name, observer_run in self.observer_runs.items()}
@@ -238,8 +238,8 @@ def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePo
     kind = agents.find(policy)
     if not kind.guided:
         return env
-    hand = env.unwrapped.hand  # type: ignore[attr-defined]
-    observer = make_observer(GUIDE, hand, sigma_deg, particles=1, control_hz=env.unwrapped.control_hz)  # type: ignore[attr-defined]
+    base = hand_env(env)
+    observer = make_observer(GUIDE, base.hand, sigma_deg, particles=1, control_hz=base.control_hz)
     return ObserverWrapper(env, observer, copy.copy(shape) if kind.asks_shape else None)
 
 

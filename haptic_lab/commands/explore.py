@@ -12,7 +12,7 @@ from typing import Any
 
 import agents
 import haptic_env
-from haptic_env import recordings, shapes
+from haptic_env import hand_env, recordings, shapes
 from haptic_env.recordings import Recording
 from haptic_lab import replay, worlds
 from haptic_lab.conditions import TRUST
@@ -23,7 +23,7 @@ from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
 from haptic_lab.style import titles_of
-from haptic_lab.terminal import Parser, as_path, make_console, tell_error
+from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
 from haptic_lab.warm_up import get_ready
 from haptic_lab.worlds import HANDS_OR_IDS, environment
 
@@ -66,14 +66,15 @@ def parse(
     add(recording, type=as_path, metavar="FILE", help=RECORDING)
     add("--part", metavar="NAME", help="which recording, of a file that holds several")
     add(
-        "--calibration",
+        "--glove-calibration",
         type=as_path,
         metavar="FILE",
         help="TOML: what the sensors of a glove mean (default: as for GraspDB14)",
     )
+    add("--calibration", dest="glove_calibration", type=as_path, action=Renamed, help=argparse.SUPPRESS)
     add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
     given = vars(parser.parse_args(arguments))
-    source = given.pop("recording"), given.pop("part"), given.pop("calibration")
+    source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
     found: Recording | None = None
     usual = dict(DEFAULTS)
     try:
@@ -85,7 +86,7 @@ def parse(
             if given["env"] is None and "env" not in found.settings:
                 usual["env"] = replay.environment_of(found)
         elif any(source):
-            raise ValueError("--part and --calibration say how to read a --recording, which is not given")
+            raise ValueError("--part and --glove-calibration say how to read a --recording, which is not given")
         told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
         settings = ExplorationSettings(**told)
     except ValueError as error:
@@ -110,11 +111,12 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
         tell_error(str(error))
         return 2
-    get_ready(console, session.env.unwrapped.hand)  # type: ignore[attr-defined]
+    get_ready(console, session.hand)
     what = "a hidden object"
     if settings.shape:
         what = f"a {titles_of((*session.candidates, settings.shape))[settings.shape]}"
-    seconds = session.env.unwrapped.episode_steps / session.env.unwrapped.control_hz  # type: ignore[attr-defined]
+    base = hand_env(session.env)
+    seconds = base.episode_steps / base.control_hz
     how = f", as in {recording.source}" if recording else ""
     console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
     if session.simulated:

@@ -22,7 +22,7 @@ import pandas as pd
 from joblib import cpu_count
 from rich.console import Console
 
-from haptic_env import shapes, validate
+from haptic_env import hand_of, shapes, validate
 from haptic_lab.analysis.summary import SLAM, parts
 from haptic_lab.figures import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, PaperFigure, pose_error, save
 from haptic_lab.figures.explorations import ShownExploration, file_of, read, run_shown_explorations
@@ -159,7 +159,7 @@ def explorations(plan: FiguresPlan, names: Iterable[str], console: Console) -> P
 
     wanted = {name: FROM_EXPLORATIONS[name].wanted(settings.shapes) for name in names}
     tasks = dict(place(*each) for several in wanted.values() for each in several)
-    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(gym.make(settings.env))
     if not all(path.exists() for path in tasks):
         if sweep.cluster is None:
             get_ready(console, hand, load=False)

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from haptic_env import validate
+from haptic_env import hand_env, validate
 from haptic_env.pose import Pose
 from haptic_env.replay import KinematicReplay
 from haptic_lab import replay
@@ -79,7 +79,7 @@ def picture(
 ) -> None:
     """Replay `session`, and draw it at `moments` (s) from `azimuth` and `elevation` (degrees) about the object."""
     env: Any = session.env
-    told = {"control_hz": env.unwrapped.control_hz, **session.told, **session.informed}
+    told = {"control_hz": hand_env(env).control_hz, **session.told, **session.informed}
     observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **told)
     trial = Trial(env, session.policy, observers, session.namer, settings.seed)
     steps = {min(max(1, round(moment * env.control_hz)), trial.steps) for moment in moments}

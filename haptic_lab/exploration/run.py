@@ -9,8 +9,7 @@ import time
 import gymnasium as gym
 from rich.console import Console
 
-from haptic_env import shapes
-from haptic_env.hand import Hand
+from haptic_env import hand_env, hand_of, shapes
 from haptic_env.recordings import Recording
 from haptic_lab import replay
 from haptic_lab.exploration.screen import Screen
@@ -33,7 +32,7 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
         episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
         reveal_truth=True,  # for the observer's judge alone
     )
-    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(env)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
     return replay.ExplorationSession(env, settings.policy, candidates, ShapePosterior(hand, candidates))
 
@@ -51,7 +50,7 @@ def explore(
 
     names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
     observers: dict[str, Observer] = {}
-    rate: float = session.env.unwrapped.control_hz  # type: ignore[attr-defined]
+    rate = hand_env(session.env).control_hz
     for name, told in names.items():
         told = {"control_hz": rate, **told}
         observers |= make_observers((name,), session.hand, settings.sigma, settings.particles, **told)

@@ -17,7 +17,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv
 
 import haptic_env  # noqa: F401 - registers the environments
 from agents.hold_action import HoldAction
-from haptic_env import shapes
+from haptic_env import hand_env, shapes
 from haptic_lab.learning.presets import RAW, TrainingWorld
 from haptic_lab.processes import end_with_parent
 from observer import (
@@ -76,7 +76,7 @@ def make_env(world: TrainingWorld, held_out: bool = False) -> gym.Env[Any, Any]:
     """The environment of `world`, with the sizes of training or those `held_out`."""
     vary = {name: getattr(world, name) for name in ("size_jitter", "yaw_jitter", "position_jitter")}
     env = gym.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary)
-    base: Any = env.unwrapped
+    base = hand_env(env)
     observer: HapticSLAM | PoseOnly
     if "occupancy" in world.observation:
         observer = HapticSLAM(base.hand, particles=1, control_hz=base.control_hz)

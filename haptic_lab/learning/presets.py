@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import haptic_env
-from agents.reach import Reach
+from agents.finger_kinematics import FingerKinematics
 from haptic_env import reading, validate
 from haptic_env.hand import Hand
 from haptic_lab.learning import options
@@ -85,9 +85,9 @@ class SweepingMotion:
     """Close and open the fingers at 1 Hz while they sweep sideways at 0.5 Hz, against each other, and drift at 0.17 Hz.
 
     Torques as fractions of their limits: flexors get `flexion` ± `opening`, abductors ± `sideways`. The drift is
-    ± `curl` of the stroke that curls a finger (`agents.reach`); it begins at nothing, so that the sweep begins as
-    without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is seen what to
-    do beside its path.
+    ± `curl` of the stroke that curls a finger (`agents.finger_kinematics`); it begins at nothing, so that the sweep
+    begins as without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is
+    seen what to do beside its path.
     """
 
     flexion: float = 0.5
@@ -109,7 +109,7 @@ class SweepingMotion:
         """(E, J) after `seconds` (E,) of an episode, not yet clipped to -1 and 1, for that is no linear function of the
         clocks; abductors are known by their names, and fingers take turns."""
         sideways = np.array(["abduction" in name for name in hand.joint_names])
-        curl = Reach(hand).strokes(hand.rest_pose, hand.grasp_centre).curl.sum(axis=0)
+        curl = FingerKinematics(hand).strokes(hand.rest_pose, hand.grasp_centre).curl.sum(axis=0)
         side = np.where(hand.joint_group % 2 == 0, 1.0, -1.0)
         turn, beat, drift = (2 * np.pi * hz * seconds[:, None] for hz in CLOCKS_HZ)
         across = self.sideways * np.cos(turn) * side

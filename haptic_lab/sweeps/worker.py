@@ -11,6 +11,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
+from haptic_env import hand_of
 from haptic_lab.sweeps.measures import GroundTruth, measures_of
 from haptic_lab.sweeps.rows import Exemplars, row_of
 from haptic_lab.sweeps.tasks import SweepSettings, SweepTask
@@ -53,7 +54,7 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
         yaw_jitter=settings.yaw_jitter,
         reveal_truth=True,
     )
-    hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(env)
     observers = make_observers(settings.observers, hand, task.told_sigma, settings.particles)
     felt_at: dict[str, float] = {}
     for other in further:
@@ -74,7 +75,7 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
 def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePosterior:
     """The namer: the candidates are the explored shapes at the grasp centre; it knows how much they vary, not how, and
     tries `variants` of each."""
-    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(gym.make(settings.env))
     return ShapePosterior(
         hand,
         candidates_of(hand, settings.shapes, scale=settings.scale),
