@@ -24,10 +24,10 @@ figures: $(RUN)  ## Draw the figures of the paper, and more, into out/figures; A
 	$(BIN)/python scripts/figures.py $(ARGS)
 
 test: $(TEST)  ## Run the tests, but for the long statistical ones; ARGS="tests/agents" picks some
-	$(BIN)/python -m pytest -n 2 $(ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS)
 
 statistics: $(TEST)  ## Run the long statistical tests (averages over many trials)
-	$(BIN)/python -m pytest -n 2 -m statistical --timeout 3600 $(ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m statistical --timeout 3600 $(ARGS)
 
 fuzz: $(TEST)  ## Try odd inputs by the hundred thousand; FUZZ_EXAMPLES, FUZZ_MINUTES and FUZZ_SEED say how many, how long
 	$(BIN)/python -m pytest -m fuzz --timeout 7200 tests/properties $(ARGS)

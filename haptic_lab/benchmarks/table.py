@@ -1,4 +1,4 @@
-"""The rows of the benchmark's table, and the table."""
+"""A row of the benchmark's table (`BenchRow`: a median over steps and rounds, with its unit), and the table."""
 
 from __future__ import annotations
 

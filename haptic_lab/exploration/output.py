@@ -1,4 +1,7 @@
-"""The picture of one exploration, and its archive."""
+"""The picture of one exploration (map, pose error and posterior over time), and its archive of belief traces.
+
+Shapes: T steps, J joints, C labels, (X, Y, Z) voxels.
+"""
 
 from __future__ import annotations
 

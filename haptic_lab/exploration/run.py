@@ -1,4 +1,5 @@
-"""One exploration, run before a person's eyes."""
+"""Sets up one exploration (environment, policy, candidates) and runs it with the observer and its floor side by
+side."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is seen while the hand explores."""
+"""The terminal while the hand explores: time, effective sample size and the posterior of the name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What one exploration is asked to be."""
+"""The configuration of one exploration: environment, object, sensor noise, particles, policy and seed, and their
+defaults. It is checked when it is made, by the names of the flags of `haptic-slam explore`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figures of one exploration, for people and for machines."""
+"""The results of one exploration as a dict for JSON (posterior, pose error, surface scores), and as a table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Confusion matrices: what each shape is taken for."""
+"""Confusion matrices of the object's name: true shape against named shape, by observer, classifier and noise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Explorations that are looked at: what the observer believed as time went by, in a file each.
+"""Explorations that figures show (`ShownExploration`): belief and truth ten frames a second, in an archive each.
 
 Shapes: T steps, F frames, J joints, P patches, C labels, (X, Y, Z) voxels. A frame is of the moment that the fixed lag
 has reached: its pose and its map go together.

@@ -1,4 +1,4 @@
-"""What every figure gives: a picture for print, its data, and a film where it moves."""
+"""A figure for print (`PaperFigure`: picture, data and film), and how it is written as PNG, PDF, CSV and GIF."""
 
 from __future__ import annotations
 

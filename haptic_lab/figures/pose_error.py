@@ -1,4 +1,4 @@
-"""How wrong the pose is, against noise, between the brackets."""
+"""RMS pose error against sensor noise, of the observer between its brackets."""
 
 from __future__ import annotations
 

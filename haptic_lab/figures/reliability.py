@@ -1,4 +1,4 @@
-"""Whether voxels are occupied as often as the map says."""
+"""Reliability diagrams of the occupancy: how often voxels are occupied against the probability of the map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs a sweep: what is not in its table yet, by the workers that there are."""
+"""Runs a sweep: the trials and exemplars that are not in its results yet, over local or cluster workers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The command line of a sweep, and the file that may stand in its place; everything is checked here, once."""
+"""The command line of a sweep, or the TOML file in its place, turned into a checked `SweepPlan` and the opened
+`Results`."""
 
 from __future__ import annotations
 

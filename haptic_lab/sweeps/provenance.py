@@ -1,4 +1,4 @@
-"""What the rows of a table may depend on: packages, interpreter, code."""
+"""Provenance of the rows of a table: versions of packages and interpreter, and a digest of the code."""
 
 from __future__ import annotations
 

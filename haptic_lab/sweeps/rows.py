@@ -1,4 +1,4 @@
-"""The rows of a table, and its columns."""
+"""The rows of a table of trials (factors, measures, provenance), and its columns in their order."""
 
 from __future__ import annotations
 

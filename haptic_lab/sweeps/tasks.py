@@ -1,4 +1,5 @@
-"""What a sweep runs: its settings, and one task for each exploration."""
+"""The jobs of a sweep: `SweepSettings` that all share, and a `SweepTask` for each exploration (condition, shape,
+seed), bundled where explorations are the same but for the noise at which they are felt."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What a sweep runs in a worker: one exploration, seen by all observers, and the rows that it gives."""
+"""What a worker runs: one exploration with all observers at once, and from it the rows of trials or the maps of
+exemplars."""
 
 from __future__ import annotations
 

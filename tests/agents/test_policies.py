@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 
 import gymnasium as gym
@@ -21,19 +22,24 @@ def watched(env: gym.Env) -> ObserverWrapper:
     return ObserverWrapper(env, HapticSLAM(hand, particles=1, lag=2), ShapePosterior(hand, samples=4))
 
 
+@functools.cache
+def about_a_cube(env_id: str) -> ObserverWrapper:
+    """One for all tests, each of which begins with a reset."""
+    return watched(gym.make(env_id, shape="cube"))
+
+
 @pytest.fixture(params=[(env_id, name) for env_id in haptic_env.ENVIRONMENTS for name in agents.POLICIES], ids=str)
 def pair(request: pytest.FixtureRequest):
     """Every policy with every environment, as (environment, name)."""
     env_id, name = request.param
-    env = watched(gym.make(env_id, shape="cube"))
+    env = about_a_cube(env_id)
     try:
         agents.make(name, env)
     except ValueError as error:
         if "was trained for another hand" not in str(error):
             raise
         pytest.skip(f"the model that ships is for another hand than {env_id}")
-    yield env, name
-    env.close()
+    return env, name
 
 
 @pytest.fixture
@@ -187,9 +193,9 @@ def test_random_torque_refuses_impossible_numbers(env, keyword, value):
     ],
 )
 @pytest.mark.parametrize("value", [-2, np.nan, "1"])
-def test_impossible_numbers_are_refused(env, name, keyword, value):
+def test_impossible_numbers_are_refused(name, keyword, value):
     with pytest.raises(ValueError, match=f"{keyword} must be .* got"):
-        agents.make(name, watched(env), **{keyword: value})
+        agents.make(name, about_a_cube("HapticSLAM/TwoFinger-v0"), **{keyword: value})
 
 
 def test_random_torques_are_smooth_in_time(env):

@@ -21,9 +21,9 @@ def watched(seconds: float = 0.2) -> gym.Env:
     return ObserverWrapper(env, PoseOnly(hand), ShapePosterior(hand, samples=4))
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def env():
-    """The same, closed at the end."""
+    """One for all tests, each of which begins with a reset."""
     made = watched()
     yield made
     made.close()

@@ -73,13 +73,13 @@ def test_active_patches_are_lit(env_id, make):
     assert _red(env.render()) == 0
 
 
-@pytest.mark.parametrize("shape", ["cube", "pyramid"])
-def test_picture_follows_a_change_of_object(env_id, make, shape):
+def test_picture_follows_a_change_of_object(env_id, make):
     env = make(env_id, render_mode="rgb_array")
     env.reset(seed=0, options={"shape": "sphere"})
     sphere = env.render()
-    env.reset(seed=0, options={"shape": shape})
-    assert (sphere != env.render()).any(axis=-1).mean() > 0.01
+    for shape in ("cube", "pyramid"):
+        env.reset(seed=0, options={"shape": shape})
+        assert (sphere != env.render()).any(axis=-1).mean() > 0.01, shape
     env.reset(seed=0, options={"shape": "sphere"})
     np.testing.assert_array_equal(sphere, env.render())
 

@@ -146,6 +146,7 @@ def test_an_exploration_does_not_depend_on_who_watches_it() -> None:
     np.testing.assert_array_equal(*torques)
 
 
+@pytest.mark.usefixtures("serially")
 def test_a_sweep_of_several_policies_compares_them(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     tiny = ["--shapes", "cube", "sphere", "--sigmas", "3", "--trials", "1", "--seconds", "0.2", "--jobs", "1"]
     tiny += ["--observers", "floor", "--classifiers"]

@@ -14,7 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 TREE = """
-import multiprocessing, os, sys, time
+import multiprocessing, os, signal, sys, time
 from concurrent.futures import ProcessPoolExecutor
 
 def work(how):
@@ -25,6 +25,7 @@ def work(how):
 
 def plain(arguments):
     from haptic_lab.processes import end_with_parent
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # which nohup ignores, and its children with it
     pool = ProcessPoolExecutor(2, multiprocessing.get_context("spawn"), end_with_parent)
     for each in [pool.submit(work, each) for each in arguments]:
         each.result()

@@ -214,7 +214,12 @@ def test_a_recording_finds_its_hand() -> None:
 
 @people
 @pytest.mark.parametrize(
-    ("name", "truth"), [("cubemedium", "cube"), ("spheremedium", "sphere"), ("cylinderlarge", "cylinder")]
+    ("name", "truth"),
+    [
+        ("cubemedium", "cube"),
+        pytest.param("spheremedium", "sphere", marks=pytest.mark.statistical),
+        pytest.param("cylinderlarge", "cylinder", marks=pytest.mark.statistical),
+    ],
 )
 def test_people_who_inspect_objects(tmp_path: Path, name: str, truth: str) -> None:
     files = f"{SHARED}/recordings/{name}_inspect.npz", "--mesh", f"{SHARED}/objects/{name}.stl"

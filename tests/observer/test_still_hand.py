@@ -118,7 +118,7 @@ def _resting(beliefs: list[Belief], times: int, seed: int = 0) -> list[Belief]:
     ]
 
 
-@pytest.mark.parametrize("shape", ["cube", "cylinder"])
+@pytest.mark.parametrize("shape", ["cube", pytest.param("cylinder", marks=pytest.mark.statistical)])
 @pytest.mark.parametrize("keywords", [{}, {"none": 0.2}, UNKNOWN, {"samples": 8}])
 def test_a_posterior_stays_where_it_was_when_the_hand_came_to_rest(explore, shape, keywords):
     trial = explore(shape, 60, sigma_deg=3.0)

@@ -53,11 +53,18 @@ NOT_NAMES = (
     *("a\nb.stl", "\x1b[31m.stl", "l" * 300 + ".stl", "l" * 300 + ".zip", "~/none.stl", "~nobody-is-called-so/a.stl"),
     *("none.npz", "none.txt", "nan", "-1"),
 )
+FEW = ("x", "nan", "1\n2")  # of what is no number, where a flag like it is tried with all
 NUMBERS = [
-    (command, flag, value)
+    pytest.param(
+        command,
+        flag,
+        value,
+        marks=[pytest.mark.statistical] if nth > 0 and value in NOT_NUMBERS and value not in FEW else [],
+    )
     for command, several in WRONG.items()
     for flags, values in several
-    for flag, value in itertools.product(flags.split(), (*NOT_NUMBERS, *values))
+    for nth, flag in enumerate(flags.split())
+    for value in (*NOT_NUMBERS, *values)
 ]
 NAMES = [
     (command, flag, value) for command, flags in NAMED.items() for flag, value in itertools.product(flags, NOT_NAMES)

@@ -165,6 +165,7 @@ def test_bad_input_is_one_clear_line(
     assert told in refused(tmp_path, capsys, *arguments)
 
 
+@pytest.mark.usefixtures("serially")
 def test_variants_are_observers_too(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     few = [*TINY, "--seconds", "0.3", "--trials", "1", "--observers", "haptic_slam", "one_particle"]
     assert evaluate.main([*few, "--ablation", "--calibration", "--out", str(tmp_path)]) == 0
@@ -218,6 +219,7 @@ def test_the_object_varies_as_asked() -> None:
     np.testing.assert_allclose(moved.position, still.position, atol=0.01)
 
 
+@pytest.mark.usefixtures("serially")
 def test_a_mesh_is_a_label_and_its_name_is_no_folder(tmp_path: Path) -> None:
     path = str(tmp_path / "box.stl")
     trimesh.creation.box((45, 45, 45)).export(path)
@@ -239,6 +241,7 @@ def test_every_noise_reaches_the_hand(name: str) -> None:
     assert (getattr(usual, told) != getattr(noisy, told)).any()
 
 
+@pytest.mark.usefixtures("serially")
 def test_a_product_is_a_row_each_and_a_row_runs_again(tmp_path: Path) -> None:
     several = ["--seconds", "0.2", "0.3", "--bias-deg", "0", "4", "--policy", "random_torque", "--trials", "1"]
     assert evaluate.main([*TINY, *several, "--classifiers", "--out", str(tmp_path)]) == 0

@@ -18,8 +18,10 @@ from haptic_lab.commands import figures
 from haptic_lab.conditions import Condition
 from haptic_lab.figures import FIGURES, FROM_TRIALS, confusion, figure5, isometric, reliability, time_course
 from haptic_lab.figures.explorations import read, run_shown_explorations
+from haptic_lab.figures.paper_figure import PRINT
 from haptic_lab.style import SHAPE_COLOURS
 from haptic_lab.sweeps import executors, measures, tasks, worker
+from tests.haptic_lab.workers import in_this_process
 
 TINY = [
     *("--sigmas", "2", "4", "--trials", "2", "--seconds", "0.6", "--show-seconds", "0.5", "--particles", "5"),
@@ -32,8 +34,15 @@ TINY = [
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of all figures."""
     folder = tmp_path_factory.mktemp("figures")
-    assert figures.main([*TINY, "--out", str(folder)]) == 0
+    with in_this_process():
+        assert figures.main([*TINY, "--out", str(folder)]) == 0
     return folder
+
+
+@pytest.fixture
+def roughly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures at which nobody looks: coarse, and without fonts."""
+    monkeypatch.setattr(figures, "PRINT", {**PRINT, "savefig.dpi": 40, "pdf.use14corefonts": True})
 
 
 @pytest.fixture
@@ -91,6 +100,7 @@ def test_means_are_those_of_the_trials(drawn: Path, rows: pd.DataFrame, name: st
         assert line["trials"] == len(mine) == (4 if line["shape"] == "all" else 2)
 
 
+@pytest.mark.usefixtures("roughly", "serially")
 def test_the_brackets_of_the_pose_are_those_of_observers_with_maps(drawn: Path, tmp_path: Path) -> None:
     data = pd.read_csv(drawn / "pose_error.csv")
     assert list(dict.fromkeys(data["observer"])) == ["floor", "haptic_slam", "ceiling", "kalman", "smoother"]
@@ -203,6 +213,7 @@ def test_stopped_it_goes_on_to_the_same(copied: Path, drawn: Path) -> None:
         assert (copied / name).read_bytes() == (drawn / name).read_bytes(), name
 
 
+@pytest.mark.usefixtures("roughly")
 def test_what_is_there_is_not_run_again(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(executors.LocalWorkers, "run")
     (copied / "pose_error.csv").unlink()
@@ -210,6 +221,7 @@ def test_what_is_there_is_not_run_again(copied: Path, monkeypatch: pytest.Monkey
     assert (copied / "pose_error.csv").exists()
 
 
+@pytest.mark.usefixtures("roughly")
 def test_the_trials_of_another_sweep(
     drawn: Path, rows: pd.DataFrame, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:

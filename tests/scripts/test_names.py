@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import pytest
@@ -16,9 +13,9 @@ from matplotlib.figure import Figure
 from haptic_lab.analysis.summary import parts
 from haptic_lab.commands import evaluate, explore, figures
 from haptic_lab.conditions import FACTORS
-from haptic_lab.figures import confusion
+from haptic_lab.figures import confusion, figure5
+from haptic_lab.figures.paper_figure import PRINT
 from haptic_lab.style import as_drawn, titles_of
-from haptic_lab.sweeps import driver
 from haptic_lab.sweeps.results import listed
 
 ODD = "_a [old] [bold]:smile: $x_$ ü.stl"
@@ -28,20 +25,8 @@ TINY = [
 ]
 
 
-class Here:
-    """Workers that need not be started."""
-
-    told = "this process"
-
-    def share(self, value: Any) -> Any:
-        return value
-
-    def run(self, work: Callable[..., Any], calls: Iterable[tuple[Any, ...]]) -> Iterator[Any]:
-        return (work(*call) for call in calls)
-
-
 @pytest.fixture
-def meshes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def meshes(serially: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Files in a folder below this one, of which one is called as a shape is."""
     here = tmp_path / "here"
     (here / "in [it]").mkdir(parents=True)
@@ -49,8 +34,6 @@ def meshes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     trimesh.creation.box((0.06, 0.05, 0.03)).export(here / "in [it]" / ODD)
     monkeypatch.chdir(here)
     monkeypatch.setattr(io, "text_encoding", lambda encoding, _=2: "latin-1" if encoding is None else encoding)
-    for module in (driver, figures):
-        monkeypatch.setattr(module, "workers", lambda *_: nullcontext(Here()))
     return ["in [it]/cube.stl", f"in [it]/{ODD}"]
 
 
@@ -76,7 +59,9 @@ def test_an_exploration(
     assert files(tmp_path / "here") == before
 
 
-def test_every_figure_of_a_sweep(meshes: list[str], tmp_path: Path) -> None:
+def test_every_figure_of_a_sweep(meshes: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(figure5, "SIGMAS", figure5.SIGMAS[:1])
+    monkeypatch.setattr(figures, "PRINT", {**PRINT, "savefig.dpi": 40})
     before = files(tmp_path)
     few = ["figure5", "film", "figure6", "confusion", "pose_error"]
     given = [*TINY, "--shapes", "cube", *meshes, "--first-seed", "7"]

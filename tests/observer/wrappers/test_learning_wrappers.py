@@ -67,8 +67,8 @@ def close_hand(env: gym.Env) -> np.ndarray:
     return np.ones(env.action_space.shape, np.float32)
 
 
-@pytest.mark.parametrize("name", WRAPPERS)
-def test_both_checkers_pass_without_a_warning(env, name):
+def check(env: gym.Env, name: str) -> None:
+    """Both checkers, of Gymnasium and of Stable-Baselines3, let wrapper `name` pass without a warning."""
     sb3 = pytest.importorskip("stable_baselines3.common.env_checker")
     wrapped = WRAPPERS[name](env)
     with warnings.catch_warnings():
@@ -76,6 +76,15 @@ def test_both_checkers_pass_without_a_warning(env, name):
         warnings.filterwarnings("ignore", message=".*is different from the unwrapped version.*")
         check_env(wrapped, skip_render_check=True, skip_close_check=True)  # which makes a second one
         sb3.check_env(wrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize("name", WRAPPERS)
+def test_both_checkers_pass_without_a_warning(two_fingers, name):
+    check(two_fingers, name)
+
+
+def test_both_checkers_pass_all_wrappers_of_any_hand(env):
+    check(env, "all")
 
 
 @pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")  # of Python 3.12
