@@ -10,11 +10,14 @@ import numpy as np
 from agents.policy import State
 from haptic_env import hand_env, validate
 from haptic_env.arrays import Array
+from haptic_env.moved import renamed
 
 LARGEST = 1e6  # SD of the numbers, which are fractions of a torque
 
+__getattr__ = renamed(__name__, {"SmoothChance": "OrnsteinUhlenbeck"})
 
-class SmoothChance:
+
+class OrnsteinUhlenbeck:
     """An Ornstein–Uhlenbeck process in each of `size` numbers, of stationary SD `sd` and time constant `seconds`, by
     its exact step at the control rate of `env` (Gillespie 1996, Phys. Rev. E 54, 2084-2091)."""
 

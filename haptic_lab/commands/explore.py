@@ -18,7 +18,7 @@ from haptic_lab import replay, worlds
 from haptic_lab.conditions import TRUST
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore
-from haptic_lab.exploration.settings import DEFAULTS, Settings
+from haptic_lab.exploration.settings import DEFAULTS, ExplorationSettings
 from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
@@ -39,7 +39,7 @@ def parse(
     recording: str = "--recording",
     description: str | None = __doc__,
     example: str = EXAMPLE,
-) -> tuple[Settings, Recording | None]:
+) -> tuple[ExplorationSettings, Recording | None]:
     """Read and check the command line, and the `recording` that it names; ends the program with code 2 where either
     makes no sense."""
     parser = Parser(description=description, epilog=example, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -88,7 +88,7 @@ def parse(
         elif any(source):
             raise ValueError("--part and --glove-calibration say how to read a --recording, which is not given")
         told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
-        settings = Settings(**told)
+        settings = ExplorationSettings(**told)
     except ValueError as error:
         parser.error(str(error))
     except OSError as error:
@@ -103,7 +103,7 @@ def main(arguments: list[str] | None = None) -> int:
         return run(settings, recording)
 
 
-def run(settings: Settings, recording: Recording | None) -> int:
+def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     """Explore, and write what came of it to the folder that is claimed; returns the exit code."""
     console = make_console()
     try:
@@ -122,15 +122,15 @@ def run(settings: Settings, recording: Recording | None) -> int:
     if session.simulated:
         console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
     try:
-        exploration, accounts, took, stopped = explore(settings, session, console)
+        exploration, traces, took, stopped = explore(settings, session, console)
     except ValueError as error:  # an object that this hand cannot hold
         tell_error(str(error))
         return 2
     truth = worlds.truth_among(exploration.solid, session.candidates)
-    summary = summarise(settings, exploration, accounts, truth, took, session.simulated)
+    summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
-    picture(out / "explore.png", exploration, accounts, summary)
-    save_trace(out / "explore.npz", exploration, accounts)
+    picture(out / "explore.png", exploration, traces, summary)
+    save_trace(out / "explore.npz", exploration, traces)
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
         kept = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})

@@ -23,7 +23,7 @@ for name in sys.argv[1].split():
     except ImportError:
         pass
 POSIX = {
-    os: "fork forkpty register_at_fork getuid geteuid getgid setsid killpg nice sched_getaffinity getloadavg chown uname",
+    os: "fork forkpty register_at_fork getuid geteuid getgid setsid killpg nice sched_getaffinity getloadavg uname",
     signal: "SIGKILL SIGHUP SIGALRM SIGUSR1 SIGCHLD pthread_sigmask sigwait pthread_kill alarm setitimer siginterrupt",
 }
 for module, names in POSIX.items():

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from haptic_env import recordings, shapes
-from haptic_env.recordings import Felt, Recording
+from haptic_env.recordings import ObserverInputs, Recording
 from haptic_lab import replay, worlds
 from haptic_lab.commands import explore
 from tests.haptic_env.movements import closing
@@ -120,7 +120,7 @@ def test_settings_of_a_stranger_are_checked(
     tmp_path: Path, changes: dict[str, Any], told: str, capsys: pytest.CaptureFixture
 ) -> None:
     whole = closing()
-    felt = Felt(np.zeros((40, 8)), whole.joint_angles, np.zeros((40, 50), bool))
+    felt = ObserverInputs(np.zeros((40, 8)), whole.joint_angles, np.zeros((40, 50), bool))
     played = replace(whole, root=None, object=None, felt=felt, settings={**SETTINGS, **changes})
     recordings.write(tmp_path / "it.npz", played)
     code = None
