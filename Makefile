@@ -8,8 +8,10 @@ RUN := $(VENV)/.installed-run
 TEST := $(VENV)/.installed-test
 OUT ?= out/explore
 ARGS ?=
-# Offscreen rendering without a display.
+# Offscreen rendering without a display, where there is EGL.
+ifeq ($(shell uname -s)$(DISPLAY)$(WAYLAND_DISPLAY),Linux)
 export MUJOCO_GL ?= egl
+endif
 
 .DEFAULT_GOAL := help
 .PHONY: help explore figures test statistics fuzz check format clean

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import warnings
 from typing import Any
 
@@ -24,7 +25,7 @@ def renderer_of(model: mujoco.MjModel, data: mujoco.MjData, render_mode: str) ->
         display = bool(glfw.init())
     if render_mode == "human" and not display:
         raise RuntimeError('render_mode "human" opens a window and found no display; use "rgb_array" without one')
-    if not display and not os.environ.get("MUJOCO_GL"):
+    if not display and sys.platform.startswith("linux") and not os.environ.get("MUJOCO_GL"):
         os.environ["MUJOCO_GL"] = "egl"  # Gymnasium would take GLFW, and fail
     return MujocoRenderer(model, data, width=640, height=480, max_geom=5000, camera_name=scene.CAMERA)
 

@@ -58,7 +58,7 @@ def decisions(
 
 
 CHILD = """
-import json, pathlib, resource, sys, time
+import json, pathlib, sys, time
 start = time.perf_counter()
 import gymnasium as gym, numpy as np
 import haptic_env
@@ -69,6 +69,7 @@ def peak():
     status = pathlib.Path("/proc/self/status")  # of this process alone; the other one may be its parent's
     if status.exists():
         return next(1024 * int(line.split()[1]) for line in status.open() if line.startswith("VmHWM"))
+    import resource
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 env_id, shape, particles, voxels, steps = sys.argv[1], sys.argv[2], *map(int, sys.argv[3:])
 env = gym.make(env_id, shape=shape)

@@ -6,7 +6,6 @@ import multiprocessing
 import signal
 from collections.abc import Callable
 from functools import partial
-from multiprocessing import forkserver
 from typing import Any
 
 import gymnasium as gym
@@ -103,6 +102,8 @@ def in_processes(makers: list[Maker]) -> SubprocVecEnv:
     """What `makers` make, each in a process that ignores Ctrl-C, which a terminal sends to all processes of a command
     and only this one is to heed, and ends with this one, however this one ends."""
     if "forkserver" in multiprocessing.get_all_start_methods():
+        from multiprocessing import forkserver
+
         usual = signal.signal(signal.SIGINT, signal.SIG_IGN)  # what they are forked from, so that they are born so
         try:
             forkserver.ensure_running()
