@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from agents.finger_kinematics import FingerKinematics
 from agents.policy import Guided, State
-from haptic_env import validate
+from haptic_env import hand_env, validate
 
 LIGHT, HARD = 0.15, 0.9  # how a finger presses, fractions of the torque limits: while it feels contact, and at most
 YIELD_SECONDS, PRESS_SECONDS = 1.0, 0.5  # how long it takes from the one to the other
@@ -47,7 +47,7 @@ class ContourFollowing(Guided):
             ValueError: for a time out of range, or as `Guided`.
         """
         super().__init__(env, seed)
-        self._rate: float = env.unwrapped.control_hz  # type: ignore[attr-defined]
+        self._rate = hand_env(env).control_hz
         self._longest = validate.seconds("seconds", seconds) * self._rate
         self._least = min(LEAST_SECONDS * self._rate, self._longest)
         self._harder = (HARD - LIGHT) / (PRESS_SECONDS * self._rate)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from agents.finger_kinematics import FingerKinematics
 from agents.policy import Guided, State
-from haptic_env import validate
+from haptic_env import hand_env, validate
 
 STILL = 0.5  # rad/s: a hand whose fastest joint is believed to be slower has come to rest
 OPENING = 0.15  # of the longest grasp: how long the hand opens before it grasps anew
@@ -48,7 +48,7 @@ class Enclosure(Guided):
         super().__init__(env, seed)
         self.grip = validate.number("grip", grip, 0.0, 1.0, above=0.0)
         longest = validate.seconds("seconds", seconds)
-        self._rate: float = env.unwrapped.control_hz  # type: ignore[attr-defined]
+        self._rate = hand_env(env).control_hz
         self._longest, self._opening = longest * self._rate, OPENING * longest * self._rate
         self._kinematics = FingerKinematics(self.hand)
         self.remembers = ((), (2, self._kinematics.fingers), (self.joints,))

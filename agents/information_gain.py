@@ -16,7 +16,7 @@ from agents import lookahead
 from agents.finger_kinematics import FingerKinematics
 from agents.map_lookahead import MapLookahead
 from agents.policy import Guided, State
-from haptic_env import validate
+from haptic_env import hand_env, validate
 from haptic_env.arrays import Array
 from observer import compiling
 from observer import threads as side_by_side
@@ -80,7 +80,7 @@ class InformationGain(Guided):
         self.threads = side_by_side.check(threads)
         self.objective = validate.choice("objective", objective, OBJECTIVES)
         self.candidates = validate.integer("candidates", candidates, 1)
-        self._rate = rate = float(env.unwrapped.control_hz)  # type: ignore[attr-defined]
+        self._rate = rate = float(hand_env(env).control_hz)
         self.steps = max(1, round(validate.seconds("seconds", seconds) * rate))
         self.every = max(1, round(validate.seconds("horizon", horizon) * rate / LOOKS))
         self._model = ForwardModel(self.hand, rate)

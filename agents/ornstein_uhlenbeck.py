@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 
 from agents.policy import State
-from haptic_env import validate
+from haptic_env import hand_env, validate
 from haptic_env.arrays import Array
 from haptic_env.moved import renamed
 
@@ -39,7 +39,7 @@ class OrnsteinUhlenbeck:
         self.size = size
         self.sd = validate.number("sd", sd, 0.0, LARGEST, above=0.0)
         tau = validate.seconds("seconds", seconds)
-        self.decay = float(np.exp(-1.0 / (tau * env.unwrapped.control_hz)))  # type: ignore[attr-defined]
+        self.decay = float(np.exp(-1.0 / (tau * hand_env(env).control_hz)))
 
     def next(self, rng: np.random.Generator, state: State, deterministic: bool) -> Array:
         """Draw the next numbers.

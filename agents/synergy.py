@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from agents.finger_kinematics import FingerKinematics
 from agents.ornstein_uhlenbeck import OrnsteinUhlenbeck
 from agents.policy import Policy, State
-from haptic_env import reading, validate
+from haptic_env import hand_of, reading, validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.recordings import checks
@@ -66,7 +66,7 @@ class Synergy(Policy):
             ValueError: for a value out of range, or recordings of other joints or of no angles.
         """
         super().__init__(env, seed)
-        hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+        hand = hand_of(env)
         basis = opposition_basis(hand) if recordings is None else posture_basis(hand, recordings)
         count = validate.integer("synergies", len(basis) if synergies is None else synergies, 1, self.joints)
         if recordings is None and count > len(basis):

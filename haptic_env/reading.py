@@ -209,7 +209,7 @@ class Arrays(Mapping[str, NDArray[Any]]):
 
 
 def _header(file: IO[bytes], size: int) -> None:
-    """Read the header of an array of `size` bytes; raises `ValueError` unless it declares as many numbers or letters."""
+    """Read the header of an array of `size` bytes; `ValueError` unless it declares as many numbers or letters."""
     version = np.lib.format.read_magic(file)
     if version not in HEADERS:
         raise ValueError(f"its format {version} is none of {', '.join(map(str, HEADERS))}")

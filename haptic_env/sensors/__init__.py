@@ -1,7 +1,7 @@
 """Sensor and motor models: the noise q̃ = q + ε of the paper (section 3), and what real senses and muscles add.
 
 The environment draws from each by `sample`. `log_prob` scores what was drawn, for whoever compares these models with
-data: the observer has its own model of the noise, and is told numbers alone (`sigma_deg`, …), so that the two may differ.
+data: the observer has its own model of the noise, and is told numbers alone (`sigma_deg`, …); the two may differ.
 """
 
 from haptic_env.sensors.contact import ContactDetection

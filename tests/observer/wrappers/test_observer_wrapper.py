@@ -312,6 +312,6 @@ def test_what_is_no_observer_or_namer_is_refused(two_finger, given):
 
 def test_an_environment_without_a_hand_is_refused(two_finger):
     other = gym.make("CartPole-v1")
-    with pytest.raises(ValueError, match=r"env must be an environment with a hand, got .*CartPole"):
+    with pytest.raises(ValueError, match=r"env must be one environment with a hand, .*CartPole"):
         ObserverWrapper(other, PoseOnly(two_finger))
     other.close()

@@ -1,0 +1,62 @@
+"""What any environment with a hand has, found beneath whatever is wrapped about it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+import gymnasium as gym
+
+if TYPE_CHECKING:
+    from haptic_env.hand import Hand
+
+
+class HandEnv(Protocol):
+    """What may be known of an exploration beforehand.
+
+    Attributes:
+        hand: the hand.
+        control_hz: Hz, how often it is moved.
+        episode_steps: for how many steps.
+    """
+
+    hand: Hand
+    control_hz: float
+    episode_steps: int
+
+
+def hand_env(env: gym.Env[Any, Any]) -> HandEnv:
+    """Find the environment inside all wrappers.
+
+    Args:
+        env: one environment.
+
+    Returns:
+        The innermost one.
+
+    Raises:
+        ValueError: where that is none with a hand.
+    """
+    # Imported here: registering needs neither.
+    from haptic_env import validate
+    from haptic_env.hand import Hand
+
+    base = env.unwrapped if isinstance(env, gym.Env) else None
+    if not isinstance(getattr(base, "hand", None), Hand):
+        shown = validate.shown(env)
+        raise ValueError(f"env must be one environment with a hand, such as HapticSLAM/TwoFinger-v0, got {shown}")
+    return cast("HandEnv", base)
+
+
+def hand_of(env: gym.Env[Any, Any]) -> Hand:
+    """Find the hand of an environment, however it is wrapped.
+
+    Args:
+        env: one environment.
+
+    Returns:
+        The hand.
+
+    Raises:
+        ValueError: where it has none.
+    """
+    return hand_env(env).hand
