@@ -85,9 +85,9 @@ class SweepingMotion:
     """Close and open the fingers at 1 Hz while they sweep sideways at 0.5 Hz, against each other, and drift at 0.17 Hz.
 
     Torques as fractions of their limits: flexors get `flexion` ± `opening`, abductors ± `sideways`. The drift is
-    ± `curl` of the stroke that curls a finger (`agents.finger_kinematics`); it begins at nothing, so that the sweep begins as
-    without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is seen what to
-    do beside its path.
+    ± `curl` of the stroke that curls a finger (`agents.finger_kinematics`); it begins at nothing, so that the sweep
+    begins as without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is seen
+    what to do beside its path.
     """
 
     flexion: float = 0.5
