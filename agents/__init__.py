@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 from typing import Any
 
@@ -35,8 +34,18 @@ __all__ = ["POLICIES", "Guided", "Policy", "act", "export", "find", "is_model", 
 
 
 def find(name: str | os.PathLike[str], called: str = "policy") -> type[Policy]:
-    """The policy `name`; `Sb3` for the path of a trained model (*.npz, or *.zip, which may run code: see `Sb3`). Raises
-    `ValueError` for neither; `called`: what the name is called there."""
+    """Find a policy's class.
+
+    Args:
+        name: in `POLICIES`, or the path of a trained model (*.npz, or *.zip, which may run code: see `Sb3`).
+        called: what the name is called there, for messages.
+
+    Returns:
+        The class; `Sb3` for a model.
+
+    Raises:
+        ValueError: for a name that is neither.
+    """
     if not is_model(name):
         return POLICIES[validate.choice(called, name, POLICIES)]
     if not os.path.isfile(name):
@@ -45,17 +54,26 @@ def find(name: str | os.PathLike[str], called: str = "policy") -> type[Policy]:
 
 
 def make(name: str | os.PathLike[str], env: gym.Env[Any, Any], seed: int | None = None, **keywords: Any) -> Policy:
-    """Make the policy `name`, or that of the trained model (*.npz, *.zip) at the path `name`, for `env`; raises
-    `ValueError` for an unknown name or keyword.
+    """Make a policy for an environment.
 
     Policies that are `guided` need an `env` with an `ObserverWrapper` (`agents.policy.Guided`).
+
+    Args:
+        name: in `POLICIES`, or the path of a trained model (*.npz, *.zip).
+        env: one environment, with a hand.
+        seed: of the policy's chance; None: other chance every time.
+        **keywords: of that policy.
+
+    Returns:
+        The policy.
+
+    Raises:
+        ValueError: for an unknown name or keyword, or what the policy refuses.
     """
     policy = find(name)
     if is_model(name):
         keywords = {"path": name, **keywords}
-    parameters = inspect.signature(policy).parameters.values()
-    valid = [each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY]
-    validate.keywords(f"{name} policy", keywords, valid)
+    validate.keywords(f"{name} policy", keywords, validate.keywords_of(policy))
     made = policy(env, seed, **keywords)
     made.name = str(name)
     return made

@@ -26,11 +26,26 @@ TURN = 0.6  # rad: SD by which the way back differs
 
 
 class ContourFollowing(Guided):
-    """Presses each finger towards the grasp centre, more while it feels nothing and less while it does, and slides it
-    along a heading between across and along, which is turned back where contact was lost or the believed pose no
-    longer moves, and after `seconds` at the latest."""
+    """Presses each finger lightly and slides it along what it feels, about the grasp centre.
+
+    It presses more while it feels nothing and less while it does, and slides along a heading between across and along,
+    which is turned back where contact was lost or the believed pose no longer moves, and after `seconds` at the latest.
+
+    References:
+        Lederman & Klatzky 1987, Cognitive Psychology 19, 342-368.
+    """
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None, *, seconds: float = 0.8) -> None:
+        """Find the strokes of each finger.
+
+        Args:
+            env: with an `ObserverWrapper`.
+            seed: of the headings.
+            seconds: s, the longest on one heading.
+
+        Raises:
+            ValueError: for a time out of range, or as `Guided`.
+        """
         super().__init__(env, seed)
         self._rate = hand_env(env).control_hz
         self._longest = validate.seconds("seconds", seconds) * self._rate
@@ -42,8 +57,17 @@ class ContourFollowing(Guided):
         self._strokes = self._kinematics.strokes(self.hand.rest_pose, self.hand.grasp_centre)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
-        """As every policy's; `state`: of each finger (F,) how it presses, its heading (rad), steps on it and whether it
-        felt contact, and the last pose (J,)."""
+        """Press and slide.
+
+        Args:
+            observation: of one environment.
+            state: of each finger (F,) how it presses, its heading (rad), steps on it and whether it felt contact; and
+                the last pose (J,) rad.
+            deterministic: of no effect.
+
+        Returns:
+            Action (J,), and the next state.
+        """
         pose = self.belief.joint_angles
         fingers = self._kinematics.fingers
         if state is None:

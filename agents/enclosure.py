@@ -22,12 +22,29 @@ SIDEWAYS, CURLED = 1.0, 0.5  # how far grasps differ, fractions of the torque li
 
 
 class Enclosure(Guided):
-    """Closes all fingers about the grasp centre with torques of `grip`; once the believed pose has come to rest, and
-    after `seconds` at the latest, opens a little and closes anew, each finger drawn across and curled by chance."""
+    """Closes all fingers about the grasp centre, holds, and closes anew.
+
+    Once the believed pose has come to rest, and after `seconds` at the latest, it opens a little and closes anew, each
+    finger drawn across and curled by chance.
+
+    References:
+        Lederman & Klatzky 1987, Cognitive Psychology 19, 342-368.
+    """
 
     def __init__(
         self, env: gym.Env[Any, Any], seed: int | None = None, *, grip: float = 0.5, seconds: float = 0.8
     ) -> None:
+        """Find the strokes of each finger.
+
+        Args:
+            env: with an `ObserverWrapper`.
+            seed: of how grasps differ.
+            grip: fraction of the torque limits, in (0, 1].
+            seconds: s, the longest of one grasp.
+
+        Raises:
+            ValueError: for a value out of range, or as `Guided`.
+        """
         super().__init__(env, seed)
         self.grip = validate.number("grip", grip, 0.0, 1.0, above=0.0)
         longest = validate.seconds("seconds", seconds)
@@ -38,7 +55,16 @@ class Enclosure(Guided):
         self._strokes = self._kinematics.strokes(self.hand.rest_pose, self.hand.grasp_centre)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
-        """As every policy's; `state`: steps since the grasp began, how it is shifted (2, F) and the last pose (J,)."""
+        """Grasp.
+
+        Args:
+            observation: of one environment.
+            state: steps since the grasp began, how it is shifted (2, F), and the last pose (J,) rad.
+            deterministic: of no effect.
+
+        Returns:
+            Action (J,), and the next state.
+        """
         pose = self.belief.joint_angles
         if state is None:
             state = np.array(0), self._shift(), pose

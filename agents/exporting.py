@@ -20,11 +20,18 @@ TOLERANCE = 1e-4  # of the torque limits: float32, summed in another order
 
 
 def export(model: Any, path: str | os.PathLike[str], normalize: Any = None) -> None:
-    """Write the policy of `model`, an algorithm of Stable-Baselines3 or sb3-contrib, to `path` (.npz), whole or not at
-    all; `agents.make("sb3", env, path=path)` uses it, without torch.
+    """Write the policy of a model to a file, whole or not at all; `agents.make("sb3", env, path=path)` uses it, without
+    torch.
 
-    `normalize`: the `VecNormalize` under which it was trained, if it was. Raises `ValueError` for a model that is no
-    plain network: of images, with layers that are not known, or that does not act as its layers say.
+    Args:
+        model: an algorithm of Stable-Baselines3 or sb3-contrib.
+        path: of the file, *.npz.
+        normalize: the `VecNormalize` under which it was trained, if it was.
+
+    Raises:
+        ValueError: for another path, and a model that is no plain network: of images, with layers that are not known,
+            or that does not act as its layers say.
+        OSError: where it cannot be written.
     """
     path = validate.path("path", path)
     if path.suffix != ".npz":
@@ -35,7 +42,18 @@ def export(model: Any, path: str | os.PathLike[str], normalize: Any = None) -> N
 
 
 def network_of(model: Any, normalize: Any = None) -> Network:
-    """What `export` writes."""
+    """Take the network out of a model: what `export` writes.
+
+    Args:
+        model: an algorithm of Stable-Baselines3 or sb3-contrib.
+        normalize: the `VecNormalize` under which it was trained, if it was.
+
+    Returns:
+        The network.
+
+    Raises:
+        ValueError: for a model that is no plain network.
+    """
     policy, space = getattr(model, "policy", None), getattr(model, "action_space", None)
     if policy is None or not isinstance(space, gym.spaces.Box):
         raise ValueError(f"model must be one of Stable-Baselines3 whose actions are a Box, got {model!r}")
@@ -133,8 +151,7 @@ def _array(tensor: Any) -> Array:
 
 
 def _compare(model: Any, network: Network) -> None:
-    """Raise `ValueError` where `network` does not act as `model`: of a class of its own, it may do anything with its
-    layers."""
+    """Raise `ValueError` where `network` does not act as `model`, which may do anything with its layers."""
     space, rng = copy.deepcopy(model.observation_space), np.random.default_rng(0)
     space.seed(0)
     bare = replace(network, normalization=None)

@@ -22,9 +22,16 @@ __getattr__ = renamed(__name__, {"Reach": "FingerKinematics"})
 
 
 class Strokes(NamedTuple):
-    """Torques, as fractions in [-1, 1], that move each finger one way (F, J): `close` it about a place; move it
-    `across` the way there; `curl` it, its inner joints away from the place and its outer ones towards it, which draws
-    the tip along what it touches. Joints that a finger does not move, or not alone but for `close`, are 0."""
+    """Torques, as fractions in [-1, 1], that move each finger one way; 0 for joints that do not move it.
+
+    All but `close` are also 0 for joints that move several fingers.
+
+    Attributes:
+        close: (F, J), close it about a place.
+        across: (F, J), move it across the way there.
+        curl: (F, J), its inner joints away from the place and its outer ones towards it, which draws the tip along what
+            it touches.
+    """
 
     close: Array
     across: Array
@@ -32,20 +39,28 @@ class Strokes(NamedTuple):
 
 
 class FingerKinematics:
-    """The kinematics of `hand`, for policies."""
+    """The kinematics of a hand's fingers, for policies.
+
+    Attributes:
+        moves: (F, J): which joints move each finger.
+        alone: (F, J): which joints move that finger alone; those of a wrist move several.
+        links: (F, L): the links of each finger; a palm belongs to none.
+    """
 
     def __init__(self, hand: Hand) -> None:
+        """Find which joints move which finger.
+
+        Args:
+            hand: with F fingers.
+        """
         self._tree = tree_of(hand)
         self._middle = np.array([0.5 * link.length for link in hand.links])
         self._tips = np.flatnonzero([link.tip for link in hand.links])
         _, jacobian = self._points(hand.rest_pose, self._middle)
         moved = np.abs(jacobian).max(axis=1) > LEAST  # (L, J)
         self.moves: NDArray[np.bool_] = moved[self._tips]
-        """(F, J): which joints move each finger."""
         self.alone: NDArray[np.bool_] = self.moves & (self.moves.sum(axis=0) == 1)
-        """(F, J): which joints move that finger alone; those of a wrist move several."""
         self.links: NDArray[np.bool_] = (moved[None] & self.alone[:, None]).any(axis=2)
-        """(F, L): the links of each finger; a palm belongs to none."""
         order = np.cumsum(self.alone, axis=1)
         self._outer = order > 0.5 * order[:, -1:]
 
@@ -55,10 +70,17 @@ class FingerKinematics:
         return len(self._tips)
 
     def strokes(self, joint_angles: ArrayLike, place: ArrayLike) -> Strokes:
-        """The strokes at `joint_angles` (J,) rad about `place` (3,) m, or one for each finger (F, 3).
+        """Find the strokes about a place.
 
         `close` is for each joint the cosine between the way in which it moves the links of the finger and their way to
         the place, averaged over the links by how far it moves them.
+
+        Args:
+            joint_angles: (J,) rad.
+            place: (3,) m, or one for each finger (F, 3).
+
+        Returns:
+            The strokes.
         """
         points, jacobian = self._points(joint_angles, self._middle)
         joint, _ = self._points(joint_angles, np.zeros_like(self._middle))
@@ -76,11 +98,26 @@ class FingerKinematics:
         return Strokes(close, self.alone * across, self.alone * np.where(self._outer, close, -close))
 
     def together(self, torques: Array) -> NDArray[np.float32]:
-        """(J,) in [-1, 1]: the `torques` (F, J) of all fingers, averaged where several move a joint."""
+        """Sum the torques of all fingers, averaged where several move a joint.
+
+        Args:
+            torques: (F, J), fractions.
+
+        Returns:
+            (J,) in [-1, 1].
+        """
         return np.clip(torques.sum(axis=0) / np.maximum(self.moves.sum(axis=0), 1), -1.0, 1.0).astype(np.float32)
 
     def touching(self, hand: Hand, contacts: ArrayLike) -> NDArray[np.bool_]:
-        """(F,): which fingers feel contact, `contacts` (P,)."""
+        """Tell which fingers feel contact.
+
+        Args:
+            hand: the same.
+            contacts: (P,).
+
+        Returns:
+            (F,).
+        """
         felt = np.zeros(len(hand.links), dtype=bool)
         felt[hand.patches.link[np.flatnonzero(contacts)]] = True
         return self.links @ felt

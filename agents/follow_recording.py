@@ -36,9 +36,15 @@ class FollowRecording(Policy):
         *,
         stiffness: float = 1.0,
     ) -> None:
-        """`stiffness`: part of the torque limit with which a joint answers an error of 1 rad.
+        """Match the recording to the hand of `env`.
 
-        Raises `ValueError` where the recording lacks joints of the hand, has others, or angles that no hand has.
+        Args:
+            env: with a hand.
+            recording: joint angles of that hand.
+            stiffness: part of the torque limit with which a joint answers an error of 1 rad.
+
+        Raises:
+            ValueError: where the recording lacks joints of the hand, has others, or angles that no hand has.
         """
         super().__init__(env)
         base = hand_env(env)

@@ -19,7 +19,15 @@ class HoldAction(gym.Wrapper, gym.utils.RecordConstructorArgs):
     """
 
     def __init__(self, env: gym.Env[Any, Any], steps: int = 5) -> None:
-        """Raises `ValueError` for a number of steps below 1."""
+        """Wrap `env`.
+
+        Args:
+            env: whose actions are held.
+            steps: control steps that each action lasts, 1 at least.
+
+        Raises:
+            ValueError: for another number of steps.
+        """
         gym.utils.RecordConstructorArgs.__init__(self, steps=steps)
         gym.Wrapper.__init__(self, env)
         self.held = validate.integer("steps", steps, 1)

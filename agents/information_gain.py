@@ -36,8 +36,8 @@ SPREAD = 0.0015  # metres: how well the skin's place is known; adds to the gap t
 
 
 class InformationGain(Guided):
-    """Takes, every `seconds`, that of M candidate torques after which least entropy is expected to be left, of what
-    the object is (`objective="class"`) or of the map ("map"), and holds it.
+    """Takes, every `seconds`, that of M candidate torques after which least entropy is expected to be left, and holds
+    it.
 
     Where torques lead is told by the observer's forward model about the believed pose. For the class, hypotheses are
     drawn from the shape posterior; each of a few is taken for the truth in turn, holds the fingers out, and what would
@@ -45,8 +45,7 @@ class InformationGain(Guided):
     is the mean over those truths. For the map, see `MapLookahead`.
 
     A candidate is a random mixture of three strokes for each finger, about the grasp centre: closing, going across,
-    curling (`FingerKinematics`); the one in force stays a candidate. `horizon` s: how far it looks ahead.
-    `threads`: how many weigh candidates side by side (None: as many as pay); the bits are the same.
+    curling (`FingerKinematics`); the one in force stays a candidate.
     """
 
     asks_shape = True
@@ -62,6 +61,20 @@ class InformationGain(Guided):
         horizon: float = 0.5,
         threads: int | None = None,
     ) -> None:
+        """Check the arguments, and find the strokes of each finger.
+
+        Args:
+            env: with an `ObserverWrapper`; with a `ShapePosterior` for the class.
+            seed: of candidates and hypotheses.
+            objective: whose entropy: "class", what the object is, or "map".
+            candidates: M.
+            seconds: s, how long torques stay.
+            horizon: s, how far it looks ahead.
+            threads: how many weigh candidates side by side (None: as many as pay); the bits are the same.
+
+        Raises:
+            ValueError: for a value out of range, or as `Guided`.
+        """
         super().__init__(env, seed)
         compiling.ensure(("agents.warming:looking_ahead",), self.hand)
         self.threads = side_by_side.check(threads)
@@ -77,7 +90,16 @@ class InformationGain(Guided):
         self._map = MapLookahead(self.hand)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
-        """As every policy's; `state` holds the torques in force, how long they stay, and the last pose (J,) rad."""
+        """Weigh candidates, where it is time.
+
+        Args:
+            observation: of one environment.
+            state: the torques in force, how long they stay, and the last pose (J,) rad.
+            deterministic: of no effect.
+
+        Returns:
+            Action (J,), and the next state.
+        """
         pose = self.belief.joint_angles
         if state is None:
             state = np.zeros(self.joints, np.float32), np.array(0), pose

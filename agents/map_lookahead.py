@@ -28,6 +28,11 @@ class MapLookahead:
     """
 
     def __init__(self, hand: Hand) -> None:
+        """Place points on the hand.
+
+        Args:
+            hand: whose map it is.
+        """
         skin = hand.patches.surface(SPACING)
         self._tree = tree_of(hand)
         self._points, self._body = skin.points, hand.link_bodies[skin.link].astype(np.int64)
@@ -37,8 +42,18 @@ class MapLookahead:
         self._finger = finger[skin.link].astype(np.int64)
 
     def gain(self, belief: Belief, line: Line, push: Array, looks: int, every: int) -> Array:
-        """(M,) bits that `push` (M, J) N·m (beyond the torques of now) are expected to give, held for `looks` times
-        `every` steps."""
+        """Weigh torques by what they are expected to tell of the map.
+
+        Args:
+            belief: with the map.
+            line: the forward model about now.
+            push: (M, J) N·m, beyond the torques of now.
+            looks: how often is looked at the pose.
+            every: control steps from one look to the next.
+
+        Returns:
+            (M,) bits.
+        """
         occupancy = belief.occupancy
         solid = np.where(occupancy == 0.5, ContactModel.prior, occupancy)
         p = np.clip(occupancy, 1e-9, 1.0 - 1e-9)
@@ -78,8 +93,22 @@ def _swing(line: Line, push: Array, looks: int, every: int) -> Array:
 
 @kernel()
 def expected(tree, points, body, finger, poses, origin, resolution, entropy, log_empty):
-    """(M,) bits: of each path `poses` (M, 1 + T, J), from where the hand is now, the entropy of the cells that it
-    sweeps, each once, by the probability that its finger gets there."""
+    """Sum the entropy of the cells that paths sweep, each once, by the probability that the finger gets there.
+
+    Args:
+        tree: the hand's kinematics.
+        points: (K, 3) m on the skin, each in its body's frame.
+        body: (K,) index.
+        finger: (K,) index.
+        poses: (M, 1 + T, J) rad, each path from where the hand is now.
+        origin: (3,) m, of the grid.
+        resolution: m, of the grid.
+        entropy: (X, Y, Z) bits of each cell.
+        log_empty: (X, Y, Z) log probability that each is empty.
+
+    Returns:
+        (M,) bits.
+    """
     out = np.zeros(len(poses))
     for m in range(len(poses)):
         position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))

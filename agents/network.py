@@ -52,7 +52,12 @@ ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
 
 
 class Layer(NamedTuple):
-    """A linear map: `weight` (out, in) and `bias` (out,)."""
+    """A linear map.
+
+    Attributes:
+        weight: (out, in).
+        bias: (out,).
+    """
 
     weight: Array
     bias: Array
@@ -62,8 +67,15 @@ class Layer(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """A layer of long short-term memory (Hochreiter & Schmidhuber 1997) as torch has it: from the input (4H, D) and
-    from the last output (4H, H) to the gates in, forget, cell, out."""
+    """A layer of long short-term memory as torch has it: four gates, in, forget, cell, out.
+
+    Attributes:
+        given: from the input, (4H, D).
+        fed_back: from the last output, (4H, H).
+
+    References:
+        Hochreiter & Schmidhuber 1997, Neural Computation 9, 1735-1780.
+    """
 
     given: Layer
     fed_back: Layer
@@ -78,9 +90,20 @@ class Cell(NamedTuple):
 class Network:
     """Observation → normalised → memory (`cells`) → `hidden` layers → `mean` torques, and the noise about them.
 
-    `noise`: "none"; "constant", of SD exp(`log_std`) (J,); "by state", the same with a `log_std` layer of the last
-    hidden one; "lasting", the last hidden layer times a matrix of SD exp(`log_std`) (L, J), drawn once an episode.
-    `squash`: torques go through tanh to the bounds of the action, else they are clipped. `told`: how it was trained.
+    Attributes:
+        observation_space: what it was trained with.
+        action_space: what it was trained with, (J,).
+        hidden: the layers, each with its activation.
+        mean: the last layer, of the mean torques.
+        squash: whether torques go through tanh to the bounds of the action; else they are clipped.
+        noise: "none"; "constant", of SD exp(`log_std`) (J,); "by state", the same with a `log_std` layer of the last
+            hidden one; "lasting", the last hidden layer times a matrix of SD exp(`log_std`) (L, J), drawn once an
+            episode.
+        log_std: of the noise.
+        cells: the memory, if it has any.
+        most_mean: what the mean is clipped to before it is squashed, if it is.
+        normalization: of the observation, if it is normalised.
+        told: how it was trained.
     """
 
     observation_space: gym.Space[Any]
@@ -98,7 +121,18 @@ class Network:
     def predict(
         self, observation: Any, memory: Memory, began: bool, deterministic: bool, rng: np.random.Generator
     ) -> tuple[Array, Memory]:
-        """Action (J,), and what to hand to the next call as `memory`; `began`: the first of an episode."""
+        """Compute an action.
+
+        Args:
+            observation: one of the observation space.
+            memory: what the last call returned.
+            began: whether it is the first of an episode.
+            deterministic: whether noise is left out.
+            rng: gives the noise.
+
+        Returns:
+            Action (J,), and what to hand to the next call as `memory`.
+        """
         if self.normalization is not None:
             observation = self.normalization(observation)
         h, c, lasting = (self._nothing(), self._nothing(), None) if began else memory
@@ -148,7 +182,11 @@ class Network:
         return np.exp(self.log_std) * fresh
 
     def write(self, path: Path) -> None:
-        """Write it to `path`, as `read` reads it."""
+        """Write it to a file, as `read` reads it.
+
+        Args:
+            path: of the file.
+        """
         arrays: dict[str, NDArray[Any]] = {}
 
         def put(name: str, layer: Layer) -> None:
@@ -206,7 +244,17 @@ class _Arrays:
 
 
 def read(path: Path) -> Network:
-    """The network in the file at `path`; raises `ValueError` for a file that is none, or not whole. Runs nothing."""
+    """Read a network from a file; runs nothing.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        The network.
+
+    Raises:
+        ValueError: for a file that is none, or not whole.
+    """
     try:
         found = dict(reading.npz(path, LARGEST))
     except OSError as error:
@@ -263,8 +311,7 @@ def _restore(told: dict[str, Any], arrays: _Arrays) -> Network:
 
 
 def _training(told: Any) -> dict[str, Any]:
-    """How it was trained: entries of the belief that it was shown (none: what is felt), and for how many steps it holds
-    an action."""
+    """How it was trained: entries of the belief that it saw (none: what is felt), and steps that it holds an action."""
     if not isinstance(told, dict):
         raise ValueError(f"how it was trained must be a table, got {told!r}")
     if not all(isinstance(each, str) for each in told.get("entries", [])):

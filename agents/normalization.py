@@ -22,15 +22,27 @@ WHOLE = ""  # the name of an observation that has no entries
 
 @dataclass(frozen=True)
 class Normalization:
-    """Mean and variance of each entry that is normalised, of an observation without entries of `WHOLE`; what is beyond
-    ± `clip` afterwards is clipped."""
+    """How observations are normalised, each entry by its mean and variance; entries of `WHOLE` are not.
+
+    Attributes:
+        statistics: mean and variance of each entry, by its name.
+        epsilon: added to the variance.
+        clip: what is beyond ± this afterwards is clipped.
+    """
 
     statistics: Mapping[str, tuple[Array, Array]]
     epsilon: float
     clip: float
 
     def __call__(self, observation: Any) -> Any:
-        """The same observation, normalised."""
+        """Normalise an observation.
+
+        Args:
+            observation: one of the space that it was made for.
+
+        Returns:
+            The same, normalised.
+        """
         if WHOLE in self.statistics:
             return self._scaled(observation, WHOLE)
         return {**observation, **{name: self._scaled(observation[name], name) for name in self.statistics}}
@@ -41,19 +53,39 @@ class Normalization:
         return np.clip(scaled, -self.clip, self.clip).astype(np.float32)
 
     def arrays(self) -> dict[str, Array]:
-        """Its arrays, by the names that they have in a file."""
+        """Give its arrays, as a file holds them.
+
+        Returns:
+            The arrays by their names in a file.
+        """
         pairs = {name: zip(PARTS, pair, strict=True) for name, pair in self.statistics.items()}
         return {f"normalization.{part}.{name}": array for name, pair in pairs.items() for part, array in pair}
 
     def description(self) -> dict[str, Any]:
-        """The rest of it, as JSON."""
+        """Give the rest of it.
+
+        Returns:
+            What JSON can say.
+        """
         return {"entries": list(self.statistics), "epsilon": self.epsilon, "clip": self.clip}
 
     @classmethod
     def restore(
         cls, told: Mapping[str, Any], space: gym.Space[Any], take: Callable[..., NDArray[Any]]
     ) -> Normalization:
-        """From `description` and `arrays`, of which `take` gives one by its name, shape and dtype."""
+        """Make it of `description` and `arrays`.
+
+        Args:
+            told: the description.
+            space: of the observations.
+            take: gives an array by its name, shape and dtype.
+
+        Returns:
+            The normalization.
+
+        Raises:
+            ValueError: for a description that is none.
+        """
         shapes = shapes_of(space)
         statistics = {}
         for name in told["entries"]:
@@ -64,8 +96,19 @@ class Normalization:
 
     @classmethod
     def of(cls, given: Any, space: gym.Space[Any], *, trust: bool) -> Normalization | None:
-        """From a `VecNormalize`, or the path of the file where one was saved, which is a pickle; None: observations of
-        `space` are not normalised. Raises `ValueError` for anything else, and for a file that is not to be trusted."""
+        """Make it of a `VecNormalize`.
+
+        Args:
+            given: that object, or the path of the file where one was saved, which is a pickle.
+            space: of the observations.
+            trust: whether the file may run what it likes.
+
+        Returns:
+            The normalization; None where observations are not normalised.
+
+        Raises:
+            ValueError: for anything else, and for a file that is not to be trusted.
+        """
         if isinstance(given, str | Path):
             given = _unpickled(Path(given), trust)
         try:
@@ -97,7 +140,14 @@ class Normalization:
 
 
 def shapes_of(space: gym.Space[Any]) -> dict[str, tuple[int, ...]]:
-    """Shape of each entry of an observation, or of the whole one."""
+    """Tell the shape of each entry of an observation, or of the whole one.
+
+    Args:
+        space: of the observations.
+
+    Returns:
+        The shapes by the names of the entries.
+    """
     if isinstance(space, gym.spaces.Dict):
         return {name: each.shape or () for name, each in space.spaces.items()}
     return {WHOLE: space.shape or ()}

@@ -13,8 +13,18 @@ MOST = 2**16  # environments side by side
 
 
 def count(observation: Any, space: gym.Space[Any] | None) -> int | None:
-    """For how many environments `observation` is, stacked; None: for one, not stacked. Raises `ValueError` for
-    more than `MOST`."""
+    """Count the environments that an observation is of.
+
+    Args:
+        observation: of one, or of several stacked.
+        space: of one; None: any.
+
+    Returns:
+        How many are stacked; None: it is of one, not stacked.
+
+    Raises:
+        ValueError: for more than `MOST`.
+    """
     for name, value, each in _entries(observation, space):
         given = validate.real(value)
         shape = () if given is None else given.shape
@@ -26,14 +36,30 @@ def count(observation: Any, space: gym.Space[Any] | None) -> int | None:
 
 
 def row(observation: Any, index: int) -> Any:
-    """The observation of the environment `index` of those in `observation`."""
+    """Take the observation of one environment.
+
+    Args:
+        observation: of several stacked.
+        index: of the environment.
+
+    Returns:
+        Its observation.
+    """
     if isinstance(observation, Mapping):
         return {name: each[index] for name, each in observation.items()}
     return observation[index]
 
 
 def check(observation: Any, space: gym.Space[Any] | None) -> None:
-    """Raise `ValueError` unless `observation` has the entries and shapes of `space`, and finite numbers; None: any."""
+    """Check an observation.
+
+    Args:
+        observation: of one environment.
+        space: whose entries and shapes it must have; None: any.
+
+    Raises:
+        ValueError: for other entries or shapes, and numbers that are not finite.
+    """
     if isinstance(space, gym.spaces.Dict):
         given = list(observation) if isinstance(observation, Mapping) else None
         if given is None or not set(space) <= set(given):

@@ -18,18 +18,40 @@ __getattr__ = renamed(__name__, {"SmoothChance": "OrnsteinUhlenbeck"})
 
 
 class OrnsteinUhlenbeck:
-    """An Ornstein–Uhlenbeck process in each of `size` numbers, of stationary SD `sd` and time constant `seconds`, by
-    its exact step at the control rate of `env` (Gillespie 1996, Phys. Rev. E 54, 2084-2091)."""
+    """An Ornstein–Uhlenbeck process in each of several numbers, by its exact step at the control rate.
+
+    References:
+        Gillespie 1996, Phys. Rev. E 54, 2084-2091.
+    """
 
     def __init__(self, env: gym.Env[Any, Any], size: int, *, sd: float, seconds: float) -> None:
-        """Raises `ValueError` for a value out of range."""
+        """Compute the decay in one control step.
+
+        Args:
+            env: with the control rate.
+            size: how many numbers.
+            sd: stationary SD.
+            seconds: s, time constant.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         self.size = size
         self.sd = validate.number("sd", sd, 0.0, LARGEST, above=0.0)
         tau = validate.seconds("seconds", seconds)
         self.decay = float(np.exp(-1.0 / (tau * hand_env(env).control_hz)))
 
     def next(self, rng: np.random.Generator, state: State, deterministic: bool) -> Array:
-        """The numbers (size,) after those in `state`, or the first ones; `deterministic`: the mean of them."""
+        """Draw the next numbers.
+
+        Args:
+            rng: gives the draws.
+            state: the last numbers; None: there are none yet.
+            deterministic: whether to take their mean.
+
+        Returns:
+            (size,).
+        """
         fresh = rng.standard_normal(self.size) * (not deterministic)
         if state is None:
             return self.sd * fresh

@@ -39,7 +39,15 @@ class Policy:
     Nothing is compared where it is None itself."""
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
-        """Raises `ValueError` for an environment without a hand, or a seed that is none."""
+        """Check the environment.
+
+        Args:
+            env: one environment, with a hand.
+            seed: of the policy's chance; None: other chance every time.
+
+        Raises:
+            ValueError: for an environment without a hand, or a seed that is none.
+        """
         hand_of(env)  # which it must have
         self.joints: int = env.action_space.shape[0]  # type: ignore[index]
         # None: an environment that is played back need not say what it shows.
@@ -48,17 +56,39 @@ class Policy:
         self.name = type(self).__name__  # `agents.make` puts the registered name here
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
-        """Action (J,) in [-1, 1] for one environment, and the state to hand to the next call; None starts anew."""
+        """Decide for one environment.
+
+        Args:
+            observation: of one environment.
+            state: what the last call returned; None starts anew.
+            deterministic: whether to act without chance, where the policy can.
+
+        Returns:
+            Action (J,) in [-1, 1], and the state to hand to the next call.
+
+        Raises:
+            NotImplementedError: unless a policy defines it.
+        """
         raise NotImplementedError(f"{type(self).__name__} must have `decide`")
 
     def predict(
         self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:
-        """Action (J,) in [-1, 1], and the state to hand to the next call; None or `episode_start` starts anew.
+        """Decide, for one environment or, as Stable-Baselines3 does it, for E at once.
 
-        As Stable-Baselines3 does it, also for E environments at once: entries of `observation` (E, ...), actions
-        (E, J), `episode_start` (E,), and a state of each; a policy that reads beliefs reads those of its own
-        environment, so that E is 1. Raises `ValueError` for an observation that `env` cannot have given.
+        A policy that reads beliefs reads those of its own environment, so that E is 1.
+
+        Args:
+            observation: of one environment, or its entries (E, ...).
+            state: what the last call returned; None starts anew.
+            episode_start: whether an episode starts, or (E,) for each environment; the state starts anew there.
+            deterministic: whether to act without chance, where the policy can.
+
+        Returns:
+            Action (J,) or (E, J) in [-1, 1], and the state to hand to the next call.
+
+        Raises:
+            ValueError: for an observation that `env` cannot have given.
         """
         count = observations.count(observation, self.observation_space)
         if state is not None and not isinstance(state, tuple):
@@ -111,6 +141,15 @@ class Guided(Policy):
     guided = True
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
+        """Find the observer.
+
+        Args:
+            env: an `ObserverWrapper`, or with one inside.
+            seed: of the policy's chance; None: other chance every time.
+
+        Raises:
+            ValueError: for an environment without an observer.
+        """
         super().__init__(env, seed)
         self.env = env
         self.hand = hand_of(env)
@@ -127,7 +166,11 @@ class Guided(Policy):
 
     @property
     def shape(self) -> ShapePosterior:
-        """What the object is believed to be; raises `ValueError` where the observer is not asked."""
+        """What the object is believed to be.
+
+        Raises:
+            ValueError: where the observer is not asked.
+        """
         shape = self.env.get_wrapper_attr("shape")
         if shape is None:
             raise ValueError(
@@ -138,15 +181,37 @@ class Guided(Policy):
 
 
 def starts(episode_start: EpisodeStart) -> bool:
-    """Whether `episode_start` says that an episode begins; raises `ValueError` where it says neither."""
+    """Tell whether an episode begins.
+
+    Args:
+        episode_start: as `Policy.predict`'s, of one environment.
+
+    Returns:
+        Whether it says so.
+
+    Raises:
+        ValueError: where it says neither.
+    """
     return episode_start is not None and bool(validate.binary("episode_start", episode_start).any())
 
 
 def act(
     policy: Policy, observation: Any, state: State = None, episode_start: EpisodeStart = None
 ) -> tuple[NDArray[np.float32], State]:
-    """What `policy` predicts, for whoever runs it; raises `ValueError` with its name for torques that are of another
-    shape, or not finite."""
+    """Ask a policy, and check what it says.
+
+    Args:
+        policy: any with `predict`.
+        observation: of one environment.
+        state: what the last call returned.
+        episode_start: whether an episode starts.
+
+    Returns:
+        Action (J,), and the state to hand to the next call.
+
+    Raises:
+        ValueError: for torques that are of another shape, or not finite; it names the policy.
+    """
     if not callable(getattr(policy, "predict", None)):
         raise ValueError(f"policy must have `predict`, as those of agents.make have, got {validate.shown(policy)}")
     action, state = policy.predict(observation, state, episode_start)

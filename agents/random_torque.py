@@ -15,8 +15,7 @@ from agents.policy import Policy, State
 class RandomTorque(Policy):
     """An Ornstein–Uhlenbeck process per joint, squashed to [-1, 1] by tanh.
 
-    `sd` is its stationary SD before squashing, `seconds` its time constant. `deterministic` takes the process's mean
-    step, so that torques decay to zero.
+    `deterministic` takes the process's mean step, so that torques decay to zero.
     """
 
     blind = True
@@ -24,6 +23,17 @@ class RandomTorque(Policy):
     def __init__(
         self, env: gym.Env[Any, Any], seed: int | None = None, *, sd: float = 1.0, seconds: float = 0.3
     ) -> None:
+        """Start the process.
+
+        Args:
+            env: one environment, with a hand.
+            seed: of the process.
+            sd: stationary SD before squashing.
+            seconds: s, time constant.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         super().__init__(env, seed)
         self.drive = OrnsteinUhlenbeck(env, self.joints, sd=sd, seconds=seconds)
         self.remembers = ((self.drive.size,),)

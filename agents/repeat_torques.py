@@ -21,7 +21,15 @@ class RepeatTorques(Policy):
     remembers = ((),)
 
     def __init__(self, env: gym.Env[Any, Any], torques: ArrayLike) -> None:
-        """Raises `ValueError` for torques of other joints, or beyond ± 1."""
+        """Check the torques.
+
+        Args:
+            env: with a hand.
+            torques: (T, J), fractions.
+
+        Raises:
+            ValueError: for torques of other joints, or beyond ± 1.
+        """
         super().__init__(env)
         given = validate.numbers("torques", torques, bound=1.0)
         if given.size and (given.ndim != 2 or given.shape[1] != self.joints):

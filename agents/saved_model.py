@@ -20,11 +20,19 @@ WHY = (
 
 
 class SavedModel:
-    """The network of the zip at `path`, computed by torch; it does not matter which algorithm has trained it."""
+    """The network of a saved algorithm, computed by torch; it does not matter which one has trained it."""
 
     def __init__(self, path: Path, normalize: Any = None) -> None:
-        """For a file that is trusted. Raises `ValueError` where it is no model; `ImportError` without
-        Stable-Baselines3."""
+        """Read a file that is trusted.
+
+        Args:
+            path: of the zip.
+            normalize: the `VecNormalize` under which it was trained, or its file.
+
+        Raises:
+            ValueError: where it is no model.
+            ImportError: without Stable-Baselines3.
+        """
         self._network, self.told = _load(path)
         self.observation_space, self.action_space = self._network.observation_space, self._network.action_space
         self.normalization: Normalization | None = None
@@ -34,7 +42,21 @@ class SavedModel:
     def predict(
         self, observation: Any, memory: Memory, began: bool, deterministic: bool, rng: np.random.Generator
     ) -> tuple[NDArray[np.float32], Memory]:
-        """As `Network.predict`; raises `ValueError` where the model has no finite torques."""
+        """Compute an action, as `Network.predict`.
+
+        Args:
+            observation: one of the observation space.
+            memory: what the last call returned.
+            began: whether it is the first of an episode.
+            deterministic: whether noise is left out.
+            rng: gives the noise.
+
+        Returns:
+            Action (J,), and what to hand to the next call as `memory`.
+
+        Raises:
+            ValueError: where the model has no finite torques.
+        """
         import torch
 
         if self.normalization is not None:

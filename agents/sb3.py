@@ -23,7 +23,7 @@ WEIGHTS, SAVED = ".npz", ".zip"
 
 
 class Sb3(Guided):
-    """The policy of a model that was trained with Stable-Baselines3 or sb3-contrib; `path` None: the shipped one.
+    """The policy of a model that was trained with Stable-Baselines3 or sb3-contrib.
 
     An .npz file is what `haptic-slam train` or `agents.export` has written, numbers and a description: nothing in it
     can run, and torch is not needed. A .zip is what any algorithm has saved. It holds pickles, which can run any code
@@ -32,8 +32,7 @@ class Sb3(Guided):
     A model that was trained on `BeliefObservation` by `haptic-slam train` says which entries it was shown and for how
     many steps it holds an action; `env` may then be an `ObserverWrapper` with a `ShapePosterior`, of any observation.
     Any other model is used where `env` has the observations and actions that it was trained with. One that was trained
-    under `VecNormalize` needs its statistics: `normalize`, that object, or the file where it was saved, a pickle
-    likewise. In an .npz they are included.
+    under `VecNormalize` needs its statistics; in an .npz they are included.
     """
 
     asks_shape = True
@@ -49,8 +48,20 @@ class Sb3(Guided):
         normalize: Any = None,
         trust: bool = False,
     ) -> None:
-        """Raises `ValueError` for a file that is no model, that is not to be trusted, or is one for other observations
-        or actions than `env` has; `ImportError` for a .zip without Stable-Baselines3."""
+        """Read the model, and check that it fits `env`.
+
+        Args:
+            env: with the observations and actions that the model was trained with.
+            seed: of the policy's chance; None: other chance every time.
+            path: of the model, .npz or .zip; None: the shipped one.
+            normalize: the `VecNormalize` of a .zip, or the file where it was saved, a pickle likewise.
+            trust: whether a .zip may run what it likes.
+
+        Raises:
+            ValueError: for a file that is no model, that is not to be trusted, or is one for other observations or
+                actions than `env` has.
+            ImportError: for a .zip without Stable-Baselines3.
+        """
         hand_of(env)  # which it must have
         model = load_model(SHIPPED if path is None else path, normalize, trust=trust)
         spaces = {"action": (model.action_space, env.action_space)}
@@ -78,7 +89,19 @@ class Sb3(Guided):
         self._hold = 1 if env.has_wrapper_attr("held") else model.told.get("hold", 1)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
-        """As every policy's; `state`: steps of the episode, the action in force, and what the network remembers."""
+        """Ask the model, where it is time.
+
+        Args:
+            observation: of one environment.
+            state: steps of the episode, the action in force, and what the network remembers.
+            deterministic: whether noise is left out.
+
+        Returns:
+            Action (J,), and the next state.
+
+        Raises:
+            ValueError: where the model has no finite torques.
+        """
         step, held, *memory = (np.zeros((), dtype=np.int64), None) if state is None else state
         assert step is not None
         if int(step) % self._hold == 0:
@@ -103,22 +126,50 @@ class Sb3(Guided):
 
 
 class Trained(Sb3):
-    """The model that ships, made by the preset of the same name, without the noise with which it learnt, whatever
-    `deterministic` says."""
+    """The model that ships, made by the preset of the same name, and always without the noise with which it learnt."""
 
     noiseless = True
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
+        """Read the model that ships.
+
+        Args:
+            env: with what it was trained with.
+            seed: of no effect, since no noise is drawn.
+
+        Raises:
+            ValueError: where it does not fit `env`.
+        """
         super().__init__(env, seed)
 
 
 def is_model(name: object) -> bool:
-    """Whether `name` is the path of a model, by how it ends, rather than the name of a policy."""
+    """Tell whether a name is the path of a model, by how it ends, rather than the name of a policy.
+
+    Args:
+        name: of either.
+
+    Returns:
+        Whether it is.
+    """
     return isinstance(name, str | os.PathLike) and Path(name).suffix in (WEIGHTS, SAVED)
 
 
 def load_model(path: str | os.PathLike[str], normalize: Any = None, *, trust: bool = False) -> Network | SavedModel:
-    """The model at `path`; raises `ValueError` for a file that is none, or that is not to be trusted."""
+    """Read a model.
+
+    Args:
+        path: of the model, .npz or .zip.
+        normalize: the `VecNormalize` of a .zip, or its file.
+        trust: whether a .zip may run what it likes.
+
+    Returns:
+        The model.
+
+    Raises:
+        ValueError: for a file that is none, or that is not to be trusted.
+        ImportError: for a .zip without Stable-Baselines3.
+    """
     if not is_model(path):
         raise ValueError(f"the path of a model must end in {WEIGHTS} or {SAVED}, got {path!r}")
     if not os.path.isfile(path):

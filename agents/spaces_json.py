@@ -18,7 +18,17 @@ DTYPES = ("float32", "float64", "int8", "int16", "int32", "int64", "uint8")
 
 
 def describe(space: gym.Space[Any]) -> dict[str, Any]:
-    """`space` as JSON; raises `ValueError` for one of another kind than Box, MultiBinary and Dict of such."""
+    """Describe a space as JSON.
+
+    Args:
+        space: a Box, a MultiBinary or a Dict of such.
+
+    Returns:
+        What JSON can say.
+
+    Raises:
+        ValueError: for a space of another kind.
+    """
     if isinstance(space, spaces.Dict):
         return {"kind": "dict", "spaces": [[name, describe(each)] for name, each in space.spaces.items()]}
     if isinstance(space, spaces.MultiBinary):
@@ -30,7 +40,18 @@ def describe(space: gym.Space[Any]) -> dict[str, Any]:
 
 
 def restore(told: Any, what: str) -> gym.Space[Any]:
-    """The space that `describe` has told of; raises `ValueError`, with `what` the space is of, for anything else."""
+    """Make the space that `describe` has told of.
+
+    Args:
+        told: the description.
+        what: the space is of, for messages.
+
+    Returns:
+        The space.
+
+    Raises:
+        ValueError: for anything else.
+    """
     try:
         kind = validate.choice(f"kind of {what}", told["kind"], KINDS)
         if kind == "dict":

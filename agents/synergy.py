@@ -29,14 +29,13 @@ EXPLAINED = 0.9  # share of the variance that the components of recordings must 
 
 
 class Synergy(Policy):
-    """An Ornstein–Uhlenbeck process in each synergy, of time constant `seconds` and stationary SD `sd`; the first one,
-    flexion, has the mean `flexion`. Torques are the sum, clipped to their limits.
+    """An Ornstein–Uhlenbeck process in each synergy; torques are the sum, clipped to their limits.
 
-    `recordings`: a file of joint angles (T, J) rad, .npy or .csv, in the order of the hand's joints; synergies are its
-    principal components, as many as hold nine tenths of the variance (or `synergies`), and the first is turned so that
-    it closes the hand. None: `opposition_basis`, from the hand's kinematics.
+    With recordings, synergies are the principal components of the recorded angles, and the first is turned so that it
+    closes the hand; without, `opposition_basis`, from the hand's kinematics.
 
-    Raises `ValueError` for a value out of range, or recordings of other joints or of no angles.
+    References:
+        Santello, Flanders & Soechting 1998, J. Neurosci. 18, 10105-10115.
     """
 
     blind = True
@@ -52,6 +51,20 @@ class Synergy(Policy):
         sd: float = 0.6,
         seconds: float = 0.3,
     ) -> None:
+        """Find the synergies.
+
+        Args:
+            env: one environment, with a hand.
+            seed: of the process.
+            recordings: a file of joint angles (T, J) rad, .npy or .csv, in the order of the hand's joints.
+            synergies: S; None: all of the hand's own, or as many as hold nine tenths of the variance of the recordings.
+            flexion: mean of the first one, in [-1, 1].
+            sd: stationary SD.
+            seconds: s, time constant.
+
+        Raises:
+            ValueError: for a value out of range, or recordings of other joints or of no angles.
+        """
         super().__init__(env, seed)
         hand = hand_of(env)
         basis = opposition_basis(hand) if recordings is None else posture_basis(hand, recordings)
@@ -65,15 +78,33 @@ class Synergy(Policy):
         self.remembers = ((self.drive.size,),)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
-        """As every policy's; `state` holds the process (S,). `deterministic` takes its mean step."""
+        """Draw the next step of the process.
+
+        Args:
+            observation: of one environment.
+            state: the process (S,).
+            deterministic: whether to take its mean step.
+
+        Returns:
+            Action (J,), and the next state.
+        """
         drive = self.drive.next(self.rng, state, deterministic)
         torque = np.clip((self.mean + drive) @ self.basis, -1.0, 1.0)
         return torque.astype(np.float32), (drive,)
 
 
 def opposition_basis(hand: Hand) -> Array:
-    """(S, J), the largest entry of each 1: all fingers close; then for each finger, it closes against the others, goes
-    across, and curls. For two fingers these are flexion, opposition, and the ways along an object."""
+    """Make synergies of a hand's kinematics.
+
+    All fingers close; then for each finger, it closes against the others, goes across, and curls. For two fingers these
+    are flexion, opposition, and the ways along an object.
+
+    Args:
+        hand: with F fingers.
+
+    Returns:
+        (S, J), the largest entry of each 1.
+    """
     kinematics = FingerKinematics(hand)
     close, across, curl = kinematics.strokes(hand.rest_pose, hand.grasp_centre)
     together = close.sum(axis=0)
@@ -82,8 +113,18 @@ def opposition_basis(hand: Hand) -> Array:
 
 
 def posture_basis(hand: Hand, path: str | os.PathLike[str]) -> Array:
-    """(S, J), the largest entry of each 1: the principal components of the recorded angles in the file at `path`, all
-    of those that are needed to hold `EXPLAINED` of the variance."""
+    """Make synergies of recordings: the principal components that are needed to hold `EXPLAINED` of the variance.
+
+    Args:
+        hand: with J joints.
+        path: of a file of joint angles (T, J) rad, .npy or .csv.
+
+    Returns:
+        (S, J), the largest entry of each 1.
+
+    Raises:
+        ValueError: for recordings of other joints or of no angles.
+    """
     told = _read(path)
     if told.ndim != 2 or told.shape[1] != hand.joints or len(told) < 2:
         raise ValueError(

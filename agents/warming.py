@@ -15,7 +15,11 @@ from observer.shape.skin import skin_of
 
 
 def looking_ahead(hand: Hand) -> None:
-    """`information_gain`, for names and for maps."""
+    """Compile what `information_gain` needs, for names and for maps.
+
+    Args:
+        hand: any.
+    """
     rest = hand.rest_pose.astype(np.float64)
     FingerKinematics(hand).strokes(rest, hand.grasp_centre)
     ahead = ForwardModel(hand, 50.0).predict(np.concatenate([rest, np.zeros(hand.joints)]), np.zeros(hand.joints))

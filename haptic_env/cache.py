@@ -21,11 +21,17 @@ NAME = "haptic_slam"
 
 
 def folder() -> Path:
-    """The user's cache folder, or the one that the environment variable `HAPTIC_SLAM_CACHE` names; made if missing.
+    """Find the user's cache folder, or the one that the environment variable `HAPTIC_SLAM_CACHE` names; made if
+    missing.
 
     Where it cannot be written, belongs to somebody else or is open to others, a temporary folder instead that lasts as
-    long as this process, with a warning said once; child processes share it. Raises `OSError` where even that cannot be
-    made.
+    long as this process, with a warning said once; child processes share it.
+
+    Returns:
+        The folder, which exists and can be written.
+
+    Raises:
+        OSError: where not even a temporary folder can be made.
     """
     return _usable(os.environ.get(VARIABLE, ""), os.environ.get("XDG_CACHE_HOME", ""))
 

@@ -22,9 +22,15 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrap
 
 
 def kernel(*signature: Any, **options: Any) -> Callable[[Callable], Callable]:
-    """Compile a function when it is first called; `options` as `numba.njit`'s. Dividing by zero is no error.
+    """Compile a function when it is first called; dividing by zero is no error.
 
-    With a `signature`, for it alone, and any argument is cast to it.
+    Args:
+        *signature: types of the arguments; the function is compiled now and for them alone, and any argument is cast to
+            them.
+        **options: as `numba.njit`'s.
+
+    Returns:
+        The decorator.
     """
 
     def compile(function: Callable) -> Callable:
@@ -41,12 +47,28 @@ def kernel(*signature: Any, **options: Any) -> Callable[[Callable], Callable]:
 
 
 def inner(*signature: Any, **options: Any) -> Callable[[Callable], Callable]:
-    """Compile a function that makes no arrays: without counting who refers to those it reads, each of which is an
-    atomic operation. Called by kernels, in the shape posterior that took as long as its arithmetic; called from Python,
-    it is half of what the call costs."""
+    """Compile a function that makes no arrays, without counting who refers to those it reads.
+
+    Each count is an atomic operation: called by kernels, in the shape posterior that took as long as its arithmetic;
+    called from Python, it is half of what the call costs.
+
+    Args:
+        *signature: as `kernel`'s.
+        **options: as `kernel`'s.
+
+    Returns:
+        The decorator.
+    """
     return kernel(*signature, _nrt=False, **options)  # an option of numba's own libraries
 
 
 def part(**options: Any) -> Callable[[Callable], Callable]:
-    """Compile a small function of which every caller has a copy of its own, as if it stood there."""
+    """Compile a small function of which every caller has a copy of its own, as if it stood there.
+
+    Args:
+        **options: as `kernel`'s.
+
+    Returns:
+        The decorator.
+    """
     return inner(forceinline=True, **options)

@@ -6,8 +6,7 @@ Shapes: J joints, P patches. Angles in radians, lengths in metres, world frame.
 from __future__ import annotations
 
 import copy
-import inspect
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,23 +15,21 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import hands, rendering, scene, sensors, shapes, validate
-from haptic_env.shapes.base import Solid
+from haptic_env import hands, rendering, scene, sensors, validate
+from haptic_env.objects import ObjectPrior, reset_options
 from haptic_env.touch import Touch
 
 Observation = dict[str, NDArray[Any]]
 DRAWS = 100  # of an object that varies, before it is said to lie where the hand rests
-RESET_OPTIONS = ("position", "quaternion", "shape", "sigma_deg", "size")
 
 
 class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
     """Explore one object for `episode_seconds`: torques in, noisy joint angles and binary contacts out.
 
     The reward is always 0: this is a perception problem, and a reward belongs to the belief.
-    All keyword arguments are described in docs/environment.md; a wrong one raises `ValueError`.
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"]}  # noqa: RUF012 - as gymnasium declares it
+    metadata: dict[str, Any] = {"render_modes": list(rendering.MODES)}  # noqa: RUF012 - as gymnasium declares it
 
     def __init__(
         self,
@@ -57,22 +54,38 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         reveal_truth: bool = False,
         **hand_keywords: Any,
     ) -> None:
+        """Check all arguments; the object is drawn at the reset.
+
+        Args:
+            hand: one of `haptic_env.hands.HANDS`.
+            shape: a name or a mesh's path, several to draw from at each reset, or None for all named shapes.
+            scale: metres that the unit of mesh files is long; 0.001 for millimetres.
+            sigma_deg: degrees, SD of the white noise of each joint and step.
+            bias_deg: degrees, SD of the constant error of each joint and episode.
+            drift_deg: degrees, SD of the slow error of each joint.
+            drift_seconds: s, time constant of the drift.
+            proportional: SD of white noise as a fraction of the angle.
+            motor_noise: SD as a fraction of the commanded torque; 0 is the paper's.
+            contact_miss: probability that a touched patch stays silent, at each step.
+            contact_false_alarm: probability that an untouched patch reports a contact, at each step.
+            size_jitter: fraction by which the object's size varies, drawn at reset.
+            position_jitter: m by which its place varies along each axis, drawn at reset.
+            yaw_jitter: degrees by which its turn about z varies, drawn at reset.
+            episode_seconds: s until an episode is truncated.
+            control_hz: Hz, of the steps; it divides the rate of the physics.
+            render_mode: "human", "rgb_array" or None.
+            reveal_truth: whether `info["truth"]` holds the true pose and object.
+            **hand_keywords: of the hand: `patches_along` and `patches_around`.
+
+        Raises:
+            ValueError: for an unknown keyword or a value out of range; it lists what is valid.
+        """
         validate.keywords("environment", hand_keywords, (*_KEYWORDS, *hands.keywords_of(hand)))
-        self.scale = validate.number("scale", scale, above=0.0, unit="m")
-        self.shape_names = _shape_names(shape, self.scale)
-        self.size_jitter = validate.number("size_jitter", size_jitter, 0.0, 0.5)
-        self.position_jitter = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
-        self.yaw_jitter = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
+        self.objects = ObjectPrior.checked(shape, scale, size_jitter, position_jitter, yaw_jitter)
         self.episode_seconds = validate.seconds("episode_seconds", episode_seconds)
         self.control_hz = validate.number("control_hz", control_hz, 1.0, 1.0 / scene.PHYSICS_SECONDS, unit="Hz")
-        self.substeps = round(1.0 / (self.control_hz * scene.PHYSICS_SECONDS))
-        if not np.isclose(self.substeps * scene.PHYSICS_SECONDS * self.control_hz, 1.0):
-            valid = [f"{1 / (n * scene.PHYSICS_SECONDS):g}" for n in (1, 2, 4, 5, 8, 10, 20, 25, 50)]
-            raise ValueError(
-                f"control_hz must divide {1 / scene.PHYSICS_SECONDS:g} Hz, got {control_hz!r}; e.g. {', '.join(valid)}"
-            )
-        if render_mode is not None:
-            validate.choice("render_mode", render_mode, self.metadata["render_modes"])
+        self.substeps = scene.substeps_of(self.control_hz)
+        self._window = rendering.Window(render_mode)
         self.render_mode = render_mode
         self.reveal_truth = validate.boolean("reveal_truth", reveal_truth)
         self.hand = hands.make(hand, **hand_keywords)
@@ -99,13 +112,16 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         self._model: mujoco.MjModel | None = None
         self._data: Any = None
         self._touch: Touch | None = None
-        self._renderer: Any = None
         self._steps = 0
         self._command = np.zeros(joints)
 
     def __getstate__(self) -> dict[str, Any]:
         """A copy, here or in another process, goes on as this one would; its window is another."""
-        return {**vars(self), "_renderer": None, "_touch": None}  # the latter sees the memory of this one
+        return {
+            **vars(self),
+            "_window": rendering.Window(self.render_mode),
+            "_touch": None,
+        }  # the latter sees the memory of this one
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
@@ -127,10 +143,18 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode at the rest pose. `options` may set `shape`, `position` (3,) m, `quaternion` (4,) wxyz and
-        `size` (3,) m of the object; what it leaves open is drawn. `sigma_deg` in it is the noise of this episode.
+        """Start an episode at the rest pose.
 
-        Raises `ValueError` for an unknown option, or an object that is out of reach or where the hand rests.
+        Args:
+            seed: of the chance of this episode and those after it; None goes on with the present one.
+            options: `shape`, `position` (3,) m, `quaternion` (4,) wxyz and `size` (3,) m of the object, of which what
+                is left open is drawn; `sigma_deg` is the noise of this episode.
+
+        Returns:
+            The observation: `joint_angles` (J,) rad and `contacts` (P,). The info: with `reveal_truth`, the `truth`.
+
+        Raises:
+            ValueError: for an unknown option, or an object that is out of reach or where the hand rests.
         """
         super().reset(seed=seed)
         self._model = None  # until the new episode is known to be possible
@@ -138,11 +162,8 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         streams = self.np_random.spawn(4)
         world_rng, self._motor_rng, proprioception_rng, self._contact_rng = streams
         self._proprioception_seed: Any = proprioception_rng.bit_generator.seed_seq
-        if options is not None and not isinstance(options, Mapping):
-            valid = f"a dictionary of {', '.join(RESET_OPTIONS)}"
-            raise ValueError(f"reset options must be {valid}, got {validate.shown(options)}")
-        model = self._place_solid(world_rng, options or {})
-        sigma = (options or {}).get("sigma_deg")
+        told = reset_options(options)
+        model, sigma = self._place_solid(world_rng, told), told.get("sigma_deg")
         self.felt_angles = self.felt_at(self.sigma_deg if sigma is None else sigma)
         self._steps, self._command = 0, np.zeros(self.hand.joints)
         self._model = model
@@ -152,10 +173,17 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         return observation, self._info()
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Apply `action` (J,), torques as fractions of their limits, for one control step.
+        """Apply torques for one control step.
 
-        Raises `ValueError` for an action of the wrong shape, not finite, or outside [-1, 1], and
-        `gymnasium.error.ResetNeeded` before the first reset.
+        Args:
+            action: (J,), torques as fractions of their limits, in [-1, 1].
+
+        Returns:
+            The observation, the reward 0, False for never terminated, whether truncated, and the info, as `reset`'s.
+
+        Raises:
+            ValueError: for an action of the wrong shape, not finite, or outside [-1, 1].
+            gymnasium.error.ResetNeeded: before the first reset.
         """
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before step()")
@@ -178,49 +206,50 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         return validate.array("action", action, self._joints, bound=1.0, names=self.hand.joint_names).copy()
 
     def felt_at(self, sigma_deg: float) -> sensors.FeltAngles:
-        """How the angles of this episode are felt at `sigma_deg`, to be asked from the reset on: what an episode of the
-        same seed and torques would give, bit for bit."""
+        """Make what feels the angles of this episode at another noise, to be asked from the reset on.
+
+        It gives what an episode of the same seed and torques would give, bit for bit.
+
+        Args:
+            sigma_deg: degrees, SD of the white noise.
+
+        Returns:
+            To be called with the true angles (J,) rad of each step.
+
+        Raises:
+            ValueError: for a noise out of range.
+        """
         noises = [sensors.White(sigma_deg), *copy.deepcopy(self._other_noises)]
         rng = np.random.default_rng(self._proprioception_seed)
         return sensors.FeltAngles(sensors.Proprioception(noises), rng, self.hand.joints)
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Show the scene with active patches lit; an (H, W, 3) picture in mode "rgb_array".
+        """Show the scene with active patches lit.
 
-        Raises `RuntimeError` where there is no OpenGL, or no display for a window.
+        Returns:
+            An (H, W, 3) picture in mode "rgb_array", else None.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+            RuntimeError: where there is no OpenGL, or no display for a window.
         """
         if self.render_mode is None:
             gym.logger.warn('render() needs a render_mode: gym.make(..., render_mode="rgb_array")')
             return None
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before render()")
-        if self._renderer is None:
-            self._renderer = rendering.renderer_of(self._model, self._data, self.render_mode)
-        elif self._renderer.viewer is not None:
-            self._renderer.viewer.make_context_current()  # another environment may have drawn since
         scene.light(self._model, self.hand, self._touched)
-        try:
-            return rendering.draw(self._renderer, self.render_mode)
-        except RuntimeError:
-            self._close_renderer()  # what is left of it draws nothing
-            raise
+        return self._window.draw(self._model, self._data)
 
     def close(self) -> None:
         """Close the window, if any."""
-        self._close_renderer()
-
-    def _close_renderer(self) -> None:
-        if self._renderer is not None:
-            self._renderer.close()
-            self._renderer = None
+        self._window.close()
 
     def _place_solid(self, rng: np.random.Generator, options: Mapping[str, Any]) -> mujoco.MjModel:
         """Draw the object, anew while what was drawn of it by chance would put it where the hand rests."""
-        for _ in range(DRAWS if self.size_jitter or self.position_jitter or self.yaw_jitter else 1):
-            self.solid = self._draw_solid(rng, options)
-            self._place = tuple(
-                np.array(each) for each in (self.solid.position, self.solid.quaternion, self.solid.size)
-            )
+        for _ in range(DRAWS if self.objects.varies else 1):
+            self.solid = self.objects.draw(rng, self.hand, options)
+            self._place = tuple(map(np.array, (self.solid.position, self.solid.quaternion, self.solid.size)))
             model = scene.compose(self.hand, self.solid, show_patches=self.render_mode is not None)
             self._bind(model)
             scene.place(model, self._data, self.solid)
@@ -235,43 +264,12 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             f"(it touches {', '.join(touching)}); place it closer to the grasp centre or make it smaller"
         )
 
-    def _draw_solid(self, rng: np.random.Generator, options: Mapping[str, Any]) -> Solid:
-        """The object of an episode; always takes the same draws from `rng`, whatever the options."""
-        for option in options:
-            validate.choice("reset option", option, RESET_OPTIONS)
-        drawn = self.shape_names[rng.integers(len(self.shape_names))]
-        jitter = 1 + self.size_jitter * rng.uniform(-1, 1)
-        shift = self.position_jitter * rng.uniform(-1, 1, 3)
-        yaw = np.deg2rad(self.yaw_jitter) * rng.uniform(-1, 1)
-        name = options.get("shape")
-        name = drawn if name is None else shapes.check("shape", name)
-        size = options.get("size")
-        position = options.get("position")
-        quaternion = options.get("quaternion")
-        usual = shapes.default_size(name, self.scale)
-        told = shapes.find(name).check_size(usual if size is None else size)
-        solid = shapes.make(
-            name,
-            jitter * told if size is None else told,
-            self.hand.place(told) + shift if position is None else position,
-            (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)) if quaternion is None else quaternion,
-        )
-        offset = np.abs(np.asarray(solid.position) - self.hand.grasp_centre)
-        reach = self.hand.workspace / 2
-        if (offset > reach).any():
-            low, high = self.hand.grasp_centre - reach, self.hand.grasp_centre + reach
-            raise ValueError(
-                f"object position {solid.position} m is out of reach; choose it between {low.tolist()} and "
-                f"{high.tolist()} m"
-            )
-        return solid
-
     def _bind(self, model: mujoco.MjModel) -> None:
         """Start `model` afresh; a new one also gets its own data, renderer and sense of touch."""
         if self._data is not None and self._data.model is model:
             mujoco.mj_resetData(model, self._data)
             return
-        self._close_renderer()
+        self._window.close()
         self._data = mujoco.MjData(model)
         self._touch = Touch(self.hand, model, self._data)
 
@@ -282,10 +280,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     def _observe(self) -> Observation:
         contacts = self.contact_detection.sample(self._contact_rng, self._touched)
-        return {
-            "joint_angles": self.felt_angles(self._data.qpos),
-            "contacts": contacts.view(np.int8),
-        }
+        return {"joint_angles": self.felt_angles(self._data.qpos), "contacts": contacts.view(np.int8)}
 
     def _info(self) -> dict[str, Any]:
         if not self.reveal_truth:
@@ -302,25 +297,4 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         }
 
 
-def _shape_names(shape: str | Path | Sequence[str | Path] | None, scale: float) -> tuple[str, ...]:
-    """The shapes to draw from; raises `ValueError` for an unknown one, a mesh of impossible size or an empty list."""
-    if shape is None:
-        return tuple(shapes.SHAPES)
-    single = isinstance(shape, str) or not isinstance(shape, Iterable) or getattr(shape, "ndim", 1) == 0
-    given: tuple[Any, ...] = (shape,) if single else tuple(shape)  # type: ignore[arg-type]
-    names = tuple(shapes.check("shape", name) for name in given)
-    if not names:
-        raise ValueError(f"shape must name at least one of {', '.join(shapes.SHAPES)}, got an empty list")
-    for name in names:
-        shapes.default_size(name, scale)
-    if len(names) == 1:  # each reset needs it; of several, those that are drawn
-        shapes.find(names[0]).prepare()
-    return names
-
-
-# Read from the signature, so that the error for an unknown keyword can list them all.
-_KEYWORDS = [
-    each.name
-    for each in inspect.signature(ExploreEnv).parameters.values()
-    if each.kind is inspect.Parameter.KEYWORD_ONLY
-]
+_KEYWORDS = validate.keywords_of(ExploreEnv)  # so that the error for an unknown one can list them all

@@ -8,8 +8,19 @@ from typing import Any
 
 
 def folder(module: str, extra: str, what: str) -> Path:
-    """Where the package `module` lies that `what` needs; raises `ImportError` that says which `extra` to install where
-    it is missing. The package is not imported."""
+    """Find where the package `module` lies, without importing it.
+
+    Args:
+        module: name of the package.
+        extra: the extra of this project that installs it, for the error.
+        what: what needs it, for the error.
+
+    Returns:
+        The package's folder.
+
+    Raises:
+        ImportError: where it is missing, with the `extra` to install.
+    """
     found = importlib.util.find_spec(module)
     if found is None or found.origin is None:
         raise ImportError(f"{what} needs the package {module!r}: pip install 'haptic-slam[{extra}]'")
@@ -17,6 +28,18 @@ def folder(module: str, extra: str, what: str) -> Path:
 
 
 def load(module: str, extra: str, what: str) -> Any:
-    """The same, imported."""
+    """Import the package `module`.
+
+    Args:
+        module: name of the package.
+        extra: the extra of this project that installs it, for the error.
+        what: what needs it, for the error.
+
+    Returns:
+        The module.
+
+    Raises:
+        ImportError: where it is missing, with the `extra` to install.
+    """
     folder(module, extra, what)
     return importlib.import_module(module)

@@ -13,7 +13,14 @@ UNFINISHED = ".unfinished-"  # how the names of files begin that are being writt
 
 @contextmanager
 def atomic(path: Path) -> Iterator[Path]:
-    """A place beside `path` to write to; what was written there becomes `path` when all went well."""
+    """Give a place beside `path` to write to; what was written there becomes `path` when all went well.
+
+    Args:
+        path: the file that is written whole, or not at all.
+
+    Yields:
+        The place to write to.
+    """
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=UNFINISHED, suffix=path.suffix)
     os.close(handle)
     place = Path(name)

@@ -22,8 +22,13 @@ class Grid:
 
     The centre of voxel (i, j, k) is origin + ((i, j, k) + 0.5) · resolution.
 
-    Raises `ValueError` for an origin beyond ± `validate.FARTHEST` m, a resolution that is none in [`SMALLEST`,
-    `LARGEST`] m, and a shape that is no three counts of 1 at least and of `VOXELS` together at most.
+    Attributes:
+        origin: (3,) m, none beyond ± `validate.FARTHEST`.
+        resolution: m, in [`SMALLEST`, `LARGEST`].
+        shape: (X, Y, Z), how many voxels along each axis: 1 at least, and together `VOXELS` at most.
+
+    Raises:
+        ValueError: for values that are none of those.
     """
 
     origin: tuple[float, float, float]
@@ -49,7 +54,19 @@ class Grid:
 
     @classmethod
     def around(cls, centre: ArrayLike, extent: ArrayLike, resolution: float) -> Grid:
-        """The grid of whole voxels centred on `centre` (3,) that covers `extent` (3,) metres."""
+        """Make the grid of whole voxels that covers a box.
+
+        Args:
+            centre: (3,) m, of the box and of the grid.
+            extent: (3,) m, edge lengths of the box.
+            resolution: m.
+
+        Returns:
+            The grid: along each axis the extent in voxels, rounded, and 1 at least.
+
+        Raises:
+            ValueError: for what no grid can be made of; see `Grid`.
+        """
         validate.number("grid resolution", resolution, SMALLEST, LARGEST, unit="m")
         middle = validate.place("grid centre", centre)
         wanted = validate.array("grid extent", extent, (3,), "m", bound=2 * validate.FARTHEST)
@@ -71,13 +88,25 @@ class Grid:
         return np.asarray(self.shape) * self.resolution
 
     def centres(self) -> NDArray[np.float64]:
-        """(X, Y, Z, 3) metres: centres of all voxels."""
+        """Give the centres of all voxels.
+
+        Returns:
+            (X, Y, Z, 3) m.
+        """
         return np.asarray(self.origin) + (np.moveaxis(np.indices(self.shape), 0, -1) + 0.5) * self.resolution
 
     def index(self, points: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """Voxel indices (..., 3) of `points` (..., 3) metres, and whether each lies in the grid (...).
+        """Find the voxels that hold `points`.
 
-        Raises `ValueError` for points that are not finite. Indices are those of points beyond ± `2 FARTHEST` m at most.
+        Args:
+            points: (..., 3) m.
+
+        Returns:
+            Voxel indices (..., 3), those of points beyond ± `2 FARTHEST` m at most, and whether each point lies in the
+            grid (...).
+
+        Raises:
+            ValueError: for points that are not finite.
         """
         where = validate.numbers("points", points)
         if where.ndim == 0 or where.shape[-1] != 3:

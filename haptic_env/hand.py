@@ -22,7 +22,14 @@ USUAL_SIZE = 0.05  # metres: of an object at the grasp centre
 
 
 def parse(xml: str) -> mjcf.RootElement:
-    """An editable MJCF tree of `xml`, which dm_control itself may have written with scoped names."""
+    """Make an editable MJCF tree of `xml`, which dm_control itself may have written with scoped names.
+
+    Args:
+        xml: MJCF.
+
+    Returns:
+        The root of the tree.
+    """
     return mjcf.from_xml_string(xml, escape_separators=True)
 
 
@@ -30,10 +37,16 @@ def parse(xml: str) -> mjcf.RootElement:
 class Hand:
     """A hand in mid-air. Add one as a file and a line in `haptic_env.hands.HANDS`.
 
-    `xml` is the MJCF of the hand alone, its base fixed in the world, with one torque motor per joint in the order of
-    `joint_names`; `rest_pose` (J,) rad is where every episode starts; `grasp_centre` (3,) m is where objects are
-    placed, and `workspace` (3,) m the box about it that a map covers. `opening` (3,): the direction in which a large
-    object is moved out of the palm; zero where there is none.
+    Attributes:
+        name: as in the registry.
+        xml: the MJCF of the hand alone, its base fixed in the world, with one torque motor per joint in the order of
+            `joint_names`.
+        links: (L,) the rigid segments, capsules of skin.
+        patches: (P,) the contact patches of the skin.
+        rest_pose: (J,) rad, where every episode starts.
+        grasp_centre: (3,) m, world frame, where objects are placed.
+        workspace: (3,) m, edge lengths of the box about `grasp_centre` that a map covers.
+        opening: (3,), the direction in which a large object is moved out of the palm; zero where there is none.
     """
 
     name: str
@@ -71,8 +84,16 @@ class Hand:
         return self.model.actuator_gear[:, 0].copy()
 
     def place(self, size: ArrayLike) -> NDArray[np.float64]:
-        """(3,) m: where the middle of an upright object of full extents `size` (3,) m belongs, the side that faces the
-        palm as near to it as that of an object of `USUAL_SIZE`."""
+        """Find where the middle of an upright object belongs.
+
+        The side that faces the palm is as near to it as that of an object of `USUAL_SIZE`.
+
+        Args:
+            size: (3,) m, full extents of the object.
+
+        Returns:
+            (3,) m, world frame.
+        """
         extents = validate.array("object size", size, (3,), "m", bound=validate.FARTHEST)
         beyond = 0.5 * (float(np.abs(self.opening) @ extents) - USUAL_SIZE)
         return self.grasp_centre + max(beyond, 0.0) * self.opening
@@ -117,9 +138,17 @@ class Hand:
         return self.moves @ same
 
     def torques_along(self, path: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """(T, J) N·m: what moves the hand along `path` (T, J) rad, of `rate` Hz, in free air (inverse dynamics).
+        """Compute what moves the hand along `path` in free air (inverse dynamics).
 
-        Raises `ValueError` for a path of other joints or of one frame, and angles beyond ± `WIDEST` rad.
+        Args:
+            path: (T, J) rad.
+            rate: Hz, of the frames of `path`.
+
+        Returns:
+            (T, J) N·m.
+
+        Raises:
+            ValueError: for a path of other joints or of one frame, and angles beyond ± `WIDEST` rad.
         """
         path = validate.numbers("path", path, 2, bound=WIDEST)
         if path.shape[0] < 2 or path.shape[1] != self.joints:

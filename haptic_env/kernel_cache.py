@@ -45,7 +45,15 @@ class KernelCache(_Cache):
         return str(folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The `CompileResult` of the argument types `sig`, or None."""
+        """Read the compiled version for the argument types `sig`.
+
+        Args:
+            sig: types of the arguments.
+            target_context: numba's, which the code is bound to.
+
+        Returns:
+            The `CompileResult`, or None where none is kept.
+        """
         target_context.refresh()  # numba's own functions may not be there yet
         try:
             payload = pickle.loads(self._place(sig).read_bytes())
@@ -58,7 +66,12 @@ class KernelCache(_Cache):
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the `CompileResult` `data`; where that fails, it is compiled again in the next process."""
+        """Keep a compiled version; where that fails, it is compiled again in the next process.
+
+        Args:
+            sig: types of the arguments.
+            data: the `CompileResult`.
+        """
         if data.library.has_dynamic_globals or data.lifted:
             return
         place = self._place(sig)
@@ -90,7 +103,11 @@ class KernelCache(_Cache):
 
 
 def folder() -> Path:
-    """Where compiled code is kept; see `haptic_env.cache.folder`."""
+    """Find where compiled code is kept; see `haptic_env.cache.folder`.
+
+    Returns:
+        The folder, which exists.
+    """
     return _made(cache.folder())
 
 
@@ -102,12 +119,23 @@ def _made(place: Path) -> Path:
 
 
 def machine() -> str:
-    """The processor that code is compiled for, with all that it can."""
+    """Tell the processor that code is compiled for, with all that it can.
+
+    Returns:
+        Its description by LLVM.
+    """
     return repr(registry.cpu_target.target_context.codegen().magic_tuple())
 
 
 def digest_of(dispatcher: Dispatcher) -> str:
-    """Of all that the machine code of a compiled function follows from but its argument types and the machine."""
+    """Sum up all that the machine code of a compiled function follows from but its argument types and the machine.
+
+    Args:
+        dispatcher: the compiled function.
+
+    Returns:
+        SHA-256, in hexadecimal digits.
+    """
     return _digest(dispatcher, ())
 
 

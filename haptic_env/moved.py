@@ -43,7 +43,11 @@ _FINDER = _Moved()
 
 
 def moved(homes: Mapping[str, Sequence[str]]) -> None:
-    """Keep importable what was moved: by the old name of each module, the names of those that hold its content."""
+    """Keep importable what was moved.
+
+    Args:
+        homes: by the old name of each module, the names of those that hold its content.
+    """
     if _FINDER not in sys.meta_path:
         sys.meta_path.append(_FINDER)
     _FINDER.homes.update({old: tuple(new) for old, new in homes.items()})

@@ -23,7 +23,15 @@ __getattr__ = renamed(__name__, {"Skin": "SkinPoints"})
 
 @dataclass(frozen=True)
 class Link:
-    """One rigid segment: a capsule of `radius` (m) from the origin of `body` along its z axis for `length` (m)."""
+    """One rigid segment: a capsule from the origin of a body along its z axis.
+
+    Attributes:
+        name: of the link.
+        body: the MuJoCo body whose frame it has.
+        radius: m.
+        length: m, of the bone: from the centre of one cap to that of the other.
+        tip: whether it ends in a fingertip, which has patches of its own.
+    """
 
     name: str
     body: str
@@ -36,7 +44,11 @@ class Link:
 class SkinPoints:
     """Points that cover the surface or fill the inside of the links (M points).
 
-    `points` (M, 3) m in their link's frame; `normals` (M, 3) outward; `link` (M,) and `patch` (M,) indices.
+    Attributes:
+        points: (M, 3) m, each in its link's frame.
+        normals: (M, 3), outward.
+        link: (M,) index of the link.
+        patch: (M,) index of the patch.
     """
 
     points: NDArray[np.float64]
@@ -48,11 +60,25 @@ class SkinPoints:
 class Patches:
     """The patches of a hand: which there are, and which one holds a point of the skin.
 
-    `names` (P,), `link` (P,) index into the hand's links, `position` (P, 3) m and outward `normal` (P, 3) of the skin
-    at each patch's middle, in its link's frame, `area` (P,) m².
+    Attributes:
+        names: (P,).
+        link: (P,) index into the hand's links.
+        position: (P, 3) m, the skin at each patch's middle, in its link's frame.
+        normal: (P, 3), outward there.
+        area: (P,) m².
     """
 
     def __init__(self, links: tuple[Link, ...], along: int = 2, around: int = 4) -> None:
+        """Tile the skin of `links`.
+
+        Args:
+            links: (L,) of the hand.
+            along: bins along each bone.
+            around: sectors around each bone.
+
+        Raises:
+            ValueError: for counts out of range.
+        """
         self.links = links
         self.along = validate.integer("patches_along", along, 1, 100)
         self.around = validate.integer("patches_around", around, 1, 100)
@@ -82,9 +108,18 @@ class Patches:
         return self.count
 
     def locate(self, link: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Patch indices (M,) of skin `points` (M, 3) m, each in the frame of its `link` (M,).
+        """Find the patches that hold points of the skin.
 
-        Raises `ValueError` for points that are not finite, and links that there are not."""
+        Args:
+            link: (M,) index of the link on which each point is.
+            points: (M, 3) m, each in the frame of its link.
+
+        Returns:
+            (M,) indices of patches.
+
+        Raises:
+            ValueError: for points that are not finite, and links that there are not.
+        """
         places = validate.numbers("points", points, 2)
         owner = np.asarray(link, dtype=np.int64)
         if places.shape != (owner.size, 3):
@@ -96,7 +131,14 @@ class Patches:
         return patch
 
     def surface(self, spacing: float) -> SkinPoints:
-        """Points on the skin, at most `spacing` (m) apart and in no patch none."""
+        """Spread points over the skin, in no patch none.
+
+        Args:
+            spacing: m, at most from one to the next.
+
+        Returns:
+            The M points.
+        """
         points: list[NDArray[np.float64]] = []
         normals: list[NDArray[np.float64]] = []
         owner: list[NDArray[np.int64]] = []
@@ -126,9 +168,14 @@ class Patches:
         return SkinPoints(placed, np.concatenate(normals), link_of, self.locate(link_of, placed))
 
     def volume(self, spacing: float, depth: float = 0.0) -> SkinPoints:
-        """Points inside the links on a cubic lattice of `spacing` (m), at least `depth` (m) beneath the skin.
+        """Fill the links with points on a cubic lattice.
 
-        `normals` point from the bone outwards (zero on the bone).
+        Args:
+            spacing: m, of the lattice.
+            depth: m, at least beneath the skin.
+
+        Returns:
+            The M points; their normals point from the bone outwards (zero on the bone).
         """
         points, normals, owner = [], [], []
         for index, link in enumerate(self.links):
@@ -168,7 +215,18 @@ class Patches:
 
 @part()
 def row_at(length, tip, along, link, z):
-    """The row of patches of `link` at height `z` m along its bone; `along` for those of its tip."""
+    """Find the row of patches at a height along a bone.
+
+    Args:
+        length: (L,) m, of each bone.
+        tip: (L,) whether each link ends in a fingertip.
+        along: rows along each bone.
+        link: index of the link.
+        z: m, along its bone.
+
+    Returns:
+        The row; from `along` on, those of the tip.
+    """
     if tip[link] and z > length[link]:
         return along
     return min(max(int(z * (along / length[link])), 0), along - 1)
@@ -176,7 +234,23 @@ def row_at(length, tip, along, link, z):
 
 @part()
 def patch_at(first, length, tip, along, around, rings, link, x, y, z):
-    """The patch of `link` that holds a skin point (m, in its frame), by the `Patches.layout` of the hand."""
+    """Find the patch that holds a point of the skin, by the `Patches.layout` of the hand.
+
+    Args:
+        first: (L,) first patch of each link.
+        length: (L,) m, of each bone.
+        tip: (L,) whether each link ends in a fingertip.
+        along: rows along each bone.
+        around: sectors around each bone.
+        rings: of a tip, the cap included.
+        link: index of the link.
+        x: m, in the frame of the link.
+        y: m.
+        z: m.
+
+    Returns:
+        The patch.
+    """
     # Sector 0 is centred on the palmar side (-x).
     turn = np.arctan2(y, x) * (around / (2 * np.pi)) + (1.5 * around + 0.5)
     sector = int(turn) % around

@@ -22,7 +22,12 @@ class _Frame(NamedTuple):
 class Pose(_Frame):
     """A point x (3,) of the inner frame lies at `position` (3,) m + `rotation` (3, 3) · x of the outer one.
 
-    Raises `ValueError` for a position that is not finite or beyond ± `validate.FARTHEST` m, and no rotation matrix.
+    Attributes:
+        position: (3,) m, the inner frame's origin.
+        rotation: (3, 3), of the inner frame's axes.
+
+    Raises:
+        ValueError: for a position that is not finite or beyond ± `validate.FARTHEST` m, and no rotation matrix.
     """
 
     __slots__ = ()
@@ -32,7 +37,18 @@ class Pose(_Frame):
 
     @classmethod
     def of(cls, position: ArrayLike, quaternion: ArrayLike) -> Self:
-        """From a `position` (3,) m and a `quaternion` (4,) wxyz, of any length but zero."""
+        """Make a pose of a position and a quaternion.
+
+        Args:
+            position: (3,) m.
+            quaternion: (4,) wxyz, of any length but zero.
+
+        Returns:
+            The pose.
+
+        Raises:
+            ValueError: for numbers that are none of these.
+        """
         place = validate.place("position of a pose", position).copy()
         return cls(place, rotation_matrix(validate.quaternion("quaternion of a pose", quaternion)))
 
@@ -41,11 +57,25 @@ class Pose(_Frame):
         return Pose(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
 
     def inverse(self) -> Pose:
-        """Of the outer frame in the inner one."""
+        """Give the pose of the outer frame in the inner one.
+
+        Returns:
+            The pose.
+        """
         return Pose(-self.rotation.T @ self.position, self.rotation.T.copy())
 
     def checked(self, what: str) -> Pose:
-        """A copy; raises `ValueError` that names `what` where the arrays have been changed into no pose."""
+        """Copy the pose.
+
+        Args:
+            what: its name, for the error.
+
+        Returns:
+            The copy.
+
+        Raises:
+            ValueError: where the arrays have been changed into no pose.
+        """
         position, rotation = _checked(what, self.position, self.rotation)
         return Pose(position.copy(), rotation.copy())
 

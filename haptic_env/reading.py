@@ -31,8 +31,19 @@ HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.re
 
 
 def content(path: Path | str, largest: int = LARGEST_ARRAYS) -> bytes:
-    """The bytes of the file at `path`; raises `ValueError` for more than `largest` and for what is no path, `OSError`
-    where it cannot be read."""
+    """Read the bytes of a file.
+
+    Args:
+        path: of the file.
+        largest: bytes that are taken.
+
+    Returns:
+        The bytes.
+
+    Raises:
+        ValueError: for more than `largest` bytes, and for what is no path.
+        OSError: where it cannot be read.
+    """
     with validate.path("path", path).open("rb") as file:
         if os.fstat(file.fileno()).st_size <= largest:
             parts, left = [], largest  # a pipe has no size
@@ -45,7 +56,19 @@ def content(path: Path | str, largest: int = LARGEST_ARRAYS) -> bytes:
 
 
 def text(path: Path | str, largest: int = LARGEST_TEXT) -> str:
-    """The UTF-8 text in the file at `path`; raises `ValueError` for another file, or more than `largest` bytes."""
+    """Read the UTF-8 text in a file.
+
+    Args:
+        path: of the file.
+        largest: bytes that are taken.
+
+    Returns:
+        The text.
+
+    Raises:
+        ValueError: for another file, or more than `largest` bytes.
+        OSError: where it cannot be read.
+    """
     try:
         return content(path, largest).decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -53,7 +76,18 @@ def text(path: Path | str, largest: int = LARGEST_TEXT) -> str:
 
 
 def toml(path: Path | str) -> dict[str, Any]:
-    """What the TOML file at `path` says; raises `ValueError` where it is none."""
+    """Read a TOML file.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        What it says.
+
+    Raises:
+        ValueError: where it is none.
+        OSError: where it cannot be read.
+    """
     try:
         return tomllib.loads(text(path, LARGEST_TOML))
     except RecursionError as error:
@@ -61,8 +95,19 @@ def toml(path: Path | str) -> dict[str, Any]:
 
 
 def npz(path: Path | str, largest: int = LARGEST_ARRAYS) -> Arrays:
-    """The arrays in the `.npz` file at `path`; raises `ValueError` where it is none, or would take more than `largest`
-    bytes."""
+    """Read the arrays in an `.npz` file.
+
+    Args:
+        path: of the file.
+        largest: bytes that the arrays may take.
+
+    Returns:
+        The arrays by their names.
+
+    Raises:
+        ValueError: where it is none, or would take more than `largest` bytes.
+        OSError: where it cannot be read.
+    """
     place = validate.path("path", path)
     try:
         whole = content(place, largest)
@@ -72,7 +117,18 @@ def npz(path: Path | str, largest: int = LARGEST_ARRAYS) -> Arrays:
 
 
 def npy(path: Path | str) -> NDArray[Any]:
-    """The array in the `.npy` file at `path`; raises `ValueError` where it is none, or too large."""
+    """Read the array in a `.npy` file.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        The array.
+
+    Raises:
+        ValueError: where it is none, or too large.
+        OSError: where it cannot be read.
+    """
     whole = content(path)
     try:
         file = io.BytesIO(whole)
@@ -91,7 +147,16 @@ class Arrays(Mapping[str, NDArray[Any]]):
     """
 
     def __init__(self, whole: bytes, source: Path | str, largest: int = LARGEST_ARRAYS) -> None:
-        """`whole`: the bytes of the file `source`, for messages. Raises `ValueError` for what is wrong with it."""
+        """Read what the file says that it holds, and unpack nothing.
+
+        Args:
+            whole: the bytes of the file.
+            source: its name, for messages.
+            largest: bytes that all arrays may take.
+
+        Raises:
+            ValueError: for what is wrong with it.
+        """
         self.source = str(source)
         try:
             if whole.count(LISTED) > MOST_ARRAYS:
@@ -144,8 +209,7 @@ class Arrays(Mapping[str, NDArray[Any]]):
 
 
 def _header(file: IO[bytes], size: int) -> None:
-    """Read the header of an array in `file` of `size` bytes; raises `ValueError` where it declares anything but as many
-    numbers or letters as there are."""
+    """Read the header of an array of `size` bytes; `ValueError` unless it declares as many numbers or letters."""
     version = np.lib.format.read_magic(file)
     if version not in HEADERS:
         raise ValueError(f"its format {version} is none of {', '.join(map(str, HEADERS))}")

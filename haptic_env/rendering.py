@@ -11,11 +11,25 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import scene
+from haptic_env import scene, validate
+
+MODES = ("human", "rgb_array")
 
 
 def renderer_of(model: mujoco.MjModel, data: mujoco.MjData, render_mode: str) -> Any:
-    """Gymnasium's renderer of `data`; raises `RuntimeError` for a window where there is no display."""
+    """Make Gymnasium's renderer of a simulation.
+
+    Args:
+        model: of the scene.
+        data: its state, which is drawn.
+        render_mode: "human" or "rgb_array".
+
+    Returns:
+        The renderer.
+
+    Raises:
+        RuntimeError: for a window where there is no display.
+    """
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", module="glfw")  # on a missing display, which is dealt with here
         # Imported here: they need OpenGL, which exploring does not.
@@ -31,8 +45,18 @@ def renderer_of(model: mujoco.MjModel, data: mujoco.MjData, render_mode: str) ->
 
 
 def draw(renderer: Any, render_mode: str) -> NDArray[np.uint8] | None:
-    """An (H, W, 3) picture in mode "rgb_array"; raises `RuntimeError` that says how to get OpenGL where there is
-    none."""
+    """Draw the scene.
+
+    Args:
+        renderer: of `renderer_of`.
+        render_mode: "human" or "rgb_array".
+
+    Returns:
+        An (H, W, 3) picture in mode "rgb_array", else None.
+
+    Raises:
+        RuntimeError: where there is no OpenGL; it says how to get it.
+    """
     first = renderer.viewer is None
     try:
         return renderer.render(render_mode)
@@ -44,3 +68,51 @@ def draw(renderer: Any, render_mode: str) -> NDArray[np.uint8] | None:
             f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')!r} ({error}); without a display set MUJOCO_GL=egl (it needs "
             "libegl1) or MUJOCO_GL=osmesa (libosmesa6), or make the environment without a render_mode"
         ) from error
+
+
+class Window:
+    """What draws a simulation, made when it is first asked to: none where `render_mode` is None."""
+
+    def __init__(self, render_mode: str | None) -> None:
+        """Check the mode; nothing is opened yet.
+
+        Args:
+            render_mode: one of `MODES` or None.
+
+        Raises:
+            ValueError: for another mode.
+        """
+        if render_mode is not None:
+            validate.choice("render_mode", render_mode, MODES)
+        self.render_mode = render_mode
+        self._renderer: Any = None
+
+    def draw(self, model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.uint8] | None:
+        """Draw the simulation, which is the same one until `close`.
+
+        Args:
+            model: of the scene.
+            data: its state.
+
+        Returns:
+            An (H, W, 3) picture in mode "rgb_array", else None.
+
+        Raises:
+            RuntimeError: where there is no OpenGL, or no display for a window.
+        """
+        assert self.render_mode is not None
+        if self._renderer is None:
+            self._renderer = renderer_of(model, data, self.render_mode)
+        elif self._renderer.viewer is not None:
+            self._renderer.viewer.make_context_current()  # another environment may have drawn since
+        try:
+            return draw(self._renderer, self.render_mode)
+        except RuntimeError:
+            self.close()  # what is left of it draws nothing
+            raise
+
+    def close(self) -> None:
+        """Close it, if it was opened."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None

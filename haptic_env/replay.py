@@ -32,10 +32,17 @@ class KinematicReplay(ExploreEnv):
     """
 
     def __init__(self, hand: str, recording: Recording, solid: Solid, **keywords: Any) -> None:
-        """`solid` explored, at its place in the frame that the recording gives the path of.
+        """Match a recording to a hand.
 
-        Raises `ValueError` where the recording lacks joints of the hand, or the path of hand or object, or has angles
-        that the hand cannot have; and for a `solid` that is no object for a hand.
+        Args:
+            hand: name of the hand.
+            recording: joint angles of this hand, and the path of its root or of the object.
+            solid: the object explored, at its place in the frame that the recording gives the path of.
+            **keywords: of the environment, those that concern time, the senses and the rendering.
+
+        Raises:
+            ValueError: where the recording lacks joints of the hand, or the path of hand or object, or has angles that
+                the hand cannot have; and for a `solid` that is no object for a hand.
         """
         super().__init__(hand, reveal_truth=True, **{"episode_seconds": recording.seconds, **keywords})
         solid.shape.check_size(solid.size)
@@ -49,7 +56,11 @@ class KinematicReplay(ExploreEnv):
 
     @property
     def simulation(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """For pictures: the hand where its model is drawn, the object as it lies in that frame."""
+        """For pictures: the hand where its model is drawn, the object as it lies in that frame.
+
+        Raises:
+            ResetNeeded: before the first reset.
+        """
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before drawing")
         scene.light(self._model, self.hand, self._touched)
@@ -61,7 +72,18 @@ class KinematicReplay(ExploreEnv):
         return self._touched.copy()
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Go to the next frame, whatever the `action` (J,); raises as every environment does."""
+        """Go to the next frame.
+
+        Args:
+            action: (J,), of no effect, but checked.
+
+        Returns:
+            As every environment: observation, reward 0, never terminated, whether truncated, info.
+
+        Raises:
+            ValueError: for an action that no environment takes.
+            ResetNeeded: before the first reset.
+        """
         if self._model is None:
             raise gym.error.ResetNeeded("call reset() before step()")
         self._command = self._checked(action)
@@ -99,8 +121,17 @@ class Playback(gym.Env[Observation, NDArray[np.float32]]):
     """What was felt in an exploration, once more, bit for bit; nothing is simulated."""
 
     def __init__(self, hand: Hand, recording: Recording, solid: Solid) -> None:
-        """`solid`: the object that was explored. Raises `ValueError` where the recording does not tell what was felt,
-        or with other joints or patches, or not at a steady rate."""
+        """Check that the recording tells all that was felt.
+
+        Args:
+            hand: the hand that explored.
+            recording: one with `felt`.
+            solid: the object that was explored.
+
+        Raises:
+            ValueError: where the recording does not tell what was felt, or with other joints or patches, or not at a
+                steady rate.
+        """
         if recording.felt is None:
             raise ValueError(f"{recording.source}: the recording does not tell what was felt")
         columns = recording.columns_of(hand)
@@ -133,13 +164,28 @@ class Playback(gym.Env[Observation, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """The first frame."""
+        """Go to the first frame.
+
+        Args:
+            seed: as of every environment; nothing is drawn here.
+            options: of no effect.
+
+        Returns:
+            The observation, and the info with the truth.
+        """
         super().reset(seed=seed)
         self._steps = 0
         return self._observe(), self._info()
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """The next frame, whatever the `action`."""
+        """Go to the next frame.
+
+        Args:
+            action: (J,), of no effect.
+
+        Returns:
+            As every environment: observation, reward 0, never terminated, whether truncated, info.
+        """
         self._steps += 1
         return self._observe(), 0.0, False, self._steps >= self.episode_steps, self._info()
 
@@ -175,9 +221,17 @@ def _steady_rate(recording: Recording) -> float:
 
 
 def roots(recording: Recording, hand: Hand) -> list[Pose]:
-    """At each frame, where the frame in which `hand` is drawn lies in the object's.
+    """Find where the frame in which `hand` is drawn lies in the object's, at each frame of a recording.
 
-    Raises `ValueError` where the recording does not tell, or its body is none of those that the hand's model fixes.
+    Args:
+        recording: with the path of a root.
+        hand: whose model fixes the root's body.
+
+    Returns:
+        (T,) poses.
+
+    Raises:
+        ValueError: where the recording does not tell, or its body is none of those that the hand's model fixes.
     """
     if recording.root is None or recording.object is None:
         raise ValueError(f"{recording.source}: the recording does not say where the hand and the object were")

@@ -25,24 +25,65 @@ CAMERA = "explore"
 WORKSPACE = 0.128  # metres: what the camera shows from its usual distance
 
 
-def compose(hand: Hand, solid: Solid, *, show_patches: bool = False) -> mujoco.MjModel:
-    """The model of `hand` and `solid`; the object is a mocap body, so that its pose is data and not model.
+def substeps_of(control_hz: float) -> int:
+    """Count the steps of the physics in one of the control loop.
 
-    Links touch the object and nothing else. With `show_patches` each patch is a site, in the patches' order.
+    Args:
+        control_hz: Hz, of the control loop.
+
+    Returns:
+        The count.
+
+    Raises:
+        ValueError: for a rate that does not divide that of the physics.
+    """
+    substeps = round(1.0 / (control_hz * PHYSICS_SECONDS))
+    if not np.isclose(substeps * PHYSICS_SECONDS * control_hz, 1.0):
+        valid = [f"{1 / (n * PHYSICS_SECONDS):g}" for n in (1, 2, 4, 5, 8, 10, 20, 25, 50)]
+        raise ValueError(
+            f"control_hz must divide {1 / PHYSICS_SECONDS:g} Hz, got {control_hz!r}; e.g. {', '.join(valid)}"
+        )
+    return substeps
+
+
+def compose(hand: Hand, solid: Solid, *, show_patches: bool = False) -> mujoco.MjModel:
+    """Make the model of a hand and an object, which is a mocap body, so that its pose is data and not model.
+
+    Links touch the object and nothing else.
+
+    Args:
+        hand: in the world frame.
+        solid: the object.
+        show_patches: whether each patch is a site, in the patches' order.
+
+    Returns:
+        The compiled model.
     """
     view = float(hand.workspace.max()) / WORKSPACE
     return _compiled(hand.xml, view, _key(hand) if show_patches else None, solid.shape, solid.size)
 
 
 def place(model: mujoco.MjModel, data: mujoco.MjData, solid: Solid) -> None:
-    """Put the object of `solid`'s pose into `data`."""
+    """Put the object where it lies.
+
+    Args:
+        model: of `compose`.
+        data: of the model; changed.
+        solid: the object, with its pose.
+    """
     body = model.body_mocapid[model.body(OBJECT).id]
     data.mocap_pos[body] = solid.position
     data.mocap_quat[body] = solid.quaternion
 
 
 def light(model: mujoco.MjModel, hand: Hand, touched: NDArray[np.bool_]) -> None:
-    """Draw the patches of `hand` that are `touched` (P,) red and large in a `model` that shows patches."""
+    """Draw patches red and large.
+
+    Args:
+        model: of `compose`, one that shows patches; changed.
+        hand: whose patches they are.
+        touched: (P,) which patches to light.
+    """
     size = np.where(touched, LIT_SIZE, PATCH_SIZE)
     model.site_size[:, 0] = size * np.sqrt(hand.patches.area)
     model.site_rgba[:] = np.where(touched[:, None], LIT_RGBA, PATCH_RGBA)

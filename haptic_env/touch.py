@@ -19,6 +19,13 @@ class Touch:
     """Which patches of `hand` touch the object in one simulation; the views of its memory are taken once."""
 
     def __init__(self, hand: Hand, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Take the views of a simulation's memory.
+
+        Args:
+            hand: with P patches.
+            model: of the hand and an object.
+            data: of the model.
+        """
         self._data = data
         self._layout = hand.patches.layout
         self._patches = len(hand.patches)
@@ -29,7 +36,11 @@ class Touch:
             self._link_of_geom[model.geom_bodyid == body] = index
 
     def feel(self) -> NDArray[np.bool_]:
-        """(P,): the patches into which a contact point with the object falls."""
+        """Ask which patches a contact point with the object falls into.
+
+        Returns:
+            (P,).
+        """
         touched = np.zeros(self._patches, dtype=bool)
         if self._data.ncon:
             contact = self._data.contact

@@ -11,7 +11,13 @@ if TYPE_CHECKING:
 
 
 class HandEnv(Protocol):
-    """What may be known of an exploration beforehand: the `hand`, how often it is moved, and for how many steps."""
+    """What may be known of an exploration beforehand.
+
+    Attributes:
+        hand: the hand.
+        control_hz: Hz, how often it is moved.
+        episode_steps: for how many steps.
+    """
 
     hand: Hand
     control_hz: float
@@ -19,7 +25,17 @@ class HandEnv(Protocol):
 
 
 def hand_env(env: gym.Env[Any, Any]) -> HandEnv:
-    """The environment inside all wrappers of `env`; raises `ValueError` where that is none with a hand."""
+    """Find the environment inside all wrappers.
+
+    Args:
+        env: one environment.
+
+    Returns:
+        The innermost one.
+
+    Raises:
+        ValueError: where that is none with a hand.
+    """
     # Imported here: registering needs neither.
     from haptic_env import validate
     from haptic_env.hand import Hand
@@ -32,5 +48,15 @@ def hand_env(env: gym.Env[Any, Any]) -> HandEnv:
 
 
 def hand_of(env: gym.Env[Any, Any]) -> Hand:
-    """The hand of `env`, however it is wrapped; raises `ValueError` where it has none."""
+    """Find the hand of an environment, however it is wrapped.
+
+    Args:
+        env: one environment.
+
+    Returns:
+        The hand.
+
+    Raises:
+        ValueError: where it has none.
+    """
     return hand_env(env).hand

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 import math
 import os
 import sys
 import unicodedata
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,19 @@ def keywords(what: str, given: Iterable[str], valid: Collection[str]) -> None:
     """Raise `ValueError` at the first keyword in `given` that is not in `valid`."""
     for name in given:
         choice(f"{what} keyword", name, valid)
+
+
+def keywords_of(function: Callable[..., Any]) -> list[str]:
+    """List the arguments that a function or class takes by keyword alone.
+
+    Args:
+        function: with a signature.
+
+    Returns:
+        Their names, in order.
+    """
+    parameters = inspect.signature(function).parameters.values()
+    return [each.name for each in parameters if each.kind is inspect.Parameter.KEYWORD_ONLY]
 
 
 def number(

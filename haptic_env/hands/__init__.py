@@ -18,11 +18,32 @@ HANDS: dict[str, Callable[..., Hand]] = {
 
 
 def make(name: str, **keywords: Any) -> Hand:
-    """Build the hand `name`; raises `ValueError` for an unknown name or keyword."""
+    """Build a hand.
+
+    Args:
+        name: in `HANDS`.
+        **keywords: of that hand, as `keywords_of` lists them.
+
+    Returns:
+        The hand.
+
+    Raises:
+        ValueError: for an unknown name or keyword.
+    """
     validate.keywords(f"{name} hand", keywords, keywords_of(name))
     return HANDS[name](**keywords)
 
 
 def keywords_of(name: str) -> tuple[str, ...]:
-    """The keywords that the hand `name` takes; raises `ValueError` for an unknown name."""
+    """List the keywords that a hand takes.
+
+    Args:
+        name: in `HANDS`.
+
+    Returns:
+        The names of the keywords.
+
+    Raises:
+        ValueError: for an unknown name.
+    """
     return tuple(inspect.signature(HANDS[validate.choice("hand", name, HANDS)]).parameters)

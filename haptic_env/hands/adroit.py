@@ -49,7 +49,22 @@ FINGER = {
 
 
 def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
-    """The hand: J = 24, P = 165 with the default patches per bone."""
+    """Build the hand: J = 24, P = 165 with the default patches per bone.
+
+    Args:
+        patches_along: bins along each bone, 1 to 100.
+        patches_around: sectors around each bone, 1 to 100.
+
+    Returns:
+        The hand.
+
+    Raises:
+        ValueError: for a number of patches out of range.
+        ImportError: without the package `gymnasium-robotics`.
+
+    References:
+        Kumar, Xu & Todorov 2013, ICRA.
+    """
     model = _model()
     fingers = {name.format(letter): drive for letter in "FMRL" for name, drive in FINGER.items()}
     return hand_of(

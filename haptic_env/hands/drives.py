@@ -17,8 +17,14 @@ from haptic_env.composer import mjcf
 
 
 class Drive(NamedTuple):
-    """A motor of `torque` N·m at most, `damping` N·m·s/rad, and passive tissue of `stiffness` N·m/rad that pulls to
-    `relaxed` degrees."""
+    """A motor, and the passive tissue about its joint.
+
+    Attributes:
+        torque: N·m at most.
+        damping: N·m·s/rad.
+        stiffness: N·m/rad, of the tissue.
+        relaxed: degrees, the angle to which the tissue pulls.
+    """
 
     torque: float
     damping: float
@@ -35,7 +41,15 @@ WRIST = Drive(0.100, 0.0300, 0.300, 0.0)
 
 
 def add_joint(tree: mjcf.RootElement, body: Any, name: str, drive: Drive, **attributes: Any) -> None:
-    """A hinge `name` of `body` and its motor; its other `attributes` with angles in the unit of `tree`'s compiler."""
+    """Add a hinge and its motor to a body.
+
+    Args:
+        tree: the hand's MJCF.
+        body: of the tree, gets the hinge.
+        name: of hinge and motor.
+        drive: what moves it.
+        **attributes: of the hinge; angles in the unit of the tree's compiler.
+    """
     degrees = tree.compiler.angle != "radian"
     hinge = body.add(
         "joint",

@@ -51,7 +51,23 @@ THUMB = {"metacarpal": "1mcskin", "proximal": "proximal_thumb_coll", "distal": "
 
 
 def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
-    """The hand: J = 23, P = 157 with the default patches per bone."""
+    """Build the hand: J = 23, P = 157 with the default patches per bone.
+
+    Args:
+        patches_along: bins along each bone, 1 to 100.
+        patches_around: sectors around each bone, 1 to 100.
+
+    Returns:
+        The hand.
+
+    Raises:
+        ValueError: for a number of patches out of range.
+        ImportError: without the package `myo-sim`.
+
+    References:
+        Wang et al. 2022, "MyoSim: Fast and physiologically realistic MuJoCo models for musculoskeletal and exoskeletal
+        studies", ICRA.
+    """
     model = _model()
     fingers = {name.format(number): drive for number in FINGERS.values() for name, drive in FINGER.items()}
     return hand_of(

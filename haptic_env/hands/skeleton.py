@@ -26,8 +26,17 @@ DENSITY = 1160.0  # kg/m³: hand; Winter 2009, Biomechanics and Motor Control of
 
 @dataclass(frozen=True)
 class Bone:
-    """One capsule: `radius` m from `start` to `end` (3,) m in the frame of the model's body `body`; `palmar` (3,):
-    roughly where its palmar side faces, in the same frame. `tip`: whether it ends in a fingertip."""
+    """One capsule of skin.
+
+    Attributes:
+        name: of the link that it becomes.
+        body: of the model, in whose frame the others are.
+        start: (3,) m, centre of the proximal cap.
+        end: (3,) m, centre of the distal cap.
+        radius: m.
+        palmar: (3,), roughly where its palmar side faces.
+        tip: whether it ends in a fingertip.
+    """
 
     name: str
     body: str
@@ -41,8 +50,19 @@ class Bone:
 def bone_of_geom(
     model: mujoco.MjModel, name: str, geom: str, *, distal: ArrayLike, palmar: ArrayLike, tip: bool = False
 ) -> Bone:
-    """The capsule `geom` of `model` as a bone; `distal` (3,) and `palmar` (3,): roughly where its end and its palmar
-    side are, in its body's frame."""
+    """Take a capsule of a model as a bone.
+
+    Args:
+        model: with the capsule.
+        name: of the bone.
+        geom: name of the capsule.
+        distal: (3,), roughly where its end is, in its body's frame.
+        palmar: (3,), roughly where its palmar side is, in its body's frame.
+        tip: whether it ends in a fingertip.
+
+    Returns:
+        The bone.
+    """
     capsule = model.geom(geom)
     axis = np.empty(9)
     mujoco.mju_quat2Mat(axis, capsule.quat)
@@ -68,9 +88,29 @@ def hand_of(
     patches_around: int,
     suffix: str = "",
 ) -> Hand:
-    """The hand of `model`: all joints below the body `root`, which is fixed at `position` (3,) m and `quaternion`
-    (4,) wxyz in the world. `joints`: what drives each one, and the degrees at which an episode starts; its name is
-    the model's without `suffix`."""
+    """Make the hand of a model, of all joints below a body that is fixed in the world.
+
+    Args:
+        model: with muscles or motors, which are left out.
+        name: of the hand.
+        root: the body that is fixed.
+        joints: by its name, what drives each joint, and the degrees at which an episode starts.
+        bones: the capsules of skin.
+        position: (3,) m, of the root in the world.
+        quaternion: (4,) wxyz, of the root in the world.
+        grasp_centre: (3,) m, as `Hand`'s.
+        workspace: (3,) m, as `Hand`'s.
+        opening: (3,), as `Hand`'s.
+        patches_along: bins along each bone.
+        patches_around: sectors around each bone.
+        suffix: what the model's names of joints have more than those of `joints`.
+
+    Returns:
+        The hand.
+
+    Raises:
+        ValueError: for a number of patches out of range.
+    """
     skeleton = _Skeleton(model, name, root, position, quaternion)
     on: dict[int, list[Bone]] = {body: [] for body in skeleton.bodies}
     for bone in bones:

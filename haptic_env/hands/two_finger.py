@@ -37,7 +37,18 @@ SEGMENTS = ("proximal", "middle", "distal")
 
 
 def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
-    """The two-finger hand: J = 8; P = 50 with the default patches per phalanx."""
+    """Build the two-finger hand: J = 8; P = 50 with the default patches per phalanx.
+
+    Args:
+        patches_along: bins along each phalanx, 1 to 100.
+        patches_around: sectors around each phalanx, 1 to 100.
+
+    Returns:
+        The hand.
+
+    Raises:
+        ValueError: for a number of patches out of range.
+    """
     root = mjcf.RootElement(model="two_finger")
     root.option.gravity = (0, 0, 0)
     links = []

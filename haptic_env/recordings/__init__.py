@@ -40,13 +40,23 @@ def read(
     calibration: Calibration | None = None,
     largest_gap: float = LARGEST_GAP,
 ) -> Recording:
-    """The recording in the file `path`: `.npz` of the format of `archive` or of `adroit_demonstrations`, or `.txt` of
-    a CyberGlove, for which `calibration` says what the sensors mean.
+    """Read a recording from a file.
 
-    `part`: which one, of a file that holds several. `largest_gap` s between two frames.
+    A `.npz` is of the format of `archive` or of `adroit_demonstrations`, a `.txt` of a CyberGlove.
 
-    Raises `ValueError` that names the file, and the line or frame (both count from 0 in an `.npz`, from 1 in a text),
-    for what is wrong with it; `OSError` where it cannot be read.
+    Args:
+        path: of the file.
+        part: which recording, of a file that holds several.
+        calibration: what the sensors of a glove mean; a `.txt` needs one.
+        largest_gap: s, between two frames.
+
+    Returns:
+        The recording.
+
+    Raises:
+        ValueError: for what is wrong with the file; it names the file, and the line or frame (both count from 0 in an
+            `.npz`, from 1 in a text).
+        OSError: where it cannot be read.
     """
     place = validate.path("path", path)
     reader = READERS[validate.choice("kind of recording", place.suffix.lower(), READERS)]

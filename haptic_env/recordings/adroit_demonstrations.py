@@ -23,12 +23,31 @@ SUFFIX = "_obs"
 
 
 def recognise(content: Mapping[str, NDArray[Any]]) -> bool:
-    """Whether the arrays of a file are demonstrations."""
+    """Tell whether the arrays of a file are demonstrations.
+
+    Args:
+        content: the arrays by their names.
+
+    Returns:
+        Whether they are.
+    """
     return "joint_angles" not in content and any(name.endswith(SUFFIX) for name in content)
 
 
 def pick(path: Path, content: Mapping[str, NDArray[Any]], part: str | None) -> Recording:
-    """The demonstration `part`; raises `ValueError` where it is not there, or several are and none is named."""
+    """Take one demonstration of a file.
+
+    Args:
+        path: of the file, for messages.
+        content: its arrays by their names.
+        part: name of the demonstration; None where there is but one.
+
+    Returns:
+        The recording.
+
+    Raises:
+        ValueError: where it is not there, or several are and none is named.
+    """
     parts = [name.removesuffix(SUFFIX) for name in content if name.endswith(SUFFIX)]
     if part is None and len(parts) > 1:
         raise ValueError(f"{path}: it holds several recordings; choose a part from {validate.listed(parts)}")

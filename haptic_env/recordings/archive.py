@@ -46,7 +46,21 @@ Content = Mapping[str, NDArray[Any]]
 
 
 def read(path: Path, *, part: str | None, largest_gap: float, **_: Any) -> Recording:
-    """The recording in `path`, or the `part` of a file of demonstrations; raises `ValueError` for what is wrong."""
+    """Read a recording from an `.npz` file.
+
+    Args:
+        path: of the file.
+        part: which one, of a file of demonstrations.
+        largest_gap: s, between two frames.
+        **_: what other readers need.
+
+    Returns:
+        The recording.
+
+    Raises:
+        ValueError: for what is wrong with the file.
+        OSError: where it cannot be read.
+    """
     content = reading.npz(path)
     if adroit_demonstrations.recognise(content):
         return adroit_demonstrations.pick(path, content, part)
@@ -58,9 +72,15 @@ def read(path: Path, *, part: str | None, largest_gap: float, **_: Any) -> Recor
 
 
 def write(path: Path | str, recording: Recording) -> None:
-    """Write `recording` to `path`, so that `read` gives the same, bit for bit.
+    """Write a recording, so that `read` gives the same, bit for bit.
 
-    Raises `ValueError` for what is no path, and settings that JSON cannot say.
+    Args:
+        path: of the file, whole or not at all.
+        recording: what is written.
+
+    Raises:
+        ValueError: for what is no path, and settings that JSON cannot say.
+        OSError: where it cannot be written.
     """
     place = validate.path("path", path)
     content: dict[str, Any] = {

@@ -31,12 +31,31 @@ METRES = "places are metres; are these millimetres?"
 
 
 def frame_number(frame: int) -> str:
-    """Where a frame is, in a file that has no lines."""
+    """Say where a frame is, in a file that has no lines.
+
+    Args:
+        frame: from 0.
+
+    Returns:
+        As an error says it.
+    """
     return f"frame {frame}"
 
 
 def plain(source: str, what: str, value: ArrayLike) -> NDArray[Any]:
-    """`value` as an array of real numbers, none of them masked; else raises `ValueError`."""
+    """Take `value` for an array of real numbers.
+
+    Args:
+        source: of the recording, for messages.
+        what: `value` is, for messages.
+        value: what may be an array.
+
+    Returns:
+        The array.
+
+    Raises:
+        ValueError: where it is none, or some are masked.
+    """
     if isinstance(value, np.ma.MaskedArray):
         raise ValueError(f"{source}: {what} must be numbers, got a masked array; fill what is masked, or leave it out")
     result = validate.real(value)
@@ -47,7 +66,21 @@ def plain(source: str, what: str, value: ArrayLike) -> NDArray[Any]:
 
 
 def numbers(source: str, what: str, value: ArrayLike, shape: tuple[int, ...], columns: Sequence[str] = ()) -> Array:
-    """`value` as float64; raises `ValueError` for another `shape`, or that names the first frame that is not finite."""
+    """Take `value` for finite numbers.
+
+    Args:
+        source: of the recording, for messages.
+        what: `value` is, for messages.
+        value: what may be an array.
+        shape: that it must have; frames first.
+        columns: names of its columns, for messages.
+
+    Returns:
+        The numbers as float64, of `shape`.
+
+    Raises:
+        ValueError: for another shape, or that names the first frame that is not finite.
+    """
     given = plain(source, what, value)
     if given.shape != shape:
         raise ValueError(f"{source}: {what} must have shape {shape}, got {given.shape}")
@@ -58,7 +91,18 @@ def numbers(source: str, what: str, value: ArrayLike, shape: tuple[int, ...], co
 
 
 def names(source: str, value: Sequence[str]) -> tuple[str, ...]:
-    """`value` as the names of joints; raises `ValueError` for none, too many, the same ones, or what is no text."""
+    """Take `value` for the names of joints.
+
+    Args:
+        source: of the recording, for messages.
+        value: texts.
+
+    Returns:
+        The names (J,).
+
+    Raises:
+        ValueError: for none, too many, the same ones, or what is no text.
+    """
     several = isinstance(value, Sequence) and not isinstance(value, str)
     if not several or not all(isinstance(name, str) for name in value):
         raise ValueError(f"{source}: joint_names must be text, got {validate.shown(value)}")
@@ -71,7 +115,17 @@ def names(source: str, value: Sequence[str]) -> tuple[str, ...]:
 
 
 def times(source: str, time: Array, largest_gap: float, where: Where = frame_number) -> None:
-    """Raise `ValueError` that tells `where` time is repeated, runs back, or leaps by more than `largest_gap` s."""
+    """Check the stamps of frames.
+
+    Args:
+        source: of the recording, for messages.
+        time: (T,) s.
+        largest_gap: s, between two frames.
+        where: says where a frame is.
+
+    Raises:
+        ValueError: where time is repeated, runs back, or leaps by more than `largest_gap`.
+    """
     steps = np.diff(time)
     for wrong, told in (
         (steps == 0, "repeats the time stamp before it"),
@@ -91,18 +145,48 @@ def times(source: str, time: Array, largest_gap: float, where: Where = frame_num
 
 
 def angles(source: str, what: str, value: Array, columns: Sequence[str], where: Where = frame_number) -> None:
-    """Raise `ValueError` for an angle in `value` (T, J) rad that no sensor of a joint tells."""
+    """Check that angles are such as a sensor of a joint tells.
+
+    Args:
+        source: of the recording, for messages.
+        what: `value` is, for messages.
+        value: (T, J) rad.
+        columns: (J,) names of the joints.
+        where: says where a frame is.
+
+    Raises:
+        ValueError: at the first that is none.
+    """
     said = f"beyond {LARGEST_ANGLE:.4g} rad; {UNIT}"
     _refuse(source, what, value, np.abs(value) > LARGEST_ANGLE, columns, said, where)
 
 
 def torques(source: str, value: Array, columns: Sequence[str]) -> None:
-    """Raise `ValueError` for a torque in `value` (T, J) that is no fraction of its limit."""
+    """Check that torques are fractions of their limits.
+
+    Args:
+        source: of the recording, for messages.
+        value: (T, J).
+        columns: (J,) names of the joints.
+
+    Raises:
+        ValueError: at the first that is none.
+    """
     _refuse(source, "torques", value, np.abs(value) > 1.0, columns, "beyond [-1, 1]; they are fractions of the limits")
 
 
 def leaps(source: str, value: Array, columns: Sequence[str], where: Where = frame_number) -> None:
-    """Raise `ValueError` for joint angles `value` (T, J) rad that leap by a turn from one frame to the next."""
+    """Check that joint angles do not leap by a turn from one frame to the next.
+
+    Args:
+        source: of the recording, for messages.
+        value: (T, J) rad.
+        columns: (J,) names of the joints.
+        where: says where a frame is.
+
+    Raises:
+        ValueError: at the first that does.
+    """
     wrong = np.abs(np.diff(value, axis=0)) > LEAP
     if wrong.any():
         frame, joint = _first(wrong)
@@ -115,8 +199,16 @@ def leaps(source: str, value: Array, columns: Sequence[str], where: Where = fram
 
 
 def reach(source: str, value: Array, hand: Hand) -> None:
-    """Raise `ValueError` for joint angles `value` (T, J) rad that `hand` cannot have: a recording may go beyond its
-    limits, but not by `BEYOND`."""
+    """Check that a hand can have joint angles: a recording may go beyond its limits, but not by `BEYOND`.
+
+    Args:
+        source: of the recording, for messages.
+        value: (T, J) rad.
+        hand: the hand.
+
+    Raises:
+        ValueError: at the first that it cannot have.
+    """
     low, high = hand.joint_limits.T
     wrong = (value < low - BEYOND) | (value > high + BEYOND)
     if wrong.any():
@@ -129,13 +221,31 @@ def reach(source: str, value: Array, hand: Hand) -> None:
 
 
 def places(source: str, what: str, value: Array) -> None:
-    """Raise `ValueError` for a place in `value` (T, 3) m that is in no room."""
+    """Check that places are in a room.
+
+    Args:
+        source: of the recording, for messages.
+        what: `value` is, for messages.
+        value: (T, 3) m.
+
+    Raises:
+        ValueError: at the first that is in none.
+    """
     said = f"beyond {FARTHEST:g} m; {METRES}"
     _refuse(source, what, value, np.abs(value) > FARTHEST, "xyz", said)
 
 
 def turns(source: str, what: str, value: Array) -> None:
-    """Raise `ValueError` for a quaternion in `value` (T, 4) wxyz that is no rotation."""
+    """Check that quaternions are rotations.
+
+    Args:
+        source: of the recording, for messages.
+        what: `value` is, for messages.
+        value: (T, 4) wxyz.
+
+    Raises:
+        ValueError: at the first that is none.
+    """
     largest = np.maximum(np.abs(value).max(axis=1), 1.0)  # whose square may be infinite
     with np.errstate(over="ignore"):
         length = largest * np.linalg.norm(value / largest[:, None], axis=1)
@@ -149,7 +259,16 @@ def turns(source: str, what: str, value: Array) -> None:
 
 
 def together(source: str, root: Array, thing: Array) -> None:
-    """Raise `ValueError` where the places (T, 3) m of a hand's root and of an object are too far apart."""
+    """Check that a hand and an object are near each other.
+
+    Args:
+        source: of the recording, for messages.
+        root: (T, 3) m, places of the hand's root.
+        thing: (T, 3) m, places of the object.
+
+    Raises:
+        ValueError: where they are too far apart.
+    """
     apart = np.linalg.norm(thing - root, axis=1)
     if (apart > APART).any():
         frame = int(np.argmax(apart > APART))

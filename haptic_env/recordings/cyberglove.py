@@ -31,9 +31,15 @@ PACKAGED = files("haptic_env.recordings") / "calibrations"
 
 @dataclass(frozen=True)
 class Calibration:
-    """Joint angle = `offset` (J,) rad + `gain` (J, S) · sensors (S,) rad.
+    """What the S sensors of a glove say of J joints: angle = `offset` + `gain` · sensors.
 
-    `sensors` (S,): names of the columns, in their order; `unit` (rad) of what the file says; `joint_names` (J,).
+    Attributes:
+        source: where it comes from, for messages.
+        sensors: (S,) names of the columns of a file, in their order.
+        unit: rad, of what the file says.
+        joint_names: (J,).
+        offset: (J,) rad.
+        gain: (J, S).
     """
 
     source: str
@@ -44,9 +50,16 @@ class Calibration:
     gain: Array
 
     def joint_angles(self, sensors: Array) -> Array:
-        """(T, J) rad for `sensors` (T, S) in the unit of the file.
+        """Compute joint angles.
 
-        Raises `ValueError` for other sensors, or what is not finite or beyond ± `LARGEST`.
+        Args:
+            sensors: (T, S) in the unit of the file.
+
+        Returns:
+            (T, J) rad.
+
+        Raises:
+            ValueError: for other sensors, or what is not finite or beyond ± `LARGEST`.
         """
         values = validate.numbers("sensors", sensors, 2, bound=LARGEST)
         if values.shape[1] != len(self.sensors):
@@ -55,16 +68,34 @@ class Calibration:
 
 
 def calibration_for(hand: str) -> Calibration:
-    """The calibration that comes for the hand of this name; raises `ValueError` where none does."""
+    """Read the calibration that comes for a hand.
+
+    Args:
+        hand: its name.
+
+    Returns:
+        The calibration.
+
+    Raises:
+        ValueError: where none comes for it.
+    """
     names = sorted(each.name.removesuffix(".toml") for each in PACKAGED.iterdir() if each.name.endswith(".toml"))
     name = validate.choice("hand with a glove's calibration", hand, names)
     return _calibration(f"{name}.toml", tomllib.loads((PACKAGED / f"{name}.toml").read_text("utf-8")))
 
 
 def read_calibration(path: Path | str) -> Calibration:
-    """The calibration in a TOML file laid out as those in haptic_env/recordings/calibrations.
+    """Read a calibration from a TOML file laid out as those in haptic_env/recordings/calibrations.
 
-    Raises `ValueError` for a key or sensor that is unknown, or a value that is no number; `OSError` without the file.
+    Args:
+        path: of the file.
+
+    Returns:
+        The calibration.
+
+    Raises:
+        ValueError: for a key or sensor that is unknown, or a value that is no number.
+        OSError: without the file.
     """
     place = validate.path("path", path)
     try:
@@ -105,7 +136,21 @@ def _calibration(source: str, content: Mapping[str, Any]) -> Calibration:
 
 
 def read(path: Path, *, part: str | None, calibration: Calibration | None, largest_gap: float) -> Recording:
-    """The glove's recording in `path`; raises `ValueError` that names the line for what is wrong."""
+    """Read a glove's recording.
+
+    Args:
+        path: of the file.
+        part: None; such a file holds one recording.
+        calibration: what the sensors mean; needed.
+        largest_gap: s, between two frames.
+
+    Returns:
+        The recording.
+
+    Raises:
+        ValueError: for what is wrong; it names the line.
+        OSError: where it cannot be read.
+    """
     if calibration is None:
         raise ValueError(f"{path}: a glove's recording needs a calibration, which says what its sensors mean")
     if part is not None:

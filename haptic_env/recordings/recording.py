@@ -24,15 +24,25 @@ __getattr__ = renamed(__name__, {"Felt": "ObserverInputs"})
 
 
 class Track(NamedTuple):
-    """The path of a rigid body: `position` (T, 3) m and `quaternion` (T, 4) wxyz in the world."""
+    """The path of a rigid body, in the world.
+
+    Attributes:
+        position: (T, 3) m.
+        quaternion: (T, 4) wxyz.
+    """
 
     position: Array
     quaternion: Array
 
 
 class ObserverInputs(NamedTuple):
-    """What an observer was given at each frame: `torques` (T, J), fractions commanded on the way to the frame, the
-    noisy `joint_angles` (T, J) rad and the `contacts` (T, P)."""
+    """What an observer was given at each frame.
+
+    Attributes:
+        torques: (T, J), fractions commanded on the way to the frame.
+        joint_angles: (T, J) rad, noisy.
+        contacts: (T, P).
+    """
 
     torques: Array
     joint_angles: Array
@@ -43,13 +53,22 @@ class ObserverInputs(NamedTuple):
 class Recording:
     """Joint angles through time, and what else is known.
 
-    `source`: where it comes from, for messages. `time` (T,) s, rising; `joint_names` (J,); `joint_angles` (T, J) rad.
-    `root`: the path of the hand's body `root_body`, or of the frame in which the hand's model is drawn where that is
-    empty; `object`: that of the object; `mesh`: the name of its file. `felt`: of an exploration with an observer.
-    `settings`: what the exploration was, as a script that saved it says.
+    Attributes:
+        source: where it comes from, for messages.
+        time: (T,) s, rising.
+        joint_names: (J,).
+        joint_angles: (T, J) rad.
+        root: the path of the hand's body `root_body`, or of the frame in which the hand's model is drawn where that is
+            empty.
+        root_body: name of a body of the hand's model.
+        object: the path of the object.
+        mesh: name of the object's file.
+        felt: of an exploration, what an observer was given.
+        settings: what the exploration was, as a script that saved it says.
 
-    Raises `ValueError` that names the frame for what is not finite, repeated or of another length, and for what no hand
-    does: see `checks`.
+    Raises:
+        ValueError: for what is not finite, repeated or of another length, and for what no hand does (see `checks`); it
+            names the frame.
     """
 
     source: str
@@ -115,8 +134,17 @@ class Recording:
         return float(self.time[-1] - self.time[0])
 
     def columns_of(self, hand: Hand) -> NDArray[np.int64]:
-        """(J,) for each joint of `hand` its column here; raises `ValueError` for joints that are missing, or that the
-        hand does not have."""
+        """Find the joints of a hand.
+
+        Args:
+            hand: the hand.
+
+        Returns:
+            (J,) for each joint of `hand` its column here.
+
+        Raises:
+            ValueError: for joints that are missing, or that the hand does not have.
+        """
         validate.instance("hand", hand, Hand, "a Hand, as haptic_env.hands.make gives")
         missing = [name for name in hand.joint_names if name not in self.joint_names]
         unknown = [name for name in self.joint_names if name not in hand.joint_names]
@@ -130,7 +158,17 @@ class Recording:
         return np.array([self.joint_names.index(name) for name in hand.joint_names])
 
     def angles_of(self, hand: Hand) -> Array:
-        """(T, J) rad for the joints of `hand`; raises `ValueError` for other joints, or angles that it cannot have."""
+        """Give the angles of a hand's joints, in its order.
+
+        Args:
+            hand: the hand.
+
+        Returns:
+            (T, J) rad.
+
+        Raises:
+            ValueError: for other joints, or angles that it cannot have.
+        """
         angles = self.joint_angles[:, self.columns_of(hand)]
         checks.reach(self.source, angles, hand)
         return angles

@@ -20,12 +20,24 @@ MOST_FRAMES = 1_000_000  # five hours at 50 Hz
 
 
 def resample(recording: Recording, control_hz: float) -> Recording:
-    """`recording` with a frame every 1 / `control_hz` s from its first one on; one that has them already keeps its
-    numbers, bit for bit.
+    """Give a recording the frames of a control rate.
 
-    Angles and places are interpolated by monotone cubics, which do not overshoot (Fritsch & Carlson 1980, SIAM J.
-    Numer. Anal. 17, 238-246), turns by the shortest way. Raises `ValueError` for what was felt at another rate, and for
-    a recording that is shorter than a step, or that would have more than `MOST_FRAMES`.
+    One that has them already keeps its numbers, bit for bit. Angles and places are interpolated by monotone cubics,
+    which do not overshoot, turns by the shortest way.
+
+    Args:
+        recording: of any frames.
+        control_hz: Hz.
+
+    Returns:
+        The recording with a frame every 1 / `control_hz` s from its first one on.
+
+    Raises:
+        ValueError: for what was felt at another rate, and for a recording that is shorter than a step, or that would
+            have more than `MOST_FRAMES`.
+
+    References:
+        Fritsch & Carlson 1980, SIAM J. Numer. Anal. 17, 238-246.
     """
     rate = validate.number("control_hz", control_hz, above=0.0, unit="Hz")
     wanted = np.floor(recording.seconds * rate + SAME) + 1

@@ -1,4 +1,8 @@
-"""Sensor and motor models: each one samples for the environment and scores for the observer."""
+"""Sensor and motor models: the noise q̃ = q + ε of the paper (section 3), and what real senses and muscles add.
+
+The environment draws from each by `sample`. `log_prob` scores what was drawn, for whoever compares these models with
+data: the observer has its own model of the noise, and is told numbers alone (`sigma_deg`, …); the two may differ.
+"""
 
 from haptic_env.sensors.contact import ContactDetection
 from haptic_env.sensors.motor import MotorNoise

@@ -7,7 +7,16 @@ from numpy.typing import NDArray
 
 
 def log_normal(value: NDArray[np.float64], mean: NDArray[np.float64], sd: NDArray[np.float64] | float) -> float:
-    """Log density of independent normals, summed; a zero `sd` is a point mass (0 where met, -inf elsewhere)."""
+    """Sum the log density of independent normals; a zero `sd` is a point mass (0 where met, -inf elsewhere).
+
+    Args:
+        value: (M,).
+        mean: (M,).
+        sd: (M,), or one for all.
+
+    Returns:
+        The sum.
+    """
     deviation = np.broadcast_to(sd, np.shape(value))
     error = np.asarray(value) - mean
     sure = deviation == 0

@@ -25,21 +25,49 @@ class Noise(ABC):
     """One additive source of noise on the joint angles."""
 
     def reset(self, rng: Rng, joints: int) -> None:  # noqa: B027 - white noise has no state to draw
-        """Draw the state that lasts for an episode."""
+        """Draw the state that lasts for an episode.
+
+        Args:
+            rng: gives the draws.
+            joints: J.
+        """
 
     @abstractmethod
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
-        """Error (J,) rad to add to the true `joint_angles` (J,) rad at this step."""
+        """Draw the error of this step.
+
+        Args:
+            rng: gives the draws.
+            joint_angles: (J,) rad, the true ones.
+
+        Returns:
+            (J,) rad, to add to them.
+        """
 
     @abstractmethod
     def variance(self, joint_angles: Angles) -> Angles:
-        """Variance (J,) rad² of the error at one step, whatever happened before."""
+        """Give the variance of the error at one step, whatever happened before.
+
+        Args:
+            joint_angles: (J,) rad, the true ones.
+
+        Returns:
+            (J,) rad².
+        """
 
 
 class White(Noise):
-    """Independent Gaussian noise of `sigma_deg` per joint and step: the paper's."""
+    """Independent Gaussian noise per joint and step: the paper's, q̃ = q + ε (section 3)."""
 
     def __init__(self, sigma_deg: float) -> None:
+        """Check the SD.
+
+        Args:
+            sigma_deg: degrees, in [0, 90].
+
+        Raises:
+            ValueError: for another one.
+        """
         self.sigma = float(np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")))
 
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
@@ -50,9 +78,17 @@ class White(Noise):
 
 
 class Bias(Noise):
-    """A constant error per joint and episode, drawn from N(0, `bias_deg`²)."""
+    """A constant error per joint and episode, drawn from a normal."""
 
     def __init__(self, bias_deg: float) -> None:
+        """Check the SD.
+
+        Args:
+            bias_deg: degrees, in [0, 90].
+
+        Raises:
+            ValueError: for another one.
+        """
         self.sd = np.deg2rad(validate.number("bias_deg", bias_deg, 0.0, 90.0, unit="degrees"))
 
     def reset(self, rng: Rng, joints: int) -> None:
@@ -66,12 +102,23 @@ class Bias(Noise):
 
 
 class Drift(Noise):
-    """A slow error: an Ornstein–Uhlenbeck process of SD `drift_deg` and time constant `drift_seconds`.
+    """A slow error: an Ornstein–Uhlenbeck process, sampled exactly at the control rate.
 
-    Sampled exactly at the control rate (Gillespie 1996, Phys. Rev. E 54, 2084).
+    References:
+        Gillespie 1996, Phys. Rev. E 54, 2084.
     """
 
     def __init__(self, drift_deg: float, drift_seconds: float, step_seconds: float) -> None:
+        """Check the numbers.
+
+        Args:
+            drift_deg: degrees, stationary SD, in [0, 90].
+            drift_seconds: s, time constant.
+            step_seconds: s, from one sample to the next.
+
+        Raises:
+            ValueError: for numbers out of range.
+        """
         self.sd = np.deg2rad(validate.number("drift_deg", drift_deg, 0.0, 90.0, unit="degrees"))
         tau = validate.seconds("drift_seconds", drift_seconds)
         self.decay = np.exp(-validate.seconds("step_seconds", step_seconds) / tau)
@@ -91,9 +138,17 @@ class Drift(Noise):
 
 
 class Proportional(Noise):
-    """White noise whose SD is `proportional` times the size of the angle."""
+    """White noise whose SD grows with the size of the angle."""
 
     def __init__(self, proportional: float) -> None:
+        """Check the fraction.
+
+        Args:
+            proportional: SD over angle, in [0, 1].
+
+        Raises:
+            ValueError: for another one.
+        """
         self.gain = validate.number("proportional", proportional, 0.0, 1.0)
 
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
@@ -107,26 +162,53 @@ class Proprioception:
     """The sum of independent noises."""
 
     def __init__(self, noises: Sequence[Noise]) -> None:
+        """Keep the noises that add anything.
+
+        Args:
+            noises: independent ones.
+        """
         # A noise of zero SD adds nothing, and would be drawn at every step.
         self.noises = tuple(noise for noise in noises if noise.variance(np.ones(1)).any())
 
     def reset(self, rng: Rng, joints: int) -> None:
-        """Draw whatever lasts for an episode."""
+        """Draw whatever lasts for an episode.
+
+        Args:
+            rng: gives the draws.
+            joints: J.
+        """
         for noise in self.noises:
             noise.reset(rng, joints)
 
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
-        """Felt joint angles (J,) rad for the true `joint_angles` (J,) rad."""
+        """Draw what is felt.
+
+        Args:
+            rng: gives the draws.
+            joint_angles: (J,) rad, the true ones.
+
+        Returns:
+            (J,) rad, the felt ones.
+        """
         felt = joint_angles if self.noises else joint_angles.copy()
         for noise in self.noises:
             felt = felt + noise.sample(rng, joint_angles)
         return felt
 
     def log_prob(self, felt: ArrayLike, joint_angles: ArrayLike) -> float:
-        """Log density of `felt` (J,) rad given the true `joint_angles` (J,) rad at one step.
+        """Score what was felt at one step.
 
         Bias and drift enter with the variance that they have over episodes: successive steps are not independent.
-        Raises `ValueError` for other shapes, and what is not finite or beyond ± `LARGEST` rad.
+
+        Args:
+            felt: (J,) rad.
+            joint_angles: (J,) rad, the true ones.
+
+        Returns:
+            The log density.
+
+        Raises:
+            ValueError: for other shapes, and what is not finite or beyond ± `LARGEST` rad.
         """
         said, true = validate.together(LARGEST, felt=felt, joint_angles=joint_angles)
         variance = sum((noise.variance(true) for noise in self.noises), np.zeros(true.shape))
@@ -134,18 +216,35 @@ class Proprioception:
 
 
 class FeltAngles:
-    """The angles that are felt in one episode: called once for each step from the reset on, it gives the felt (J,) rad,
-    within `BOUND`, for the true (J,) rad."""
+    """The angles that are felt in one episode: called once for each step from the reset on."""
 
     BOUND = 4 * np.pi  # joints stay within ±pi and noise is added
 
     def __init__(self, proprioception: Proprioception, rng: Rng, joints: int) -> None:
+        """Draw what lasts for the episode.
+
+        Args:
+            proprioception: the noises.
+            rng: gives the draws, from now on.
+            joints: J.
+        """
         self.proprioception = proprioception
         self._rng = rng
         self._joints = joints
         proprioception.reset(rng, joints)
 
     def __call__(self, joint_angles: Angles) -> NDArray[np.float32]:
+        """Draw what is felt at the next step.
+
+        Args:
+            joint_angles: (J,) rad, the true ones.
+
+        Returns:
+            (J,) rad, within ± `BOUND`.
+
+        Raises:
+            ValueError: for another shape.
+        """
         if len(joint_angles) != self._joints:
             raise ValueError(f"joint_angles must be of shape ({self._joints},), got shape {np.shape(joint_angles)}")
         felt = np.empty(self._joints, np.float32)

@@ -27,7 +27,18 @@ __all__ = ["SHAPES", "Shape", "Solid", "check", "default_size", "find", "make"]
 
 
 def check(what: str, name: Any) -> str:
-    """Return `name` if it is that of a shape or the path of a mesh that can be explored; else raise `ValueError`."""
+    """Check that a shape can be explored.
+
+    Args:
+        what: `name` is of, for messages.
+        name: of a shape, or the path of a mesh.
+
+    Returns:
+        The name.
+
+    Raises:
+        ValueError: where it is neither, or the mesh cannot be explored.
+    """
     if isinstance(name, str | Path) and mesh.is_path(name):
         mesh.load(str(name))
         return str(name)
@@ -38,14 +49,34 @@ def check(what: str, name: Any) -> str:
 
 
 def find(name: str) -> Shape:
-    """The shape `name`, or that of the mesh file `name`; raises `ValueError` where there is none."""
+    """Find a shape.
+
+    Args:
+        name: of a shape, or the path of a mesh.
+
+    Returns:
+        The shape.
+
+    Raises:
+        ValueError: where there is none.
+    """
     name = check("shape", name)
     return SHAPES[name] if name in SHAPES else mesh.load(name)
 
 
 def default_size(name: str, scale: float = 1.0) -> NDArray[np.float64]:
-    """Full extents (3,) m of the shape `name` where nothing else is said; `scale`: metres that the unit of a mesh
-    file is long."""
+    """Give the size of a shape where nothing else is said.
+
+    Args:
+        name: of a shape, or the path of a mesh.
+        scale: metres that the unit of a mesh file is long.
+
+    Returns:
+        (3,) m, full extents.
+
+    Raises:
+        ValueError: for an unknown name, or a mesh that nobody could hold.
+    """
     scale = validate.number("scale", scale, above=0.0, unit="m")
     shape = find(name)
     return shape.size(scale) if isinstance(shape, mesh.Mesh) else np.asarray(shape.default_size)
@@ -57,9 +88,19 @@ def make(
     position: ArrayLike = (0.0, 0.0, 0.0),
     quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0),
 ) -> Solid:
-    """The shape or mesh file `name` as a solid of `size` (3,) m (None: its default) at a world pose (m, wxyz).
+    """Make a solid of a shape or mesh file.
 
-    Raises `ValueError` for an unknown name, or a size or pose that is not possible.
+    Args:
+        name: of a shape, or the path of a mesh.
+        size: (3,) m, full extents; None: its default.
+        position: (3,) m, in the world.
+        quaternion: (4,) wxyz, in the world.
+
+    Returns:
+        The solid.
+
+    Raises:
+        ValueError: for an unknown name, or a size or pose that is not possible.
     """
     name = check("shape", name)
     shape = find(name)

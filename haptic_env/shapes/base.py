@@ -22,7 +22,14 @@ RGBA = (0.85, 0.65, 0.35, 1.0)
 
 
 def rotation_matrix(quaternion: ArrayLike) -> NDArray[np.float64]:
-    """(3, 3) rotation of a wxyz `quaternion` (4,) of any length above zero."""
+    """Make the rotation matrix of a quaternion.
+
+    Args:
+        quaternion: (4,) wxyz, of any length above zero.
+
+    Returns:
+        (3, 3).
+    """
     w, x, y, z = np.asarray(quaternion, dtype=np.float64) / np.linalg.norm(quaternion)
     return np.array(
         [
@@ -40,18 +47,48 @@ class Shape(ABC):
 
     @abstractmethod
     def signed_distance(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Distance (...,) m from `points` (..., 3) m, shape's frame, to the surface; negative inside."""
+        """Measure distances to the surface.
+
+        Args:
+            points: (..., 3) m, in the shape's frame.
+            size: (3,) m, full extents.
+
+        Returns:
+            (...,) m, negative inside.
+        """
 
     @abstractmethod
     def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> list[dict[str, Any]]:
-        """Attributes of the convex MuJoCo geoms of this `size`; adds assets to `root` where it needs any."""
+        """Describe the solid to MuJoCo.
+
+        Args:
+            root: of the MJCF tree; assets are added where it needs any.
+            size: (3,) m, full extents.
+
+        Returns:
+            The attributes of each of its convex geoms.
+        """
 
     def prepare(self) -> None:
-        """Find now what `geoms` needs and takes long to find; raises `ValueError` where it cannot be found."""
+        """Find now what `geoms` needs and takes long to find.
+
+        Raises:
+            ValueError: where it cannot be found.
+        """
         return
 
     def check_size(self, size: ArrayLike | None) -> NDArray[np.float64]:
-        """Return the full extents (3,) m, the default for None; raise `ValueError` where they are not possible."""
+        """Check that a size is possible.
+
+        Args:
+            size: (3,) m, full extents; None: the default.
+
+        Returns:
+            (3,) m.
+
+        Raises:
+            ValueError: where it is not.
+        """
         extents = validate.array("object size", self.default_size if size is None else size, (3,), "m")
         if (extents < SMALLEST).any() or (extents > LARGEST).any():
             raise ValueError(f"object size must lie in [{SMALLEST}, {LARGEST}] m, got {extents.tolist()}")
@@ -62,7 +99,12 @@ class Shape(ABC):
 class Solid:
     """A shape of a given size at a given pose: everything that can be asked about a true object.
 
-    `size` (3,) m full extents; `position` (3,) m and `quaternion` (4,) wxyz in the world frame.
+    Attributes:
+        name: of the shape, or the path of the mesh.
+        shape: the family that it is of.
+        size: (3,) m, full extents.
+        position: (3,) m, in the world.
+        quaternion: (4,) wxyz, in the world.
     """
 
     name: str
@@ -72,8 +114,17 @@ class Solid:
     quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
     def signed_distance(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Distance (...,) m from `points` (..., 3) m, world frame, to the surface; negative inside. Raises `ValueError`
-        for points that are not finite or out of all reach."""
+        """Measure distances to the surface.
+
+        Args:
+            points: (..., 3) m, in the world.
+
+        Returns:
+            (...,) m, negative inside.
+
+        Raises:
+            ValueError: for points that are not finite or out of all reach.
+        """
         places = validate.numbers("points", points, bound=FAR)
         if places.ndim == 0 or places.shape[-1] != 3:
             raise ValueError(f"points must be of shape (..., 3) in m, got shape {places.shape}")
@@ -81,5 +132,12 @@ class Solid:
         return self.shape.signed_distance(local, np.asarray(self.size))
 
     def occupancy(self, grid: Grid) -> NDArray[np.bool_]:
-        """(X, Y, Z): whether the centre of each voxel of `grid` lies inside the object."""
+        """Find the voxels whose centre lies inside the object.
+
+        Args:
+            grid: in the world.
+
+        Returns:
+            (X, Y, Z).
+        """
         return self.signed_distance(grid.centres()) < 0

@@ -23,9 +23,17 @@ SAMPLES, AGREE = 5000, 0.985  # points of the bounding box where two rules of wh
 
 
 def closed_parts(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> list[Any]:
-    """The parts of a surface, each a closed trimesh that faces outwards.
+    """Cut a surface into its closed parts.
 
-    Raises `ValueError` where one has a hole, no inside or faces inwards, or where there are too many.
+    Args:
+        vertices: (V, 3).
+        triangles: (F, 3).
+
+    Returns:
+        The parts, each a closed trimesh that faces outwards.
+
+    Raises:
+        ValueError: where one has a hole, no inside or faces inwards, or where there are too many.
     """
     trimesh = extras.load("trimesh", "meshes", "a shape from a file")
     if len(triangles) == 0:
@@ -42,8 +50,17 @@ def closed_parts(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) ->
 
 
 def union(parts: list[Any]) -> Any:
-    """The surface of all `parts` together; raises `ValueError` where it crosses itself, so that no rule says what is
-    inside."""
+    """Unite the parts of a surface.
+
+    Args:
+        parts: of `closed_parts`.
+
+    Returns:
+        The surface of all together, a trimesh.
+
+    Raises:
+        ValueError: where it crosses itself, so that no rule says what is inside.
+    """
     trimesh = extras.load("trimesh", "meshes", "a shape from a file")
     surface = parts[0]
     if len(parts) > 1:
@@ -70,8 +87,7 @@ def union(parts: list[Any]) -> Any:
 
 
 def _real(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which of `faces` (T, 3) have three corners; and which of those are left where none is kept twice, and none of two
-    that lie back to back."""
+    """Which of `faces` (T, 3) have three corners, and which of those are left without twins and pairs back to back."""
     low = np.sort(faces, axis=1)
     real = np.flatnonzero((low[:, 0] != low[:, 1]) & (low[:, 1] != low[:, 2]))
     key = (low[real] * (int(faces.max()) + 1) ** np.array([2, 1, 0])).sum(axis=1)  # below 2⁶³ for 1.5 million corners
@@ -87,8 +103,7 @@ def _real(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64
 
 
 def _apart(trimesh: Any, surface: Any) -> list[Any]:
-    """The closed parts of `surface`, which loses the triangles that bound nothing; raises `ValueError` where it is not
-    closed."""
+    """The closed parts of `surface`, which loses triangles that bound nothing; raises `ValueError` where it is open."""
     faces = surface.faces
     real, once = _real(faces)
     if len(once) == 0:

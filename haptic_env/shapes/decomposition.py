@@ -24,8 +24,19 @@ SECONDS = 600.0  # a teapot of 10,000 triangles takes a minute and a half beside
 
 
 def cut(vertices: Array, faces: NDArray[np.int64], seconds: float = SECONDS) -> list[Array]:
-    """The corners (M, 3) of the convex pieces of a closed surface; raises `ValueError` where it cannot be cut, or not
-    in so many `seconds`. However this process ends, the one that cuts ends too."""
+    """Cut a closed surface into convex pieces; however this process ends, the one that cuts ends too.
+
+    Args:
+        vertices: (V, 3).
+        faces: (F, 3).
+        seconds: that it may take.
+
+    Returns:
+        The corners (M, 3) of each piece.
+
+    Raises:
+        ValueError: where it cannot be cut, or not in so many seconds.
+    """
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     process = subprocess.Popen(
         [sys.executable, "-P", __file__, str(seconds)],
@@ -70,12 +81,29 @@ def cut(vertices: Array, faces: NDArray[np.int64], seconds: float = SECONDS) -> 
 
 
 def pack_pieces(pieces: list[Array]) -> bytes:
-    """The corners (M, 3) of each piece as bytes."""
+    """Make bytes of convex pieces.
+
+    Args:
+        pieces: corners (M, 3) of each.
+
+    Returns:
+        The bytes.
+    """
     return _pack(corners=np.concatenate(pieces), lengths=np.array([len(piece) for piece in pieces]))
 
 
 def unpack_pieces(data: bytes) -> list[Array]:
-    """What `pack_pieces` made bytes of; an error of whatever kind where they are others."""
+    """Make convex pieces of the bytes of `pack_pieces`; an error of whatever kind where they are others.
+
+    Args:
+        data: the bytes.
+
+    Returns:
+        The corners (M, 3) of each piece.
+
+    Raises:
+        ValueError: where they are none.
+    """
     told = _unpack(data)
     corners, lengths = told["corners"], told["lengths"]
     if corners.shape != (lengths.sum(), 3) or not np.isfinite(corners).all():

@@ -27,13 +27,29 @@ UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254}
 
 
 def is_path(name: str | Path) -> bool:
-    """Whether `name` is that of a mesh file rather than of a shape."""
+    """Tell whether a name is that of a mesh file rather than of a shape.
+
+    Args:
+        name: of either.
+
+    Returns:
+        Whether it is.
+    """
     return Path(name).suffix.lower() in SUFFIXES
 
 
 def load(name: str) -> Mesh:
-    """The shape in the file `name`, ~ being the home folder; raises `ValueError`, naming the file, where it is not a
-    closed solid."""
+    """Read the shape in a mesh file.
+
+    Args:
+        name: path of the file, ~ being the home folder.
+
+    Returns:
+        The shape.
+
+    Raises:
+        ValueError: where it is not a closed solid; it names the file.
+    """
     try:
         path = Path(name if os.path.exists(name) else os.path.expanduser(name)).resolve()
         told = path.stat()
@@ -53,6 +69,14 @@ class Mesh(Shape):
     """One solid at any size; its frame has its origin at `centre` (3,), in the file's frame and unit."""
 
     def __init__(self, path: str) -> None:
+        """Read the file.
+
+        Args:
+            path: of the file.
+
+        Raises:
+            ValueError: where it is not a closed solid.
+        """
         extras.folder("trimesh", "meshes", f"the shape {path!r}")
         self.path = path
         try:
@@ -73,8 +97,17 @@ class Mesh(Shape):
         self.centre = self._surface.bounds.mean(axis=0)
 
     def size(self, scale: float = 1.0) -> NDArray[np.float64]:
-        """Full extents (3,) m, where the file's unit is `scale` metres; raises `ValueError` where nobody could hold
-        that."""
+        """Give the full extents as the file has them.
+
+        Args:
+            scale: metres that the file's unit is long.
+
+        Returns:
+            (3,) m.
+
+        Raises:
+            ValueError: where nobody could hold that.
+        """
         extents = self.extents * scale
         if _fits(extents):
             return extents

@@ -26,10 +26,23 @@ NEAR, ASTRAY = 0.015, 0.02  # of a solid's width: surfaces so near are one; of i
 
 
 def distance_from(vertices: Array, faces: NDArray[np.int64], points: Array) -> Array:
-    """Signed distance (M,) of `points` (M, 3) from a closed surface, negative inside.
+    """Measure distances from a closed surface, by libigl's tree and pseudonormals.
 
-    By libigl's tree and pseudonormals (Bærentzen & Aanæs 2005, IEEE TVCG 11, 243-253): trimesh gives the same a
-    hundred times slower.
+    trimesh gives the same a hundred times slower.
+
+    Args:
+        vertices: (V, 3).
+        faces: (F, 3).
+        points: (M, 3).
+
+    Returns:
+        (M,), negative inside.
+
+    Raises:
+        ImportError: without the package `libigl`.
+
+    References:
+        Bærentzen & Aanæs 2005, IEEE TVCG 11, 243-253.
     """
     igl = extras.load("igl", "meshes", "the distance from a mesh")
     corners, triangles = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int64)
@@ -38,8 +51,21 @@ def distance_from(vertices: Array, faces: NDArray[np.int64], points: Array) -> A
 
 
 def inside_of(vertices: Array, faces: NDArray[np.int64], points: Array) -> NDArray[np.bool_]:
-    """(M,): whether a closed surface winds around each of `points` (M, 3): the sign of `distance_from`, unless the
-    surface crosses itself (Barill et al. 2018, ACM Trans. Graph. 37, 43).
+    """Tell around which points a closed surface winds: the sign of `distance_from`, unless the surface crosses itself.
+
+    Args:
+        vertices: (V, 3).
+        faces: (F, 3).
+        points: (M, 3).
+
+    Returns:
+        (M,).
+
+    Raises:
+        ImportError: without the package `libigl`.
+
+    References:
+        Barill et al. 2018, ACM Trans. Graph. 37, 43.
     """
     igl = extras.load("igl", "meshes", "the inside of a mesh")
     corners, triangles = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int64)
@@ -47,8 +73,18 @@ def inside_of(vertices: Array, faces: NDArray[np.int64], points: Array) -> NDArr
 
 
 def convex_pieces(solid: Any, tolerance: float) -> list[Array]:
-    """The corners (M, 3) of the convex pieces of `solid`, a closed trimesh, in its frame and unit; one, its hull, if
-    that sticks out by no more than `tolerance`."""
+    """Cut a solid into convex pieces; one, its hull, if that sticks out by no more than `tolerance`.
+
+    Args:
+        solid: a closed trimesh.
+        tolerance: in the unit of the solid.
+
+    Returns:
+        The corners (M, 3) of each piece, in the frame and unit of the solid.
+
+    Raises:
+        ValueError: where it cannot be cut.
+    """
     if len(solid.faces) > MANY:
         solid = _simplified(solid, tolerance)
     hull = solid.convex_hull
@@ -58,8 +94,7 @@ def convex_pieces(solid: Any, tolerance: float) -> list[Array]:
 
 
 def _astray(solid: Any, pieces: list[Array]) -> float:
-    """In how much of the bounding box of `solid` its `pieces` are and it is not, or the other way round, surfaces
-    aside."""
+    """In how much of the bounding box of `solid` either it or its `pieces` are, and not both, surfaces aside."""
     width, (low, high) = float(solid.extents.max()), solid.bounds
     near = NEAR * width
     around = np.random.default_rng(0).uniform(low - 2 * near, high + 2 * near, (SAMPLES, 3))
@@ -72,7 +107,15 @@ def _astray(solid: Any, pieces: list[Array]) -> float:
 
 
 def felt(pieces: list[Array], width: float) -> list[Array]:
-    """Those of `pieces` that are no mere flakes of a solid `width` wide: the physics takes none without a volume."""
+    """Leave out mere flakes of a solid: the physics takes none without a volume.
+
+    Args:
+        pieces: corners (M, 3) of each.
+        width: of the solid, in the same unit.
+
+    Returns:
+        The other pieces.
+    """
     return [piece for piece in pieces if len(piece) > 3 and _volume(piece) > FLAKE * width**3]
 
 

@@ -12,8 +12,13 @@ ALIKE = 1e-6  # radians: directions closer than that are one
 
 
 class Edges(NamedTuple):
-    """E edges: `which` (3T,) each side of each triangle is, how many `run` along it (E,), and how many more do in one
-    direction than in the other (`balance` (E,)): in a closed surface, none anywhere."""
+    """The E edges of T triangles.
+
+    Attributes:
+        which: (3T,) the edge that each side of each triangle is.
+        run: (E,) how many sides run along it.
+        balance: (E,) how many more do in one direction than in the other: in a closed surface, none anywhere.
+    """
 
     which: NDArray[np.int64]
     run: NDArray[np.int64]
@@ -21,7 +26,14 @@ class Edges(NamedTuple):
 
 
 def edges_of(faces: NDArray[np.int64]) -> Edges:
-    """The edges of the triangles `faces` (T, 3)."""
+    """Find the edges of triangles.
+
+    Args:
+        faces: (T, 3).
+
+    Returns:
+        The edges.
+    """
     start, end = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
     low, high = np.minimum(start, end), np.maximum(start, end)
     _, which, run = np.unique(low * (int(faces.max()) + 1) + high, return_inverse=True, return_counts=True)
@@ -30,10 +42,21 @@ def edges_of(faces: NDArray[np.int64]) -> Edges:
 
 
 def neighbours(vertices: NDArray[np.float64], faces: NDArray[np.int64], edges: Edges) -> NDArray[np.int64]:
-    """(M, 2): the triangles that bound one body together, at all edges of a closed surface where more than two meet.
+    """Find the triangles that bound one body together, at all edges of a closed surface where more than two meet.
 
     Around an edge the inside begins at a triangle that runs against it and ends at one that runs along it. Where two
     lie back to back, one inside ends before the next begins; of a body that is there twice, one lies in the other.
+
+    Args:
+        vertices: (V, 3).
+        faces: (T, 3).
+        edges: of `faces`.
+
+    Returns:
+        (M, 2) triangles.
+
+    Raises:
+        ValueError: where more than two meet at more than `MOST` edges.
     """
     vertices, faces = np.asarray(vertices), np.asarray(faces)
     sides, first = np.argsort(edges.which, kind="stable"), np.cumsum(edges.run) - edges.run

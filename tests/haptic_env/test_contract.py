@@ -11,6 +11,7 @@ from gymnasium.utils.env_checker import check_env as gymnasium_check_env
 
 import haptic_env
 from haptic_env import shapes
+from haptic_env.objects import ObjectPrior
 
 TRUTH = {
     "joint_angles",
@@ -303,8 +304,8 @@ def test_ppo_trains_unchanged(env_id, make):
 def test_an_object_that_varies_is_drawn_until_it_fits(env_id, make, monkeypatch):
     """Where the hand rests the object cannot lie; among many that vary much, some would."""
     env = make(env_id, shape="cube", size_jitter=0.3, yaw_jitter=45.0, position_jitter=0.01).unwrapped
-    draw, draws = env._draw_solid, []
-    monkeypatch.setattr(env, "_draw_solid", lambda *given: draws.append(1) or draw(*given))
+    draw, draws = ObjectPrior.draw, []
+    monkeypatch.setattr(ObjectPrior, "draw", lambda *given: draws.append(1) or draw(*given))
 
     def sizes() -> list[float]:
         found = []

@@ -26,10 +26,18 @@ __all__ = ["READERS", "Refused", "read"]
 
 
 def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Corners (V, 3), in the unit of the file, and triangles (F, 3) of the mesh file `path`.
+    """Read a mesh file.
 
-    Raises `OSError` where it cannot be opened, `ValueError` where it cannot be read as what its name ends in, `Refused`
-    where what it holds is not taken.
+    Args:
+        path: of the file.
+
+    Returns:
+        Corners (V, 3), in the unit of the file, and triangles (F, 3).
+
+    Raises:
+        OSError: where it cannot be opened.
+        ValueError: where it cannot be read as what its name ends in.
+        Refused: where what it holds is not taken.
     """
     told = path.stat()
     if not stat.S_ISREG(told.st_mode):

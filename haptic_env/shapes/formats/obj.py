@@ -12,9 +12,18 @@ from haptic_env.shapes.formats.text import numbers, whole, words_of
 
 
 def read(data: bytes) -> Polygons:
-    """The faces of an OBJ file, whatever object, group or material they are of; raises `ValueError` where it is none.
+    """Read the faces of an OBJ file, whatever object, group or material they are of.
 
     A negative index counts back from the corners that stand above the face.
+
+    Args:
+        data: the file's bytes.
+
+    Returns:
+        The faces.
+
+    Raises:
+        ValueError: where it is none.
     """
     vertices, corners, lengths = array("d"), array("q"), array("q")
     triangles = 0

@@ -20,7 +20,17 @@ HEADER = 1_000_000  # bytes
 
 
 def read(data: bytes) -> Polygons:
-    """The faces of a PLY file; raises `ValueError` where it is none."""
+    """Read the faces of a PLY file.
+
+    Args:
+        data: the file's bytes.
+
+    Returns:
+        The faces.
+
+    Raises:
+        ValueError: where it is none.
+    """
     order, elements, start = _header(data)
     least = sum(each.count * each.least(order) for each in elements)
     if least > len(data) - start + 1:  # the last line need not end

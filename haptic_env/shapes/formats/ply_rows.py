@@ -21,7 +21,13 @@ CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "i8":
 
 @dataclass
 class Element:
-    """`count` rows of `properties`: the name of each, its type and, where it is a list, the type of its length."""
+    """What a PLY file holds many of.
+
+    Attributes:
+        name: as the file calls it.
+        count: of its rows.
+        properties: the name of each, its type and, where it is a list, the type of its length.
+    """
 
     name: str
     count: int
@@ -32,13 +38,30 @@ class Element:
         return any(length for _, _, length in self.properties)
 
     def least(self, order: str) -> int:
-        """The fewest bytes of a row; in text, a digit and a space for each property."""
+        """Count the fewest bytes of a row; in text, a digit and a space for each property.
+
+        Args:
+            order: of the bytes, as NumPy has it; empty in text.
+
+        Returns:
+            The count.
+        """
         if not order:
             return 2 * len(self.properties)
         return sum(np.dtype(length or kind).itemsize for _, kind, length in self.properties)
 
     def columns(self, *names: str) -> list[int]:
-        """Which properties have those `names`."""
+        """Find properties.
+
+        Args:
+            *names: of the properties.
+
+        Returns:
+            Their numbers.
+
+        Raises:
+            ValueError: where one is missing or is a list.
+        """
         told = [name for name, _, length in self.properties if not length]
         if not set(names) <= set(told):
             raise ValueError(f"its {self.name} has no {' '.join(names)}, but {' '.join(told) or 'nothing'}")
@@ -46,7 +69,14 @@ class Element:
         return [every.index(name) for name in names]
 
     def corners(self) -> int:
-        """Which property holds the corners of a face."""
+        """Find the property that holds the corners of a face.
+
+        Returns:
+            Its number.
+
+        Raises:
+            ValueError: where there is none.
+        """
         for index, (name, kind, length) in enumerate(self.properties):
             if name in LISTS and length and "f" not in kind + length:
                 return index
@@ -58,17 +88,39 @@ class Rows(ABC):
 
     @abstractmethod
     def walk(self, element: Element, wanted: Sequence[int]) -> Iterator[list[Sequence[float]]]:
-        """For each row of `element` the numbers of each `wanted` property."""
+        """Go through the rows of an element.
+
+        Args:
+            element: the next one of the file.
+            wanted: numbers of properties.
+
+        Yields:
+            For each row the numbers of each wanted property.
+        """
 
     def vertices(self, element: Element) -> NDArray[np.float64]:
-        """(V, 3)."""
+        """Read the rows of an element as corners.
+
+        Args:
+            element: the next one of the file.
+
+        Returns:
+            (V, 3).
+        """
         found = array("d")
         for cells in self.walk(element, element.columns("x", "y", "z")):
             found.extend(cell[0] for cell in cells)
         return np.array(found).reshape(-1, 3)
 
     def faces(self, element: Element) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """The corners of face after face, and how many each has (F,)."""
+        """Read the rows of an element as faces.
+
+        Args:
+            element: the next one of the file.
+
+        Returns:
+            The corners of face after face, and how many each has (F,).
+        """
         corners, lengths = array("q"), array("q")
         for (cell,) in self.walk(element, [element.corners()]):
             corners.extend(min(int(each), 2**62) for each in cell)
@@ -77,7 +129,11 @@ class Rows(ABC):
         return np.array(corners, dtype=np.int64), np.array(lengths, dtype=np.int64)
 
     def skip(self, element: Element) -> None:
-        """Leave the rows of `element` aside."""
+        """Leave the rows of an element aside.
+
+        Args:
+            element: the next one of the file.
+        """
         if element.properties:
             for _ in self.walk(element, []):
                 pass
@@ -87,6 +143,12 @@ class Text(Rows):
     """Rows as lines of `data` from the byte `start` on."""
 
     def __init__(self, data: bytes, start: int) -> None:
+        """Begin at the first row.
+
+        Args:
+            data: the file's bytes.
+            start: the byte where the rows begin.
+        """
         self._lines = io.BytesIO(data)
         self._lines.seek(start)
         self._number = data.count(b"\n", 0, start)
@@ -121,6 +183,13 @@ class Binary(Rows):
     """Rows as bytes of `data` from `start` on, in the byte `order`."""
 
     def __init__(self, data: bytes, start: int, order: str) -> None:
+        """Begin at the first row.
+
+        Args:
+            data: the file's bytes.
+            start: the byte where the rows begin.
+            order: of the bytes, as NumPy has it.
+        """
         self._data, self._at, self._order = data, start, order
 
     def vertices(self, element: Element) -> NDArray[np.float64]:

@@ -20,8 +20,13 @@ class Refused(ValueError):
 
 
 class Polygons(NamedTuple):
-    """What a file holds: `vertices` (V, 3) in its own unit, and for face after face the `lengths` (F,) and the
-    `corners` (sum of the lengths,) that it joins, from 0."""
+    """What a mesh file holds.
+
+    Attributes:
+        vertices: (V, 3) in the unit of the file.
+        corners: (sum of the lengths,) for face after face the vertices that it joins, from 0.
+        lengths: (F,) how many corners each face has.
+    """
 
     vertices: NDArray[np.float64]
     corners: NDArray[np.int64]
@@ -29,20 +34,43 @@ class Polygons(NamedTuple):
 
 
 def check_count(triangles: int) -> None:
-    """Raise `Refused` where there are more `triangles` than are taken."""
+    """Check that triangles are no more than are taken.
+
+    Args:
+        triangles: how many there are.
+
+    Raises:
+        Refused: where they are more.
+    """
     if triangles > MOST:
         raise Refused(f"has {triangles:,} triangles or more, at most {MOST:,} are taken: simplify it")
 
 
 def check_corners(count: int) -> None:
-    """Raise `Refused` where there are more corners than so many triangles can have."""
+    """Check that corners are no more than so many triangles can have.
+
+    Args:
+        count: how many there are.
+
+    Raises:
+        Refused: where they are more.
+    """
     if count > 3 * MOST:
         raise Refused(f"has {count:,} corners or more, at most {3 * MOST:,} are taken: simplify it")
 
 
 def triangulate(held: Polygons) -> NDArray[np.int64]:
-    """Triangles (T, 3) of the faces, in their order and wound as they are; raises `Refused` for a face that is not
-    flat or crosses itself, since nobody can tell what solid it bounds."""
+    """Cut faces into triangles, in their order and wound as they are.
+
+    Args:
+        held: the faces.
+
+    Returns:
+        (T, 3).
+
+    Raises:
+        Refused: for a face that is not flat or crosses itself, since nobody can tell what solid it bounds.
+    """
     vertices, corners, lengths = held
     if (lengths < 3).any() or (lengths > CORNERS).any():
         wrong = lengths[(lengths < 3) | (lengths > CORNERS)][0]
@@ -98,8 +126,7 @@ def _of_equal_length(vertices: NDArray[np.float64], faces: NDArray[np.int64], ex
 
 
 def _ears(points: NDArray[np.float64], normal: NDArray[np.float64], area: float, angle: NDArray[np.float64]) -> NDArray:
-    """(K - 2, 3) triangles of one polygon `points` (K, 3) of that `area`, which turns by `angle` (K,) rad at its
-    corners."""
+    """(K - 2, 3) triangles of a polygon `points` (K, 3) of that `area`; `angle` (K,) rad: its turns at the corners."""
     manifold = extras.load("manifold3d", "meshes", "a face of more than three corners")
     across = np.linalg.svd(normal[None])[2][1:]
     across[1] *= np.sign(np.cross(across[0], across[1]) @ normal)

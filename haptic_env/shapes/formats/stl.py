@@ -15,7 +15,17 @@ TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribu
 
 
 def read(data: bytes) -> Polygons:
-    """The triangles of an STL file; raises `ValueError` where it is none."""
+    """Read the triangles of an STL file.
+
+    Args:
+        data: the file's bytes.
+
+    Returns:
+        The triangles.
+
+    Raises:
+        ValueError: where it is none.
+    """
     declared = int.from_bytes(data[HEADER - 4 : HEADER], "little")
     if len(data) >= HEADER and len(data) == HEADER + declared * TRIANGLE.itemsize:
         check_count(declared)

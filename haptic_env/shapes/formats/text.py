@@ -12,7 +12,19 @@ LARGEST = 2**31  # of a whole number: no mesh has so many corners
 
 
 def words_of(line: bytes, number: int) -> list[bytes]:
-    """The words of line `number`."""
+    """Split a line into words.
+
+    Args:
+        line: without its end.
+        number: of the line, for messages.
+
+    Returns:
+        The words.
+
+    Raises:
+        ValueError: where it is longer than any line of a mesh.
+        Refused: where the file has more lines than are taken.
+    """
     if number > LINES:
         raise Refused(f"has more than {LINES:,} lines: simplify it")
     if len(line) > LONGEST:
@@ -21,7 +33,19 @@ def words_of(line: bytes, number: int) -> list[bytes]:
 
 
 def numbers(words: Sequence[bytes], count: int, number: int) -> list[float]:
-    """The first `count` of `words`, of line `number`, as numbers."""
+    """Read words as numbers.
+
+    Args:
+        words: of the line.
+        count: how many are read, from the first on.
+        number: of the line, for messages.
+
+    Returns:
+        The numbers (count,).
+
+    Raises:
+        ValueError: where they are too few, or no numbers.
+    """
     try:
         return [float(words[k]) for k in range(count)]
     except (ValueError, IndexError):
@@ -29,7 +53,18 @@ def numbers(words: Sequence[bytes], count: int, number: int) -> list[float]:
 
 
 def whole(word: bytes, number: int) -> int:
-    """`word`, of line `number`, as a whole number."""
+    """Read a word as a whole number.
+
+    Args:
+        word: of the line.
+        number: of the line, for messages.
+
+    Returns:
+        The number.
+
+    Raises:
+        ValueError: where it is none.
+    """
     try:
         value = int(word)
     except ValueError:

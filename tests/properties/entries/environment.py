@@ -11,7 +11,8 @@ import numpy as np
 
 import haptic_env
 from haptic_env import hands, sensors, shapes
-from haptic_env.explore import RESET_OPTIONS, ExploreEnv
+from haptic_env.explore import ExploreEnv
+from haptic_env.objects import RESET_OPTIONS
 from tests.properties import samples
 from tests.properties.entry import Entry
 from tests.properties.parameters import (
