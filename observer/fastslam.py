@@ -9,7 +9,6 @@ is one hypothesis of the path of the pose about that Gaussian, drawn at the lag,
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any, Self
@@ -32,21 +31,14 @@ from observer.maps.contact_model import ContactModel
 from observer.maps.matching import MATCHING, Cloud, Felt
 from observer.maps.novelty import MapNovelty
 from observer.maps.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
-from observer.pose.delta_pose import DeltaPose
-from observer.pose.kalman import ContactDynamics, PoseFilter
-from observer.pose.smooth_motion import KinematicPose
-from observer.pose.source import PoseSource
+from observer.pose.kalman import ContactDynamics
+from observer.pose.motions import MOTIONS
 from observer.shape.pose_correction import KnownSolids
 from observer.shape.posterior import ShapePosterior
 
 RESOLUTION = 0.004  # metres
 LAG_SECONDS = 0.2
 ENOUGH = 16_000  # particles times candidates, from which on two threads are faster than one
-MOTIONS: dict[str, Callable[..., PoseSource]] = {
-    "forward_model": PoseFilter,
-    "delta_pose": DeltaPose,
-    "kinematic": KinematicPose,
-}
 AS_WRITTEN: dict[str, Any] = {
     "motion": "delta_pose",
     "matching": "sample",
@@ -78,9 +70,9 @@ class HapticSLAM:
         threads: int | None = None,
     ) -> None:
         """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
-        the hand, its physics ("forward_model"), a line ("delta_pose") or nothing but that it moves smoothly
-        ("kinematic", for recordings without torques); `candidates` K of scan matching; `lag` in steps (None: 200 ms);
-        `grid` (None: 4 mm voxels over the hand's workspace).
+        the hand, its physics ("forward_model"), a line ("delta_pose"), nothing but that it moves smoothly ("kinematic",
+        for recordings without torques), or that it is where it is felt ("raw_angles"); `candidates` K of scan matching;
+        `lag` in steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
 
         `matching`: a particle takes the "mean" of its candidates by likelihood, which keeps the maps sharp with few
         particles, or one "sample" of them, which is exact Bayes as N grows (tests/observer/test_exact_bayes.py).
