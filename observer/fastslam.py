@@ -89,7 +89,7 @@ class HapticSLAM:
         Raises `ValueError` for a value out of range.
         """
         edge.world(hand=hand)
-        sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
+        sigma = edge.sigma(sigma_deg)
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.hand, self.control_hz = hand, rate
@@ -200,6 +200,16 @@ class HapticSLAM:
         link_body = self._fixed.link_body
         seen = partial(hindsight.occupancy, self._moments, link_body, self.grid, self._body, self.contact_model)
         return [*beliefs, replace(last, snapshot=OccupancySnapshot(seen))]
+
+    @property
+    def sigma_deg(self) -> float:
+        """Degrees: SD of the noise of felt angles as the observer believes it. May be set, in mid-trial too: it holds
+        from the next step on. Raises `ValueError` for a value out of range."""
+        return float(np.rad2deg(self.pose.sigma))
+
+    @sigma_deg.setter
+    def sigma_deg(self, sigma_deg: float) -> None:
+        self.pose.sigma = edge.sigma(sigma_deg)
 
     @property
     def set_aside(self) -> NDArray[np.int64]:
