@@ -29,7 +29,7 @@ POLICIES: dict[str, type[Policy]] = {
     "trained": Trained,
 }
 
-moved({"agents.smooth_chance": ["agents.ornstein_uhlenbeck"]})
+moved({"agents.reach": ["agents.finger_kinematics"], "agents.smooth_chance": ["agents.ornstein_uhlenbeck"]})
 
 __all__ = ["POLICIES", "Guided", "Policy", "act", "export", "find", "is_model", "load_model", "make"]
 

@@ -13,9 +13,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.finger_kinematics import FingerKinematics
 from agents.policy import Guided, State
-from agents.reach import Reach
-from haptic_env import validate
+from haptic_env import hand_env, validate
 
 LIGHT, HARD = 0.15, 0.9  # how a finger presses, fractions of the torque limits: while it feels contact, and at most
 YIELD_SECONDS, PRESS_SECONDS = 1.0, 0.5  # how long it takes from the one to the other
@@ -32,26 +32,26 @@ class ContourFollowing(Guided):
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None, *, seconds: float = 0.8) -> None:
         super().__init__(env, seed)
-        self._rate: float = env.unwrapped.control_hz  # type: ignore[attr-defined]
+        self._rate = hand_env(env).control_hz
         self._longest = validate.seconds("seconds", seconds) * self._rate
         self._least = min(LEAST_SECONDS * self._rate, self._longest)
         self._harder = (HARD - LIGHT) / (PRESS_SECONDS * self._rate)
         self._softer = (HARD - LIGHT) / (YIELD_SECONDS * self._rate)
-        self._reach = Reach(self.hand)
-        self.remembers = (*[(self._reach.fingers,)] * 4, (self.joints,))
-        self._strokes = self._reach.strokes(self.hand.rest_pose, self.hand.grasp_centre)
+        self._kinematics = FingerKinematics(self.hand)
+        self.remembers = (*[(self._kinematics.fingers,)] * 4, (self.joints,))
+        self._strokes = self._kinematics.strokes(self.hand.rest_pose, self.hand.grasp_centre)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state`: of each finger (F,) how it presses, its heading (rad), steps on it and whether it
         felt contact, and the last pose (J,)."""
         pose = self.belief.joint_angles
-        fingers = self._reach.fingers
+        fingers = self._kinematics.fingers
         if state is None:
             heading = self.rng.uniform(0.0, 2.0 * np.pi, fingers)
             state = np.full(fingers, 0.5), heading, np.zeros(fingers), np.zeros(fingers, dtype=bool), pose
         press, heading, steps, touched, before = state
-        touches = self._reach.touching(self.hand, observation["contacts"])
-        fastest = (self._reach.alone * np.abs(pose - before)).max(axis=1) * self._rate
+        touches = self._kinematics.touching(self.hand, observation["contacts"])
+        fastest = (self._kinematics.alone * np.abs(pose - before)).max(axis=1) * self._rate
         ends = (touched & ~touches) | (fastest < STUCK)
         turned = (steps >= self._longest) | (ends & (steps >= self._least))
         back = np.pi + TURN * self.rng.standard_normal(fingers)
@@ -59,5 +59,5 @@ class ContourFollowing(Guided):
         press = np.clip(press + np.where(touches, -self._softer, self._harder), LIGHT, HARD)
         close, across, curl = self._strokes
         slide = np.cos(heading)[:, None] * across + CURLED * np.sin(heading)[:, None] * curl
-        torque = self._reach.together(press[:, None] * close + slide)
+        torque = self._kinematics.together(press[:, None] * close + slide)
         return torque, (press, heading, np.where(turned, 0, steps + 1), touches, pose)

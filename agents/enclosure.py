@@ -12,9 +12,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from agents.finger_kinematics import FingerKinematics
 from agents.policy import Guided, State
-from agents.reach import Reach
-from haptic_env import validate
+from haptic_env import hand_env, validate
 
 STILL = 0.5  # rad/s: a hand whose fastest joint is believed to be slower has come to rest
 OPENING = 0.15  # of the longest grasp: how long the hand opens before it grasps anew
@@ -31,11 +31,11 @@ class Enclosure(Guided):
         super().__init__(env, seed)
         self.grip = validate.number("grip", grip, 0.0, 1.0, above=0.0)
         longest = validate.seconds("seconds", seconds)
-        self._rate: float = env.unwrapped.control_hz  # type: ignore[attr-defined]
+        self._rate = hand_env(env).control_hz
         self._longest, self._opening = longest * self._rate, OPENING * longest * self._rate
-        self._reach = Reach(self.hand)
-        self.remembers = ((), (2, self._reach.fingers), (self.joints,))
-        self._strokes = self._reach.strokes(self.hand.rest_pose, self.hand.grasp_centre)
+        self._kinematics = FingerKinematics(self.hand)
+        self.remembers = ((), (2, self._kinematics.fingers), (self.joints,))
+        self._strokes = self._kinematics.strokes(self.hand.rest_pose, self.hand.grasp_centre)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """As every policy's; `state`: steps since the grasp began, how it is shifted (2, F) and the last pose (J,)."""
@@ -48,9 +48,9 @@ class Enclosure(Guided):
             step, shift = np.array(0), self._shift()
         close, across, curl = self._strokes
         grip = self.grip if step >= self._opening else -self.grip
-        torque = self._reach.together(grip * close + shift[0, :, None] * across + shift[1, :, None] * curl)
+        torque = self._kinematics.together(grip * close + shift[0, :, None] * across + shift[1, :, None] * curl)
         return torque, (step + 1, shift, pose)
 
     def _shift(self) -> NDArray[np.float64]:
         """(2, F): how the next grasp differs, across and curled."""
-        return self.rng.uniform(-1.0, 1.0, (2, self._reach.fingers)) * [[SIDEWAYS], [CURLED]]
+        return self.rng.uniform(-1.0, 1.0, (2, self._kinematics.fingers)) * [[SIDEWAYS], [CURLED]]

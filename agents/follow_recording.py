@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from agents.policy import Policy, State
-from haptic_env import validate
+from haptic_env import hand_env, validate
 from haptic_env.arrays import Array
 from haptic_env.recordings import Recording, resample
 
@@ -41,8 +41,8 @@ class FollowRecording(Policy):
         Raises `ValueError` where the recording lacks joints of the hand, has others, or angles that no hand has.
         """
         super().__init__(env)
-        base = env.unwrapped
-        hand, rate = base.hand, float(base.control_hz)  # type: ignore[attr-defined]
+        base = hand_env(env)
+        hand, rate = base.hand, float(base.control_hz)
         self.stiffness = validate.number("stiffness", stiffness, 0.0, STIFFEST)
         recording.angles_of(hand)  # before it has other frames, which no error should tell of
         angles = _smooth(resample(recording, rate).angles_of(hand), rate)

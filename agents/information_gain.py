@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents import lookahead
+from agents.finger_kinematics import FingerKinematics
 from agents.map_lookahead import MapLookahead
 from agents.policy import Guided, State
-from agents.reach import Reach
-from haptic_env import validate
+from haptic_env import hand_env, validate
 from haptic_env.arrays import Array
 from observer import compiling
 from observer import threads as side_by_side
@@ -45,7 +45,7 @@ class InformationGain(Guided):
     is the mean over those truths. For the map, see `MapLookahead`.
 
     A candidate is a random mixture of three strokes for each finger, about the grasp centre: closing, going across,
-    curling (`Reach`); the one in force stays a candidate. `horizon` s: how far it looks ahead.
+    curling (`FingerKinematics`); the one in force stays a candidate. `horizon` s: how far it looks ahead.
     `threads`: how many weigh candidates side by side (None: as many as pay); the bits are the same.
     """
 
@@ -67,11 +67,11 @@ class InformationGain(Guided):
         self.threads = side_by_side.check(threads)
         self.objective = validate.choice("objective", objective, OBJECTIVES)
         self.candidates = validate.integer("candidates", candidates, 1)
-        self._rate = rate = float(env.unwrapped.control_hz)  # type: ignore[attr-defined]
+        self._rate = rate = float(hand_env(env).control_hz)
         self.steps = max(1, round(validate.seconds("seconds", seconds) * rate))
         self.every = max(1, round(validate.seconds("horizon", horizon) * rate / LOOKS))
         self._model = ForwardModel(self.hand, rate)
-        self._reach = Reach(self.hand)
+        self._kinematics = FingerKinematics(self.hand)
         self.remembers = ((self.joints,), (), (self.joints,))
         self._tree, self._skin, self._spheres = tree_of(self.hand), skin_of(self.hand), lookahead.spheres_of(self.hand)
         self._map = MapLookahead(self.hand)
@@ -100,14 +100,14 @@ class InformationGain(Guided):
 
     def _draw(self, held: NDArray[np.float32]) -> NDArray[np.float32]:
         """(M, J) candidates, the torques in force first."""
-        strokes = self._reach.strokes(self.hand.rest_pose, self.hand.grasp_centre)
-        fingers = self._reach.fingers
+        strokes = self._kinematics.strokes(self.hand.rest_pose, self.hand.grasp_centre)
+        fingers = self._kinematics.fingers
         drawn = [held]
         for _ in range(self.candidates - 1):
             close = self.rng.uniform(-0.2, 0.8, (fingers, 1))
             across, curl = self.rng.uniform(-1.0, 1.0, (2, fingers, 1))
             drawn.append(
-                self._reach.together(close * strokes.close + across * strokes.across + 0.5 * curl * strokes.curl)
+                self._kinematics.together(close * strokes.close + across * strokes.across + 0.5 * curl * strokes.curl)
             )
         return np.array(drawn)
 

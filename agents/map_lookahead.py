@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from agents.finger_kinematics import FingerKinematics
 from agents.lookahead import Line
-from agents.reach import Reach
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from haptic_env.hand import Hand
@@ -32,9 +32,9 @@ class MapLookahead:
         skin = hand.patches.surface(SPACING)
         self._tree = tree_of(hand)
         self._points, self._body = skin.points, hand.link_bodies[skin.link].astype(np.int64)
-        reach = Reach(hand)
-        on_finger = reach.links.any(axis=0)
-        finger = np.where(on_finger, reach.links.argmax(axis=0), reach.fingers)  # what is on none is a palm
+        kinematics = FingerKinematics(hand)
+        on_finger = kinematics.links.any(axis=0)
+        finger = np.where(on_finger, kinematics.links.argmax(axis=0), kinematics.fingers)  # what is on none is a palm
         self._finger = finger[skin.link].astype(np.int64)
 
     def gain(self, belief: Belief, line: Line, push: Array, looks: int, every: int) -> Array:

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents import observations
-from haptic_env import validate
-from haptic_env.hand import Hand
+from haptic_env import hand_of, validate
 from observer.belief import Belief
 from observer.shape.posterior import ShapePosterior
 
@@ -21,12 +20,6 @@ Remembered = tuple[tuple[int, ...] | None, ...]
 State = tuple[Any, ...] | None
 LARGEST = 1e9  # of a state's numbers
 EpisodeStart = NDArray[np.bool_] | bool | None
-
-
-def check_env(env: gym.Env[Any, Any]) -> None:
-    """Raise `ValueError` unless `env` is one environment, and has a hand."""
-    if not isinstance(env, gym.Env) or not isinstance(getattr(env.unwrapped, "hand", None), Hand):
-        raise ValueError(f"env must be one environment with a hand, such as HapticSLAM/TwoFinger-v0, got {env!r}")
 
 
 class Policy:
@@ -47,7 +40,7 @@ class Policy:
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
         """Raises `ValueError` for an environment without a hand, or a seed that is none."""
-        check_env(env)
+        hand_of(env)  # which it must have
         self.joints: int = env.action_space.shape[0]  # type: ignore[index]
         # None: an environment that is played back need not say what it shows.
         self.observation_space: gym.Space[Any] | None = getattr(env, "observation_space", None)
@@ -120,7 +113,7 @@ class Guided(Policy):
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
         super().__init__(env, seed)
         self.env = env
-        self.hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+        self.hand = hand_of(env)
         if not env.has_wrapper_attr("belief"):
             raise ValueError(
                 f"{type(self).__name__} is guided by beliefs, which {env} has none of; wrap it: "

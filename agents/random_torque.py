@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.ornstein_uhlenbeck import SmoothChance
+from agents.ornstein_uhlenbeck import OrnsteinUhlenbeck
 from agents.policy import Policy, State
 
 
@@ -25,7 +25,7 @@ class RandomTorque(Policy):
         self, env: gym.Env[Any, Any], seed: int | None = None, *, sd: float = 1.0, seconds: float = 0.3
     ) -> None:
         super().__init__(env, seed)
-        self.drive = SmoothChance(env, self.joints, sd=sd, seconds=seconds)
+        self.drive = OrnsteinUhlenbeck(env, self.joints, sd=sd, seconds=seconds)
         self.remembers = ((self.drive.size,),)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:

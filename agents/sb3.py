@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from agents import network
 from agents.network import Network
-from agents.policy import Guided, Policy, Remembered, State, check_env
+from agents.policy import Guided, Policy, Remembered, State
 from agents.saved_model import WHY, SavedModel
-from haptic_env import validate
+from haptic_env import hand_of, validate
 from observer.wrappers.belief_observation import features_of
 
 SHIPPED = Path(str(resources.files("agents"))) / "trained.npz"
@@ -51,7 +51,7 @@ class Sb3(Guided):
     ) -> None:
         """Raises `ValueError` for a file that is no model, that is not to be trusted, or is one for other observations
         or actions than `env` has; `ImportError` for a .zip without Stable-Baselines3."""
-        check_env(env)
+        hand_of(env)  # which it must have
         model = load_model(SHIPPED if path is None else path, normalize, trust=trust)
         spaces = {"action": (model.action_space, env.action_space)}
         self._model, self._features = model, None

@@ -17,10 +17,10 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.ornstein_uhlenbeck import SmoothChance
+from agents.finger_kinematics import FingerKinematics
+from agents.ornstein_uhlenbeck import OrnsteinUhlenbeck
 from agents.policy import Policy, State
-from agents.reach import Reach
-from haptic_env import reading, validate
+from haptic_env import hand_of, reading, validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.recordings import checks
@@ -53,7 +53,7 @@ class Synergy(Policy):
         seconds: float = 0.3,
     ) -> None:
         super().__init__(env, seed)
-        hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+        hand = hand_of(env)
         basis = opposition_basis(hand) if recordings is None else posture_basis(hand, recordings)
         count = validate.integer("synergies", len(basis) if synergies is None else synergies, 1, self.joints)
         if recordings is None and count > len(basis):
@@ -61,7 +61,7 @@ class Synergy(Policy):
         self.basis = basis[:count] if synergies is not None else basis
         self.mean = np.zeros(len(self.basis))
         self.mean[0] = validate.number("flexion", flexion, -1.0, 1.0)
-        self.drive = SmoothChance(env, len(self.basis), sd=sd, seconds=seconds)
+        self.drive = OrnsteinUhlenbeck(env, len(self.basis), sd=sd, seconds=seconds)
         self.remembers = ((self.drive.size,),)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
@@ -74,8 +74,8 @@ class Synergy(Policy):
 def opposition_basis(hand: Hand) -> Array:
     """(S, J), the largest entry of each 1: all fingers close; then for each finger, it closes against the others, goes
     across, and curls. For two fingers these are flexion, opposition, and the ways along an object."""
-    reach = Reach(hand)
-    close, across, curl = reach.strokes(hand.rest_pose, hand.grasp_centre)
+    kinematics = FingerKinematics(hand)
+    close, across, curl = kinematics.strokes(hand.rest_pose, hand.grasp_centre)
     together = close.sum(axis=0)
     against = [2.0 * each - together for each in close[1:]]
     return _scaled(np.array([together, *against, *across, *curl]))

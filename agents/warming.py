@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from agents import lookahead
+from agents.finger_kinematics import FingerKinematics
 from agents.map_lookahead import expected
-from agents.reach import Reach
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from observer import ShapePosterior
@@ -19,7 +19,7 @@ from observer.shape.skin import skin_of
 def looking_ahead(hand: Hand) -> None:
     """`information_gain`, for names and for maps."""
     rest = hand.rest_pose.astype(np.float64)
-    Reach(hand).strokes(rest, hand.grasp_centre)
+    FingerKinematics(hand).strokes(rest, hand.grasp_centre)
     ahead = ForwardModel(hand, 50.0).predict(np.concatenate([rest, np.zeros(hand.joints)]), np.zeros(hand.joints))
     low, high = (np.ascontiguousarray(each) for each in hand.joint_limits.T)
     line = lookahead.Line(ahead.state.copy(), ahead.state, ahead.transition, ahead.torque_gain, low, high)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gymnasium as gym
 
 from haptic_env.moved import moved
+from haptic_env.unwrapping import HandEnv, hand_env, hand_of
 
 ENVIRONMENTS = {
     "HapticSLAM/TwoFinger-v0": "two_finger",
@@ -18,4 +19,4 @@ for _id, _hand in ENVIRONMENTS.items():
 
 moved({"haptic_env.skeleton": ["haptic_env.hands.skeleton"]})
 
-__all__ = ["ENVIRONMENTS"]
+__all__ = ["ENVIRONMENTS", "HandEnv", "hand_env", "hand_of"]

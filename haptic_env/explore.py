@@ -29,7 +29,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
     """Explore one object for `episode_seconds`: torques in, noisy joint angles and binary contacts out.
 
     The reward is always 0: this is a perception problem, and a reward belongs to the belief.
-    All keyword arguments are described in the README; a wrong one raises `ValueError`.
+    All keyword arguments are described in docs/environment.md; a wrong one raises `ValueError`.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"]}  # noqa: RUF012 - as gymnasium declares it

@@ -16,6 +16,7 @@ import pickle
 import sys
 import tempfile
 import types
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -48,11 +49,16 @@ class KernelCache(_Cache):
         """The `CompileResult` of the argument types `sig`, or None."""
         target_context.refresh()  # numba's own functions may not be there yet
         try:
-            payload = pickle.loads(self._place(sig).read_bytes())
+            kept = self._place(sig).read_bytes()
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", DeprecationWarning)
+                payload = pickle.loads(kept)
             return CompileResult._rebuild(target_context, *payload)
         except FileNotFoundError:
             return None
         except (OSError, EOFError, pickle.UnpicklingError, ValueError):  # cut off, or unreadable: compiled anew
+            return None
+        except (ImportError, AttributeError, DeprecationWarning):  # the class of an argument stands elsewhere now
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:

@@ -1,11 +1,11 @@
-"""Modules under the names that they had before: kept for one release, with a `DeprecationWarning`."""
+"""Modules and classes under the names that they had before: kept for one release, with a `DeprecationWarning`."""
 
 from __future__ import annotations
 
 import importlib
 import sys
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
@@ -47,3 +47,27 @@ def moved(homes: Mapping[str, Sequence[str]]) -> None:
     if _FINDER not in sys.meta_path:
         sys.meta_path.append(_FINDER)
     _FINDER.homes.update({old: tuple(new) for old, new in homes.items()})
+
+
+def renamed(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
+    """A `__getattr__` for `module`, which keeps what it holds importable under its old `names`.
+
+    Args:
+        module: name of the module.
+        names: by the old name of each thing, the one that it has now.
+
+    Returns:
+        What Python asks for names that the module lacks.
+    """
+
+    def content(name: str) -> Any:
+        if name not in names:
+            raise AttributeError(f"module {module!r} has no attribute {name!r}")
+        warnings.warn(
+            f"{module}.{name} is {names[name]} now; the old name goes with the next release",
+            DeprecationWarning,
+            stacklevel=2,
+        )
+        return getattr(sys.modules[module], names[name])
+
+    return content

@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 
 from haptic_env import validate
 from haptic_env.compiled import kernel, part
+from haptic_env.moved import renamed
 
 SIDES = ("palmar", "left", "dorsal", "right")
+
+__getattr__ = renamed(__name__, {"Skin": "SkinPoints"})
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Skin:
+class SkinPoints:
     """Points that cover the surface or fill the inside of the links (M points).
 
     `points` (M, 3) m in their link's frame; `normals` (M, 3) outward; `link` (M,) and `patch` (M,) indices.
@@ -92,7 +95,7 @@ class Patches:
         _locate(owner, places, *self.layout, patch)
         return patch
 
-    def surface(self, spacing: float) -> Skin:
+    def surface(self, spacing: float) -> SkinPoints:
         """Points on the skin, at most `spacing` (m) apart and in no patch none."""
         points: list[NDArray[np.float64]] = []
         normals: list[NDArray[np.float64]] = []
@@ -120,9 +123,9 @@ class Patches:
                 normals.append(cap)
             owner.append(np.full(sum(map(len, points)) - sum(map(len, owner)), index))
         placed, link_of = np.concatenate(points), np.concatenate(owner)
-        return Skin(placed, np.concatenate(normals), link_of, self.locate(link_of, placed))
+        return SkinPoints(placed, np.concatenate(normals), link_of, self.locate(link_of, placed))
 
-    def volume(self, spacing: float, depth: float = 0.0) -> Skin:
+    def volume(self, spacing: float, depth: float = 0.0) -> SkinPoints:
         """Points inside the links on a cubic lattice of `spacing` (m), at least `depth` (m) beneath the skin.
 
         `normals` point from the bone outwards (zero on the bone).
@@ -141,7 +144,7 @@ class Patches:
             normals.append(radial[inside] / np.maximum(distance[inside, None], 1e-12))
             owner.append(np.full(int(inside.sum()), index))
         placed, link_of = np.concatenate(points), np.concatenate(owner)
-        return Skin(placed, np.concatenate(normals), link_of, self.locate(link_of, placed))
+        return SkinPoints(placed, np.concatenate(normals), link_of, self.locate(link_of, placed))
 
     def _names_of(self, link: Link) -> list[str]:
         sides = SIDES if self.around == len(SIDES) else tuple(f"sector{s}" for s in range(self.around))
@@ -151,7 +154,7 @@ class Patches:
             names += [f"{link.name}_tip{ring}_{side}" for ring in range(1, self.rings) for side in sides]
         return names
 
-    def _area_per_point(self, skin: Skin) -> NDArray[np.float64]:
+    def _area_per_point(self, skin: SkinPoints) -> NDArray[np.float64]:
         """Share (M,) m² of the surface of its cylinder or cap that each point of `skin` stands for."""
         share = np.zeros(len(skin.points))
         for index, link in enumerate(self.links):

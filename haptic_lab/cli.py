@@ -1,4 +1,8 @@
-"""The command `haptic-slam`. Each of its commands is a module with a `main`, which is loaded when it is asked for."""
+"""The command `haptic-slam`. Each of its commands is a module with a `main`, which is loaded when it is asked for.
+
+Command lines are read by argparse of the standard library, and what is told is drawn by rich. (click, and typer on it,
+take a fixed number of values a flag; sweeps are asked for as `--sigmas 1 3 5`.)
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,9 @@ import sys
 from importlib import metadata
 from typing import NoReturn
 
+from haptic_lab.terminal import Parser, program, refuse
+
+PROGRAM = "haptic-slam"
 COMMANDS = {
     "explore": "let a blind hand explore a hidden object, and name it",
     "replay": "let the hand repeat a recording, and name what it touched",
@@ -39,24 +46,30 @@ def run(command: str) -> NoReturn:
     if command in ONE_CORE:
         for name, value in THREADS.items():
             os.environ.setdefault(name, value)
-    from haptic_lab.terminal import program
-
     module = importlib.import_module(f"haptic_lab.commands.{command.replace('-', '_')}")
     program(module.main)
 
 
 def main() -> NoReturn:
-    """The entry point of `haptic-slam`."""
+    """The entry point of `haptic-slam`, and of `python -m haptic_lab`."""
+    sys.argv[0] = PROGRAM
     told = "\n".join(f"  {name:18} {what}" for name, what in COMMANDS.items())
-    parser = argparse.ArgumentParser(
-        "haptic-slam",
-        usage="%(prog)s [--help] COMMAND ...",
+    parser = Parser(
+        PROGRAM,
+        usage="%(prog)s [--help] [--version] COMMAND ...",
         description=f"A hand explores an object it cannot see; an observer says what it felt.\n\ncommands:\n{told}",
         epilog=EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("command", choices=COMMANDS, help=argparse.SUPPRESS)
-    parser.add_argument("--version", action="version", version=f"%(prog)s {metadata.version('haptic-slam')}")
-    given = parser.parse_args(sys.argv[1:2] or ["--help"])
-    sys.argv = [f"{parser.prog} {given.command}", *sys.argv[2:]]  # so errors and help are told in its name
-    run(given.command)
+    parser.add_argument("command", metavar="COMMAND", help=argparse.SUPPRESS)
+    parser.add_argument("--version", action="version", version=f"%(prog)s {metadata.version(PROGRAM)}")
+    command = parser.parse_args(sys.argv[1:2] or ["--help"]).command
+    if command not in COMMANDS:
+        from haptic_env import validate  # takes a second
+
+        try:
+            validate.choice("command", command, COMMANDS)
+        except ValueError as error:
+            refuse(str(error))
+    sys.argv = [f"{PROGRAM} {command}", *sys.argv[2:]]  # so errors and help are told in its name
+    run(command)

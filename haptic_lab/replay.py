@@ -18,10 +18,10 @@ import haptic_env
 from agents.follow_recording import LEAD_SECONDS, FollowRecording
 from agents.policy import Policy
 from agents.repeat_torques import RepeatTorques
-from haptic_env import hands, recordings, shapes, validate
+from haptic_env import hand_of, hands, recordings, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.recordings import Felt, Recording, Track, checks
+from haptic_env.recordings import ObserverInputs, Recording, Track, checks
 from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh
@@ -40,7 +40,7 @@ SINKING_NAMER: dict[str, Any] = {"press": 0.05, "tolerance": 0.003}
 
 
 @dataclass(frozen=True)
-class Session:
+class ExplorationSession:
     """An environment, who moves the hand in it, what the object may be and who names it, and keywords of the
     observers, `told` of all of them and `informed` of the one that is no bracket; `followed`: the recording at the
     control rate, of a hand that moved as a whole; `simulated`: whether the object is one that was named, of which the
@@ -58,7 +58,7 @@ class Session:
     @property
     def hand(self) -> Hand:
         """The hand that explores."""
-        return self.env.unwrapped.hand  # type: ignore[attr-defined]
+        return hand_of(self.env)
 
 
 def load(path: str, part: str | None, calibration: str | None, hand: str | None) -> Recording:
@@ -71,7 +71,7 @@ def load(path: str, part: str | None, calibration: str | None, hand: str | None)
         name = hand or GLOVE
         meaning = recordings.read_calibration(calibration) if calibration else recordings.calibration_for(name)
     elif calibration is not None:
-        raise ValueError(f"--calibration is for a glove's text, not for {path}")
+        raise ValueError(f"--glove-calibration is for a glove's text, not for {path}")
     return recordings.read(path, part=part, calibration=meaning)
 
 
@@ -95,9 +95,9 @@ def environment_of(recording: Recording) -> str:
     )
 
 
-def session(settings: Any, recording: Recording, render_mode: str | None = None) -> Session:
-    """The replay of `recording` with the `Settings` of explore.py, drawn as `render_mode` says where the hand is
-    simulated; raises `ValueError` where they do not fit."""
+def session(settings: Any, recording: Recording, render_mode: str | None = None) -> ExplorationSession:
+    """The replay of `recording` with `ExplorationSettings`, drawn as `render_mode` says where the hand is simulated;
+    raises `ValueError` where they do not fit."""
     if recording.felt is not None:
         return _playback(settings, recording)
     if recording.root is not None and recording.object is not None:
@@ -105,16 +105,16 @@ def session(settings: Any, recording: Recording, render_mode: str | None = None)
     return _driven(settings, recording, render_mode)
 
 
-def _playback(settings: Any, recording: Recording) -> Session:
+def _playback(settings: Any, recording: Recording) -> ExplorationSession:
     hand = hands.make(haptic_env.ENVIRONMENTS[settings.env])
     solid, moved = _explored(recording)
     env = Playback(hand, recording, solid)
     policy = RepeatTorques(env, recording.felt.torques[1:, recording.columns_of(hand)])  # type: ignore[union-attr]
     if moved:
-        return Session(env, policy, *_in_object_frame(hand, solid), recording)
+        return ExplorationSession(env, policy, *_in_object_frame(hand, solid), recording)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
     simulated = SIMULATED.items() <= recording.settings.items()
-    return Session(env, policy, candidates, ShapePosterior(hand, candidates), simulated=simulated)
+    return ExplorationSession(env, policy, candidates, ShapePosterior(hand, candidates), simulated=simulated)
 
 
 def _explored(recording: Recording) -> tuple[Solid, bool]:
@@ -133,7 +133,7 @@ def _explored(recording: Recording) -> tuple[Solid, bool]:
         raise ValueError(f"{recording.source}: its settings are not those that explore.py writes: {error}") from error
 
 
-def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> Session:
+def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> ExplorationSession:
     if settings.shape is None:
         known = f" ({recording.mesh})" if recording.mesh else ""
         raise ValueError(f"{recording.source}: say what was held{known}: --mesh FILE or --shape NAME")
@@ -148,7 +148,7 @@ def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> 
         episode_seconds=recording.seconds if settings.seconds is None else settings.seconds,
         render_mode=render_mode,
     )
-    return Session(env, RepeatTorques(env, []), *_in_object_frame(env.hand, solid), env.recording)
+    return ExplorationSession(env, RepeatTorques(env, []), *_in_object_frame(env.hand, solid), env.recording)
 
 
 def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosterior, dict[str, Any], dict[str, Any]]:
@@ -164,7 +164,7 @@ def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosteri
     return candidates, ShapePosterior(hand, candidates, **SINKING_NAMER), told, {"solids": surface}
 
 
-def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Session:
+def _driven(settings: Any, recording: Recording, render_mode: str | None) -> ExplorationSession:
     if settings.shape is None:
         raise ValueError(
             f"{recording.source}: it has joint angles alone, and does not tell of an object; name the one with which "
@@ -180,9 +180,9 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Ses
         reveal_truth=True,  # for the observer's judge alone
     )
     policy = FollowRecording(env, recording)
-    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(env)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    return Session(env, policy, candidates, ShapePosterior(hand, candidates), simulated=True)
+    return ExplorationSession(env, policy, candidates, ShapePosterior(hand, candidates), simulated=True)
 
 
 def as_recording(exploration: Exploration, settings: Mapping[str, Any], followed: Recording | None) -> Recording:
@@ -207,7 +207,7 @@ def as_recording(exploration: Exploration, settings: Mapping[str, Any], followed
         root_body=moved.root_body if moved else "",
         object=path(moved.object) if moved else None,
         mesh=moved.mesh if moved else "",
-        felt=Felt(
+        felt=ObserverInputs(
             before(np.zeros(hand.joints), exploration.torques).astype(np.float64),
             before(start.felt_angles, exploration.felt_angles).astype(np.float64),
             before(start.contacts, exploration.contacts),

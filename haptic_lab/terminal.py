@@ -10,7 +10,7 @@ import sys
 import unicodedata
 from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from rich.console import Console
 
@@ -24,9 +24,23 @@ class Parser(argparse.ArgumentParser):
         refuse(message)
 
 
+class Renamed(argparse.Action):
+    """Of a flag's old name, kept for one release beside the new one, `dest`: says so, and takes the value."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
+        new = f"--{self.dest.replace('_', '-')}"
+        tell("warning", f"{option_string} is {new} now; the old name goes with the next release")
+        setattr(namespace, self.dest, values)
+
+
 def tell_error(message: str) -> None:
     """Say what is wrong, in one line."""
-    sys.stderr.write(f"{Path(sys.argv[0]).name}: error: {' '.join(message.splitlines())}\n")
+    tell("error", message)
+
+
+def tell(kind: str, message: str) -> None:
+    """Say `message` on stderr in one line, as an "error" or a "warning"."""
+    sys.stderr.write(f"{Path(sys.argv[0]).name}: {kind}: {' '.join(message.splitlines())}\n")
 
 
 def refuse(message: str) -> NoReturn:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 import agents
 import haptic_env  # noqa: F401 - registers the environments
 from agents.policy import Policy
+from haptic_env import hand_env
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
@@ -30,7 +31,7 @@ GUIDE = "one_particle"  # of a policy that reads beliefs: names and poses need n
 TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
 
 
-class Moment(NamedTuple):
+class SensorReading(NamedTuple):
     """One step: `true_angles` and `felt_angles` (J,) rad, `contacts` (P,)."""
 
     true_angles: Array
@@ -38,7 +39,7 @@ class Moment(NamedTuple):
     contacts: NDArray[np.bool_]
 
 
-class Turn(NamedTuple):
+class StepInput(NamedTuple):
     """One step as it is told: `torque` (J,) fractions, `contacts` (P,), where the hand as a whole was, and the angles
     (J,) rad that each observer feels, by its name."""
 
@@ -61,12 +62,12 @@ class Exploration:
     felt_angles: Array
     true_angles: Array
     contacts: NDArray[np.bool_]
-    start: Moment
+    start: SensorReading
     roots: tuple[Pose, ...] | None = None
 
 
 @dataclass
-class Account:
+class BeliefTrace:
     """What one observer believed.
 
     `joint_angles` and `joint_std` (T, J) rad online; `lagged_joint_angles` and `lagged_joint_std` (T, J) rad of the
@@ -91,7 +92,7 @@ class Account:
 
 
 @dataclass
-class Watcher:
+class ObserverRun:
     """An observer at work, what it tells about the shape, and a record of both."""
 
     observer: Observer
@@ -112,14 +113,14 @@ class Watcher:
         if self.shape is not None:
             self.shape.reset(seed)
 
-    def step(self, step: int, name: str, turn: Turn) -> None:
+    def step(self, step: int, name: str, turn: StepInput) -> None:
         """One turn, step number `step`, with what is told to it by its `name`."""
         del self.belief  # its map would be computed just before it changes, though nobody asked for it
         self.belief = self.observer.step(turn.torque, turn.told[name], turn.contacts, turn.root)
         posterior = self._take_in(step, self.belief)
         self.beliefs.append((self.belief.joint_angles, self.belief.joint_std, self.belief.n_eff, posterior))
 
-    def account(self, step: int) -> Account:
+    def trace(self, step: int) -> BeliefTrace:
         """End the trial after `step` steps."""
         growing = self.belief.occupancy
         for belief in self.observer.flush():
@@ -132,7 +133,7 @@ class Watcher:
             np.array(each) for each in zip(*(self.lagged[k] for k in range(1, step + 1)), strict=True)
         )
         labels = () if self.shape is None else self.shape.labels
-        return Account(labels, angles, std, lagged, lagged_std, n_eff, posterior, self.belief, growing)
+        return BeliefTrace(labels, angles, std, lagged, lagged_std, n_eff, posterior, self.belief, growing)
 
     def _take_in(self, step: int, belief: Belief) -> Array:
         self.lagged[step - belief.lag_steps] = belief.lagged_joint_angles, belief.lagged_joint_std
@@ -161,18 +162,16 @@ class Trial:
         code is read.
         """
         self.env, self.seed = env, seed
-        base = env.unwrapped
-        self.hand: Hand = base.hand  # type: ignore[attr-defined]
-        self.step_seconds = 1.0 / base.control_hz  # type: ignore[attr-defined]
-        self.steps: int = base.episode_steps  # type: ignore[attr-defined]
+        base = hand_env(env)
+        self.hand, self.steps, self.step_seconds = base.hand, base.episode_steps, 1.0 / base.control_hz
         for each in observers.values():
             check_rate(env, each)
         self._policy_seed, self._observer_seed = map(int, np.random.SeedSequence(seed).generate_state(2))
         told = {"trust": trust} if agents.is_model(policy) else {}
         self.policy = agents.make(policy, env, self._policy_seed, **told) if isinstance(policy, str) else policy
         # Copies share the tables of the candidates, which are never changed.
-        self.watchers = {
-            name: Watcher(each, copy.copy(shape) if naming is None or name in naming else None)
+        self.observer_runs = {
+            name: ObserverRun(each, copy.copy(shape) if naming is None or name in naming else None)
             for name, each in observers.items()
         }
         self._felt_at = dict(felt_at or {})
@@ -182,27 +181,28 @@ class Trial:
     def __iter__(self) -> Iterator[int]:
         """Explore; yields the number of the step just taken, from 1."""
         for step, turn in enumerate(self._explore(), 1):
-            for name, watcher in self.watchers.items():
-                watcher.step(step, name, turn)
+            for name, observer_run in self.observer_runs.items():
+                observer_run.step(step, name, turn)
             yield step
 
     def run(self) -> None:
         """Explore to the end, then let one observer after the other watch: the same as to iterate, but each has the
         processor's caches to itself, which saves some 15 % of the time of ten observers."""
         turns = list(self._explore())
-        for name, watcher in self.watchers.items():
+        for name, observer_run in self.observer_runs.items():
             for step, turn in enumerate(turns, 1):
-                watcher.step(step, name, turn)
+                observer_run.step(step, name, turn)
 
-    def _explore(self) -> Iterator[Turn]:
+    def _explore(self) -> Iterator[StepInput]:
         """What the hand does and feels, and the record of it."""
         observation, info = self.env.reset(seed=self.seed)
         self.solid = solid_of(info["truth"])
         felt, true = observation["joint_angles"], info["truth"]["joint_angles"]
-        self._start = Moment(true, felt, observation["contacts"].astype(bool))
-        others = {sigma: self.env.unwrapped.felt_at(sigma) for sigma in self._felt_at.values()}  # type: ignore[attr-defined]
+        self._start = SensorReading(true, felt, observation["contacts"].astype(bool))
+        world: Any = self.env.unwrapped
+        others = {sigma: world.felt_at(sigma) for sigma in self._felt_at.values()}
         for name, angles in self._told(felt, true, others).items():
-            self.watchers[name].reset(self._observer_seed, angles)
+            self.observer_runs[name].reset(self._observer_seed, angles)
         state = None
         for _ in range(self.steps):
             torque, state = agents.act(self.policy, observation, state)
@@ -211,22 +211,22 @@ class Trial:
             root = info.get("root")
             self._record.append((torque, felt, true, contacts.astype(bool)))
             self._roots.append(root)
-            yield Turn(torque, contacts, root, self._told(felt, true, others))
+            yield StepInput(torque, contacts, root, self._told(felt, true, others))
 
     def _told(self, felt: Array, true: Array, others: Mapping[float, Callable[[Array], Array]]) -> dict[str, Array]:
         """The angles (J,) rad that each observer is told at a step, by its name; `others` feel them at other sigmas."""
         also = {sigma: each(true) for sigma, each in others.items()}
-        told = {name: also[self._felt_at[name]] if name in self._felt_at else felt for name in self.watchers}
+        told = {name: also[self._felt_at[name]] if name in self._felt_at else felt for name in self.observer_runs}
         return {name: true if name == TRUE_POSE else angles for name, angles in told.items()}
 
-    def finish(self) -> tuple[Exploration, dict[str, Account]]:
+    def finish(self) -> tuple[Exploration, dict[str, BeliefTrace]]:
         """Flush the observers' lag; what happened so far, and what each observer made of it."""
         torques, felt, true, contacts = (np.array(each) for each in zip(*self._record, strict=True))
         steps = len(self._record)
-        seconds = self.step_seconds * np.arange(1, steps + 1)
+        seconds = self.step_seconds * np.arange(1, steps + 1, dtype=np.float64)
         roots = tuple(root for root in self._roots if root is not None) or None
         exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts, self._start, roots)
-        return exploration, {name: watcher.account(steps) for name, watcher in self.watchers.items()}
+        return exploration, {name: observer_run.trace(steps) for name, observer_run in self.observer_runs.items()}
 
 
 def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePosterior) -> gym.Env[Any, Any]:
@@ -238,8 +238,8 @@ def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePo
     kind = agents.find(policy)
     if not kind.guided:
         return env
-    hand = env.unwrapped.hand  # type: ignore[attr-defined]
-    observer = make_observer(GUIDE, hand, sigma_deg, particles=1, control_hz=env.unwrapped.control_hz)  # type: ignore[attr-defined]
+    base = hand_env(env)
+    observer = make_observer(GUIDE, base.hand, sigma_deg, particles=1, control_hz=base.control_hz)
     return ObserverWrapper(env, observer, copy.copy(shape) if kind.asks_shape else None)
 
 

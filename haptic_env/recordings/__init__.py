@@ -9,9 +9,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from haptic_env import validate
+from haptic_env.moved import renamed
 from haptic_env.recordings import archive, cyberglove
 from haptic_env.recordings.cyberglove import Calibration, calibration_for, read_calibration
-from haptic_env.recordings.recording import LARGEST_GAP, Felt, Recording, Track
+from haptic_env.recordings.recording import LARGEST_GAP, ObserverInputs, Recording, Track
 from haptic_env.recordings.resampling import resample
 
 READERS: dict[str, Callable[..., Recording]] = {".npz": archive.read, ".txt": cyberglove.read}
@@ -19,7 +20,7 @@ READERS: dict[str, Callable[..., Recording]] = {".npz": archive.read, ".txt": cy
 __all__ = [
     "READERS",
     "Calibration",
-    "Felt",
+    "ObserverInputs",
     "Recording",
     "Track",
     "calibration_for",
@@ -28,6 +29,8 @@ __all__ = [
     "resample",
     "write",
 ]
+
+__getattr__ = renamed(__name__, {"Felt": "ObserverInputs"})
 
 
 def read(

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from haptic_env import reading, validate
 from haptic_env.recordings import adroit_demonstrations, checks
-from haptic_env.recordings.recording import Felt, Recording, Track
+from haptic_env.recordings.recording import ObserverInputs, Recording, Track
 
 NEEDED = ("time", "joint_names", "joint_angles")
 TRACKS = ("root", "forearm", "object")
@@ -105,7 +105,7 @@ def _recording(path: Path, content: Content) -> Recording:
         absent = [name for name in FELT if name not in content]
         if absent:
             raise ValueError(f"{path}: what was felt needs {', '.join(FELT)}; it misses {', '.join(absent)}")
-        felt = Felt(*(content[name] for name in FELT))
+        felt = ObserverInputs(*(content[name] for name in FELT))
     return Recording(
         source=str(path),
         time=time,

@@ -15,9 +15,12 @@ from numpy.typing import NDArray
 from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
+from haptic_env.moved import renamed
 from haptic_env.recordings import checks
 
 LARGEST_GAP = 0.1  # seconds: what lies between frames further apart is not known
+
+__getattr__ = renamed(__name__, {"Felt": "ObserverInputs"})
 
 
 class Track(NamedTuple):
@@ -27,7 +30,7 @@ class Track(NamedTuple):
     quaternion: Array
 
 
-class Felt(NamedTuple):
+class ObserverInputs(NamedTuple):
     """What an observer was given at each frame: `torques` (T, J), fractions commanded on the way to the frame, the
     noisy `joint_angles` (T, J) rad and the `contacts` (T, P)."""
 
@@ -57,7 +60,7 @@ class Recording:
     root_body: str = ""
     object: Track | None = None
     mesh: str = ""
-    felt: Felt | None = None
+    felt: ObserverInputs | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -97,7 +100,9 @@ class Recording:
             contacts = checks.plain(source, "contacts", self.felt.contacts)
             if contacts.ndim != 2 or len(contacts) != frames:
                 raise ValueError(f"{source}: contacts must have shape ({frames}, P), got {contacts.shape}")
-            whole["felt"] = Felt(torques, felt, validate.binary(f"{source}: contacts", contacts, contacts.shape))
+            whole["felt"] = ObserverInputs(
+                torques, felt, validate.binary(f"{source}: contacts", contacts, contacts.shape)
+            )
         for name, value in whole.items():
             object.__setattr__(self, name, value)
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import agents
-from haptic_env.hand import Hand
+from haptic_env import hand_of
 from haptic_lab.sweeps.worker import GUIDE_VARIANTS
 from haptic_lab.trial import Trial, guided, make_observers
 from observer import ShapePosterior
@@ -26,7 +26,7 @@ clock = time.perf_counter
 def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, particles: int, seed: int) -> float:
     """A trial of `seconds`: environment, policy, observer and the naming of the object."""
     env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, reveal_truth=True)
-    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(env)
     observers = make_observers(("haptic_slam",), hand, sigma_deg, particles)
     trial = Trial(env, "random_torque", observers, ShapePosterior(hand), seed)
     start = clock()
@@ -42,7 +42,7 @@ def decisions(
 ) -> NDArray[np.float64]:
     """Every decision of `information_gain` in an exploration, guided as in a sweep."""
     env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, **UNKNOWN)
-    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(env)
     env = guided(env, "information_gain", sigma_deg, ShapePosterior(hand, variants=GUIDE_VARIANTS, **UNKNOWN))
     policy, state, over, took = agents.make("information_gain", env, seed=seed, threads=threads), None, False, []
     observation, _ = env.reset(seed=seed)

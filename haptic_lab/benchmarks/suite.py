@@ -17,8 +17,8 @@ from rich.console import Console
 import haptic_env
 from haptic_env import shapes, validate
 from haptic_lab.benchmarks import end_to_end, timings
-from haptic_lab.benchmarks.table import Figure, beyond, number, of_steps, spread
-from haptic_lab.benchmarks.timings import Recording
+from haptic_lab.benchmarks.table import BenchRow, beyond, number, of_steps, spread
+from haptic_lab.benchmarks.timings import BenchRecording
 from observer import HapticSLAM, ShapePosterior
 
 PROCESS = ("import", "make", "first step", "first step into the maps")
@@ -38,7 +38,7 @@ STAGES = {  # and whether it deals with the present step or with the lagged one
 
 
 @dataclass(frozen=True)
-class Size:
+class BenchSize:
     """How much is measured: few and many particles, coarse and fine grids (voxels along an edge), steps of the
     recording, seconds of the whole trial, megabytes that are copied."""
 
@@ -51,11 +51,11 @@ class Size:
     megabytes: int = 256
 
 
-QUICK = Size(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16)
+QUICK = BenchSize(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16)
 
 
 @dataclass(frozen=True)
-class Settings:
+class BenchSettings:
     """What the command line asks for."""
 
     env: str
@@ -94,9 +94,9 @@ def rounds(measurements: list[Callable[[], Values]], count: int, console: Consol
 class Bench:
     """Everything that is measured, and the figures that follow from it."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: BenchSettings) -> None:
         self.settings = settings
-        self.size = size = QUICK if settings.quick else Size()
+        self.size = size = QUICK if settings.quick else BenchSize()
         self.cores = cpu_count()
         self.threads: list[int | None] = [None, *sorted({1, min(2, self.cores)})]
         self.recording = timings.record(settings.env, settings.shape, settings.sigma, settings.seed, size.steps)
@@ -106,7 +106,7 @@ class Bench:
             for particles in (size.few, size.many)
         }
         self.shape = ShapePosterior(self.recording.hand)
-        self.whole: tuple[Recording, HapticSLAM] | None = None
+        self.whole: tuple[BenchRecording, HapticSLAM] | None = None
         try:
             recording = timings.record(WHOLE_HAND, settings.shape, settings.sigma, settings.seed, size.steps)
             self.whole = recording, HapticSLAM(recording.hand, settings.sigma, size.few)
@@ -142,19 +142,19 @@ class Bench:
     def _stages(self) -> Values:
         return timings.stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
 
-    def _observed(self) -> Iterator[tuple[tuple[Recording, HapticSLAM], int | None, bool]]:
+    def _observed(self) -> Iterator[tuple[tuple[BenchRecording, HapticSLAM], int | None, bool]]:
         """What is observed on how many threads (None: as a user has it who says nothing), and whether each core has
         another process that never rests."""
         for what in (*((self.recording, slam) for slam in self.slams.values()), *([self.whole] if self.whole else ())):
             for threads in self.threads:
                 yield from ((what, threads, busy) for busy in (False, True))
 
-    def _observe(self, what: tuple[Recording, HapticSLAM], threads: int | None, busy: bool) -> Values:
+    def _observe(self, what: tuple[BenchRecording, HapticSLAM], threads: int | None, busy: bool) -> Values:
         recording, slam = what
         with timings.neighbours(self.cores if busy else 0):
             return {_slam(recording, slam, threads, busy): timings.observe(slam, recording, threads)}
 
-    def figures(self, console: Console) -> list[Figure]:
+    def figures(self, console: Console) -> list[BenchRow]:
         """Measure all rounds."""
         size = self.size
         found = rounds(self.measurements(), self.settings.rounds, console)
@@ -172,7 +172,7 @@ class Bench:
             *self._of_the_whole(found),
         ]
 
-    def _of_steps(self, found: Values) -> list[Figure]:
+    def _of_steps(self, found: Values) -> list[BenchRow]:
         pose = found["forward model"] + found["pose filter and lag, without it"]
         return [
             beyond(found["env.step"], found["mj_step"], self.now),
@@ -181,10 +181,10 @@ class Bench:
             of_steps("PoseFilter.step, between map updates", pose, self.now, note="which empty the processor's caches"),
         ]
 
-    def _of_slam(self, found: Values, touched: dict[int, float]) -> list[Figure]:
+    def _of_slam(self, found: Values, touched: dict[int, float]) -> list[BenchRow]:
         plain = 1e6 * timings.plain(self.slams[self.size.few, self.size.coarse], self.recording)
         note = f"{self.size.coarse}³; the tests' oracle"
-        rows = [Figure("a particle and step with contact in plain NumPy", "µs", plain, note=note)]
+        rows = [BenchRow("a particle and step with contact in plain NumPy", "µs", plain, note=note)]
         bandwidth = float(np.median(found["bandwidth"]))
         for (particles, voxels), slam in self.slams.items():
             share = touched[voxels] * particles / bandwidth
@@ -200,8 +200,8 @@ class Bench:
         return rows
 
     def _of_settings(
-        self, found: Values, recording: Recording, slam: HapticSLAM, told: Callable[[float], str]
-    ) -> list[Figure]:
+        self, found: Values, recording: BenchRecording, slam: HapticSLAM, told: Callable[[float], str]
+    ) -> list[BenchRow]:
         """The same observer by all numbers of threads; how far that of a user who says nothing is from the best."""
         rows, late = [], recording.lagged(slam.lag)
         for busy in (False, True):
@@ -215,9 +215,9 @@ class Bench:
                 rows.append(of_steps(name, found[name], late, slam.lag, unit="ms", note=note))
         return rows
 
-    def _of_whole_hand(self, found: Values) -> list[Figure]:
+    def _of_whole_hand(self, found: Values) -> list[BenchRow]:
         if self.whole is None:
-            return [Figure("HapticSLAM.step of MyoHand", "ms", math.nan, note=f"skipped: {self.missing}")]
+            return [BenchRow("HapticSLAM.step of MyoHand", "ms", math.nan, note=f"skipped: {self.missing}")]
         recording, slam = self.whole
         voxels = "×".join(map(str, slam.grid.shape))
         steps = np.median(found[_slam(recording, slam, 1, False)], axis=0)[slam.lag :]
@@ -225,7 +225,7 @@ class Bench:
         note = f"{told}; 90 % of steps below {1e3 * np.percentile(steps, 90):.1f} ms"
         return self._of_settings(found, recording, slam, lambda _: note)
 
-    def _of_stages(self, found: Values) -> list[Figure]:
+    def _of_stages(self, found: Values) -> list[BenchRow]:
         note = f"N = {self.size.few}, {self.size.coarse}³, 1 thread"
         rows = [
             of_steps(
@@ -235,14 +235,14 @@ class Bench:
         ]
         frames = 1e6 * found["kinematics"]
         note = "forward kinematics; done a few times a step, whatever N is"
-        return [*rows, Figure("kinematics of one pose", "µs", *spread(frames), note)]
+        return [*rows, BenchRow("kinematics of one pose", "µs", *spread(frames), note)]
 
-    def _of_memory(self, found: Values, touched: dict[int, float], large: dict[str, float]) -> list[Figure]:
+    def _of_memory(self, found: Values, touched: dict[int, float], large: dict[str, float]) -> list[BenchRow]:
         size, note = self.size, "lines of its map that changed, read and written"
         return [
-            Figure("copy bandwidth", "GB/s", *spread(found["bandwidth"] / 1e9), "np.copyto, read and written"),
-            *(Figure(f"bytes a step and particle, {n}³", "B", each, note=note) for n, each in touched.items()),
-            Figure(
+            BenchRow("copy bandwidth", "GB/s", *spread(found["bandwidth"] / 1e9), "np.copyto, read and written"),
+            *(BenchRow(f"bytes a step and particle, {n}³", "B", each, note=note) for n, each in touched.items()),
+            BenchRow(
                 f"memory, N = {size.many}, {size.fine}³",
                 "MB",
                 large["after"] / 1e6,
@@ -250,7 +250,7 @@ class Bench:
             ),
         ]
 
-    def _of_the_whole(self, found: Values) -> list[Figure]:
+    def _of_the_whole(self, found: Values) -> list[BenchRow]:
         trial, seconds = found["trial"], self.size.seconds
         decided = 1e3 * found["decisions"]
         most = np.percentile(np.median(decided, axis=0), 90)
@@ -258,13 +258,13 @@ class Bench:
         told = f"size and place unknown; {decided.shape[1]} of an exploration, 90 % below {most:.0f} ms"
         note = f"N = {self.size.few}, names the object; {seconds / np.median(trial):.1f} times real time"
         return [
-            *(Figure(f"new process: {part}", "ms", *spread(1e3 * found[part]), "kernels cached") for part in PROCESS),
-            Figure(name, "ms", *spread(np.median(decided, axis=1)), told),
-            Figure(f"a whole trial of {seconds:g} s, one core", "s", *spread(trial), note),
+            *(BenchRow(f"new process: {part}", "ms", *spread(1e3 * found[part]), "kernels cached") for part in PROCESS),
+            BenchRow(name, "ms", *spread(np.median(decided, axis=1)), told),
+            BenchRow(f"a whole trial of {seconds:g} s, one core", "s", *spread(trial), note),
         ]
 
 
-def _slam(recording: Recording, slam: HapticSLAM, threads: int | None, busy: bool = False) -> str:
+def _slam(recording: BenchRecording, slam: HapticSLAM, threads: int | None, busy: bool = False) -> str:
     hand = recording.hand.name
     of = f"{slam.grid.shape[0]}³" if hand == "two_finger" else "MyoHand"
     said = "" if threads is None else f", {threads} thread{'s' if threads > 1 else ''}"

@@ -14,7 +14,7 @@ from rich.table import Table
 
 
 @dataclass(frozen=True)
-class Figure:
+class BenchRow:
     """One row: the `median` over all steps, over those with contact (`touching`), and of each step's `least` over the
     rounds; `note` says what it compares with."""
 
@@ -26,7 +26,7 @@ class Figure:
     note: str = ""
 
 
-def beyond(whole: Any, bare: Any, touching: Any) -> Figure:
+def beyond(whole: Any, bare: Any, touching: Any) -> BenchRow:
     """What steps take (rounds, T) s `whole`, beyond what `bare` takes from the same state next to it: of all pairs. A
     least difference would be one whose bare part was disturbed; so least is taken of each part by itself."""
     low, high = 1e6 * np.percentile(whole - bare, [25, 75])
@@ -36,14 +36,14 @@ def beyond(whole: Any, bare: Any, touching: Any) -> Figure:
     return replace(row, least=least, note=note)
 
 
-def of_steps(name: str, seconds: Any, touching: Any, skip: int = 0, unit: str = "µs", note: str = "") -> Figure:
+def of_steps(name: str, seconds: Any, touching: Any, skip: int = 0, unit: str = "µs", note: str = "") -> BenchRow:
     """A row from the `seconds` (rounds, T) of every step but the first `skip`; `touching` (T,)."""
     scale = {"µs": 1e6, "ms": 1e3}[unit]
     middle = np.median(seconds, axis=0)[skip:]
     felt = middle[touching[skip:]]
     least = np.min(seconds, axis=0)[skip:]
     median, contact, low = (scale * float(np.median(each)) if each.size else math.nan for each in (middle, felt, least))
-    return Figure(name, unit, median, contact, low, note)
+    return BenchRow(name, unit, median, contact, low, note)
 
 
 def spread(values: Any) -> tuple[float, float, float]:
@@ -55,7 +55,7 @@ def number(value: float) -> str:
     return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
 
 
-def table(figures: list[Figure], rounds: int) -> Table:
+def table(figures: list[BenchRow], rounds: int) -> Table:
     """The figures as a person reads them."""
     result = Table(title=f"Medians of {rounds} interleaved rounds", title_justify="left")
     result.add_column("")

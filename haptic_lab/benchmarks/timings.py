@@ -42,7 +42,7 @@ while True:
 
 
 @dataclass(frozen=True)
-class Recording:
+class BenchRecording:
     """An exploration: `torques` (T, J) commanded and `controls` (T, J) with motor noise, fractions; `felt` (T, J) rad;
     `contacts` (T, P)."""
 
@@ -65,7 +65,7 @@ class Recording:
         return np.concatenate([np.zeros(lag, dtype=bool), self.touching[: len(self.touching) - lag]])
 
 
-def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int, **keywords: Any) -> Recording:
+def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int, **keywords: Any) -> BenchRecording:
     """Explore with random torques; `keywords` are the environment's."""
     env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=3600.0, **keywords)
     base: Any = env.unwrapped
@@ -77,10 +77,10 @@ def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int, **k
         observation, *_ = env.step(torque)
         felt, contacts = observation["joint_angles"], observation["contacts"].astype(bool)
         rows.append((torque, base._data.ctrl.copy(), felt, contacts))
-    return Recording(env, base.hand, seed, sigma_deg, *(np.array(each) for each in zip(*rows, strict=True)))
+    return BenchRecording(env, base.hand, seed, sigma_deg, *(np.array(each) for each in zip(*rows, strict=True)))
 
 
-def environment(recording: Recording, turn: int = 0) -> dict[str, Array]:
+def environment(recording: BenchRecording, turn: int = 0) -> dict[str, Array]:
     """`env.step` (T,) as a user calls it, and right before or after it the bare `mj_step` calls (T,) from the same
     state: each comes first every other time, and at a step at every other `turn`."""
     base: Any = recording.env.unwrapped
@@ -106,14 +106,14 @@ def environment(recording: Recording, turn: int = 0) -> dict[str, Array]:
     return {"env.step": whole, "mj_step": bare}
 
 
-def make_slam(recording: Recording, particles: int, voxels: int) -> HapticSLAM:
+def make_slam(recording: BenchRecording, particles: int, voxels: int) -> HapticSLAM:
     """An observer with `voxels`³ over the hand's workspace."""
     hand = recording.hand
     grid = Grid.around(hand.grasp_centre, hand.workspace, float(hand.workspace.max()) / voxels)
     return HapticSLAM(hand, recording.sigma_deg, particles, grid=grid)
 
 
-def pose_filter(slam: HapticSLAM, recording: Recording) -> Array:
+def pose_filter(slam: HapticSLAM, recording: BenchRecording) -> Array:
     """`PoseFilter.step` (T,) with nothing else between its steps: what it needs stays in the processor's caches."""
     took = np.empty(len(recording.torques))
     slam.reset()
@@ -141,7 +141,7 @@ def neighbours(count: int) -> Iterator[None]:
             other.communicate()
 
 
-def observe(slam: HapticSLAM, recording: Recording, threads: int | None) -> Array:
+def observe(slam: HapticSLAM, recording: BenchRecording, threads: int | None) -> Array:
     """`HapticSLAM.step` (T,) as a user calls it: the last belief is still held. `threads` as `HapticSLAM`'s."""
     slam.threads = threads
     took = np.empty(len(recording.torques))
@@ -177,7 +177,7 @@ class Stopwatch:
         return spent
 
 
-def stages(slam: HapticSLAM, shape: ShapePosterior, recording: Recording) -> dict[str, Array]:
+def stages(slam: HapticSLAM, shape: ShapePosterior, recording: BenchRecording) -> dict[str, Array]:
     """Each stage (T,) of one turn of the observer and its classifier, on one thread. The forward model predicts once
     more before each step, from the same state, to be timed by itself."""
     slam.threads = 1
@@ -218,7 +218,7 @@ def _frames(tree: Any, poses: Any, position: Any, rotation: Any) -> None:
         body_frames(tree, poses[n], position, rotation)
 
 
-def kinematics(recording: Recording, poses: int = 2000) -> float:
+def kinematics(recording: BenchRecording, poses: int = 2000) -> float:
     """Forward kinematics of one pose, on one thread."""
     tree: Tree = tree_of(recording.hand)
     angles = np.resize(recording.felt.astype(np.float64), (poses, recording.hand.joints))
@@ -229,7 +229,7 @@ def kinematics(recording: Recording, poses: int = 2000) -> float:
     return (clock() - start) / poses
 
 
-def plain(slam: HapticSLAM, recording: Recording, steps: int = 3) -> float:
+def plain(slam: HapticSLAM, recording: BenchRecording, steps: int = 3) -> float:
     """Seconds for one particle and step with contact in plain NumPy: `reference`, which the kernels are tested against;
     it scores K candidates and writes one map."""
     hand, grid, model, took = recording.hand, slam.grid, slam.contact_model, []
@@ -245,7 +245,7 @@ def plain(slam: HapticSLAM, recording: Recording, steps: int = 3) -> float:
     return float(np.median(took)) if took else math.nan
 
 
-def bytes_touched(slam: HapticSLAM, recording: Recording) -> Array:
+def bytes_touched(slam: HapticSLAM, recording: BenchRecording) -> Array:
     """(T,) bytes per particle that a step reads and writes again: the cache lines of its own map that it changes."""
     slam.reset(seed=0)
     count, touched = slam.n_particles, np.empty(len(recording.torques))

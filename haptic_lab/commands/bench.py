@@ -13,7 +13,7 @@ from pathlib import Path
 from rich.console import Console
 
 from haptic_env import shapes
-from haptic_lab.benchmarks.suite import Bench, Settings
+from haptic_lab.benchmarks.suite import Bench, BenchSettings
 from haptic_lab.benchmarks.table import machine, table
 from haptic_lab.files import write_json
 from haptic_lab.terminal import Parser
@@ -22,7 +22,7 @@ from haptic_lab.worlds import HANDS_OR_IDS, environment
 EXAMPLE = "example: haptic-slam bench --rounds 5 --json out/bench.json"
 
 
-def parse(arguments: list[str] | None) -> Settings:
+def parse(arguments: list[str] | None) -> BenchSettings:
     """Read and check the command line; ends the program with code 2 where it makes no sense."""
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
@@ -35,7 +35,7 @@ def parse(arguments: list[str] | None) -> Settings:
     add("--json", metavar="FILE", help="write the figures to FILE too")
     try:
         given = vars(parser.parse_args(arguments))
-        return Settings(**given | {"env": environment(given["env"])})
+        return BenchSettings(**given | {"env": environment(given["env"])})
     except ValueError as error:
         parser.error(str(error))
 

@@ -9,7 +9,6 @@ where it was stopped.
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import pandas as pd
@@ -21,39 +20,40 @@ from haptic_lab.files import write_csv
 from haptic_lab.folder_lock import claimed
 from haptic_lab.sweeps.driver import WIDTH, run, sweep
 from haptic_lab.sweeps.measures import MEASURES
-from haptic_lab.sweeps.options import check, open_results
+from haptic_lab.sweeps.options import SweepPlan, check, open_results
+from haptic_lab.sweeps.results import Results
 from haptic_lab.terminal import make_console
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    given = check(__doc__, arguments)
-    with claimed(Path(given.out)):
-        open_results(given)
+    plan = check(__doc__, arguments)
+    with claimed(Path(plan.out)):
+        results = open_results(plan)
         console = make_console(WIDTH)
-        code = run(lambda: sweep(given, console), console)
-        return run(lambda: report(given, console), console) or code
+        code = run(lambda: sweep(plan, results, console), console)
+        return run(lambda: report(plan, results, console), console) or code
 
 
-def report(given: argparse.Namespace, console: Console) -> None:
+def report(plan: SweepPlan, results: Results, console: Console) -> None:
     """Put the table in order, and write and print what it says."""
-    given.results.rewrite()
-    if not given.results.trials:
+    results.rewrite()
+    if not results.trials:
         return
-    table, settings = given.results.path, given.settings
+    table, settings = results.path, plan.settings
     written, summaries = [str(table), "summary.csv"], []
     all_rows = pd.read_csv(table)
     for name, rows in parts(all_rows):
         folder = _part(table.parent, name, console)
         summaries.append(summarise(rows, MEASURES, settings.namers))
-        if given.ablation:
+        if plan.ablation:
             names = ablation.save(rows, folder)
             ablation.print_table(folder / "ablation.csv", console)
         else:
             save_picture(summaries[-1], settings.namers, 1.0 / len(settings.shapes), folder)
             print_report(summaries[-1], console)
             names = ["evaluate.png"]
-        if given.calibration:
+        if plan.calibration:
             names += reliability.save(rows, folder)
         written += [str(Path(name, each)) for each in names]
     if all_rows["policy"].nunique() > 1:

@@ -12,18 +12,18 @@ from typing import Any
 
 import agents
 import haptic_env
-from haptic_env import recordings, shapes
+from haptic_env import hand_env, recordings, shapes
 from haptic_env.recordings import Recording
 from haptic_lab import replay, worlds
 from haptic_lab.conditions import TRUST
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore
-from haptic_lab.exploration.settings import DEFAULTS, Settings
+from haptic_lab.exploration.settings import DEFAULTS, ExplorationSettings
 from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
 from haptic_lab.style import titles_of
-from haptic_lab.terminal import Parser, as_path, make_console, tell_error
+from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
 from haptic_lab.warm_up import get_ready
 from haptic_lab.worlds import HANDS_OR_IDS, environment
 
@@ -39,7 +39,7 @@ def parse(
     recording: str = "--recording",
     description: str | None = __doc__,
     example: str = EXAMPLE,
-) -> tuple[Settings, Recording | None]:
+) -> tuple[ExplorationSettings, Recording | None]:
     """Read and check the command line, and the `recording` that it names; ends the program with code 2 where either
     makes no sense."""
     parser = Parser(description=description, epilog=example, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -66,14 +66,15 @@ def parse(
     add(recording, type=as_path, metavar="FILE", help=RECORDING)
     add("--part", metavar="NAME", help="which recording, of a file that holds several")
     add(
-        "--calibration",
+        "--glove-calibration",
         type=as_path,
         metavar="FILE",
         help="TOML: what the sensors of a glove mean (default: as for GraspDB14)",
     )
+    add("--calibration", dest="glove_calibration", type=as_path, action=Renamed, help=argparse.SUPPRESS)
     add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
     given = vars(parser.parse_args(arguments))
-    source = given.pop("recording"), given.pop("part"), given.pop("calibration")
+    source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
     found: Recording | None = None
     usual = dict(DEFAULTS)
     try:
@@ -85,9 +86,9 @@ def parse(
             if given["env"] is None and "env" not in found.settings:
                 usual["env"] = replay.environment_of(found)
         elif any(source):
-            raise ValueError("--part and --calibration say how to read a --recording, which is not given")
+            raise ValueError("--part and --glove-calibration say how to read a --recording, which is not given")
         told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
-        settings = Settings(**told)
+        settings = ExplorationSettings(**told)
     except ValueError as error:
         parser.error(str(error))
     except OSError as error:
@@ -102,7 +103,7 @@ def main(arguments: list[str] | None = None) -> int:
         return run(settings, recording)
 
 
-def run(settings: Settings, recording: Recording | None) -> int:
+def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     """Explore, and write what came of it to the folder that is claimed; returns the exit code."""
     console = make_console()
     try:
@@ -110,25 +111,26 @@ def run(settings: Settings, recording: Recording | None) -> int:
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
         tell_error(str(error))
         return 2
-    get_ready(console, session.env.unwrapped.hand)  # type: ignore[attr-defined]
+    get_ready(console, session.hand)
     what = "a hidden object"
     if settings.shape:
         what = f"a {titles_of((*session.candidates, settings.shape))[settings.shape]}"
-    seconds = session.env.unwrapped.episode_steps / session.env.unwrapped.control_hz  # type: ignore[attr-defined]
+    base = hand_env(session.env)
+    seconds = base.episode_steps / base.control_hz
     how = f", as in {recording.source}" if recording else ""
     console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
     if session.simulated:
         console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
     try:
-        exploration, accounts, took, stopped = explore(settings, session, console)
+        exploration, traces, took, stopped = explore(settings, session, console)
     except ValueError as error:  # an object that this hand cannot hold
         tell_error(str(error))
         return 2
     truth = worlds.truth_among(exploration.solid, session.candidates)
-    summary = summarise(settings, exploration, accounts, truth, took, session.simulated)
+    summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
-    picture(out / "explore.png", exploration, accounts, summary)
-    save_trace(out / "explore.npz", exploration, accounts)
+    picture(out / "explore.png", exploration, traces, summary)
+    save_trace(out / "explore.npz", exploration, traces)
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
         kept = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})

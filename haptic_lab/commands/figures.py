@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +22,10 @@ import pandas as pd
 from joblib import cpu_count
 from rich.console import Console
 
-from haptic_env import shapes, validate
+from haptic_env import hand_of, shapes, validate
 from haptic_lab.analysis.summary import SLAM, parts
-from haptic_lab.figures import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, Plate, pose_error, save
-from haptic_lab.figures.explorations import Showing, file_of, read, run_showings
+from haptic_lab.figures import FIGURES, FROM_EXPLORATIONS, FROM_TRIALS, PaperFigure, pose_error, save
+from haptic_lab.figures.explorations import ShownExploration, file_of, read, run_shown_explorations
 from haptic_lab.figures.figure6 import TITLES
 from haptic_lab.figures.paper_figure import PRINT
 from haptic_lab.folder_lock import claimed
@@ -33,8 +33,9 @@ from haptic_lab.sweeps import options
 from haptic_lab.sweeps.driver import WIDTH, make_files, progress_on, run, sweep
 from haptic_lab.sweeps.executors import workers
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES
-from haptic_lab.sweeps.results import KEY
-from haptic_lab.sweeps.tasks import STREAM, Task
+from haptic_lab.sweeps.options import SweepPlan
+from haptic_lab.sweeps.results import KEY, Results
+from haptic_lab.sweeps.tasks import STREAM, SweepTask
 from haptic_lab.terminal import Parser, as_path, make_console, refuse
 from haptic_lab.warm_up import get_ready
 
@@ -56,17 +57,38 @@ DEFAULTS: dict[str, Any] = {  # of the sweep; flags of evaluate.py
     "classifiers": [name for name in TITLES if name != STREAM],
     "jobs": cpu_count(),
 }
-Plates = Iterator[tuple[str, Plate]]
+PaperFigures = Iterator[tuple[str, PaperFigure]]
 POSE = "pose_error"  # also has trials of its own
 QUICK = {"sigmas": [1.0, 3.0, 5.0], "trials": 2, "seconds": 3.0, "exemplars": 1, "show_seconds": 3.0}
 
 
-def parse(arguments: list[str] | None) -> argparse.Namespace:
-    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written.
+@dataclass(frozen=True)
+class FiguresPlan:
+    """What the command line asks for: the figures `names`, into the folder `out`.
 
-    What it returns has also what evaluate.py makes of the flags of the `sweep`, and of that of the `poses` if one is
-    needed; `sweeps`: those that are run.
+    `seed` and `show_seconds` of the explorations that are shown; `sweep`: what evaluate.py makes of the flags of the
+    trials, which explorations have too; `poses`: the sweep of observers without maps, None where it is not needed;
+    `trials_of`: the folder of a sweep that is there already.
     """
+
+    names: tuple[str, ...]
+    out: Path
+    seed: int
+    show_seconds: float
+    trials_of: str | None
+    sweep: SweepPlan
+    poses: SweepPlan | None
+
+    @property
+    def sweeps(self) -> list[SweepPlan]:
+        """Those that are run."""
+        if self.trials_of is not None or not any(name in FROM_TRIALS for name in self.names):
+            return []
+        return [self.sweep] if self.poses is None else [self.sweep, self.poses]
+
+
+def parse(arguments: list[str] | None) -> FiguresPlan:
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written."""
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("names", nargs="*", metavar="NAME", help=f"which figures (default all): {', '.join(FIGURES)}")
@@ -98,11 +120,10 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     told = {name: getattr(given, name) for name in DEFAULTS} | {"out": str(Path(given.out) / "trials")}
     if given.cluster is not None:
         told["cluster"] = given.cluster
-    given.sweep = options.check_values(told, trust=given.trust)
-    given.out = Path(given.out)
+    sweep = options.check_values(told, trust=given.trust)
+    out, names = Path(given.out), tuple(dict.fromkeys(given.names)) or FIGURES
     try:
-        given.names = list(dict.fromkeys(given.names)) or list(FIGURES)
-        for name in given.names:
+        for name in names:
             validate.choice("figure", name, FIGURES)
         validate.integer("--seed", given.seed, 0, 2**32 - 1)
         validate.number("--show-seconds", given.show_seconds, 0.0, 3600.0, above=0.0, unit="s")
@@ -112,66 +133,67 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
             )
     except ValueError as error:
         refuse(str(error))
-    given.sweeps, given.poses = [], None
-    if given.trials_of is None and any(name in FROM_TRIALS for name in given.names):
-        given.sweeps.append(given.sweep)
-        if POSE in given.names and {"kalman", "smoother"}.isdisjoint(given.observers):
-            own = {"observers": [pose_error.SMOOTHER], "classifiers": [], "out": str(given.out / "poses")}
-            given.poses = options.check_values(told | own, trust=given.trust)
-            given.sweeps.append(given.poses)
-    return given
+    poses = None
+    if given.trials_of is None and POSE in names and {"kalman", "smoother"}.isdisjoint(given.observers):
+        own = {"observers": [pose_error.SMOOTHER], "classifiers": [], "out": str(out / "poses")}
+        poses = options.check_values(told | own, trust=given.trust)
+    return FiguresPlan(names, out, given.seed, given.show_seconds, given.trials_of, sweep, poses)
 
 
 def _told(value: Any) -> str:
     return " ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def explorations(given: argparse.Namespace, names: Iterable[str], console: Console) -> Plates:
+def explorations(plan: FiguresPlan, names: Iterable[str], console: Console) -> PaperFigures:
     """Run what the scenes `names` show and is not there yet, then draw them one by one."""
-    sweep, folder = given.sweep, given.out / "explorations"
+    sweep, folder = plan.sweep, plan.out / "explorations"
     settings = replace(sweep.settings, observers=(SLAM,), classifiers=(), exemplars=1, first_seed=0)
-    condition = replace(sweep.conditions[0], seconds=given.show_seconds)
+    condition = replace(sweep.conditions[0], seconds=plan.show_seconds)
 
-    def place(shape: str, sigma: float) -> tuple[Path, Task]:
-        task = Task(settings, replace(condition, sigma_deg=sigma), shape, given.seed)
+    def place(shape: str, sigma: float) -> tuple[Path, SweepTask]:
+        task = SweepTask(settings, replace(condition, sigma_deg=sigma), shape, plan.seed)
         return file_of(folder, task), task
 
-    def find(shape: str, sigma: float) -> Showing:
+    def find(shape: str, sigma: float) -> ShownExploration:
         return read(place(shape, sigma)[0])
 
     wanted = {name: FROM_EXPLORATIONS[name].wanted(settings.shapes) for name in names}
     tasks = dict(place(*each) for several in wanted.values() for each in several)
-    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(gym.make(settings.env))
     if not all(path.exists() for path in tasks):
         if sweep.cluster is None:
             get_ready(console, hand, load=False)
         with progress_on(console) as progress, workers(sweep.jobs, sweep.cluster) as team:
             console.print(f"Run by {team.told}", highlight=False)
-            make_files(team, progress, "explorations", run_showings, tasks)
+            make_files(team, progress, "explorations", run_shown_explorations, tasks)
     for name, several in wanted.items():
         yield name, FROM_EXPLORATIONS[name].draw(several, find, hand)
 
 
-def trials(given: argparse.Namespace, names: Iterable[str], console: Console) -> Plates:
-    """Run the sweep, or take the one that there is, then draw what `names` say of it one by one."""
-    folder = _swept(given.sweep, console) if given.trials_of is None else Path(given.trials_of)
+def trials(
+    plan: FiguresPlan, tables: Mapping[SweepPlan, Results], names: Iterable[str], console: Console
+) -> PaperFigures:
+    """Run the sweep into its one of `tables`, or take the one that there is, then draw what `names` say of it one by
+    one."""
+    folder = Path(plan.trials_of) if plan.trials_of is not None else _swept(plan.sweep, tables, console)
     rows = _read(folder)
     if len(list(parts(rows))) > 1:
         raise ValueError(f"the trials of {folder} vary in more than sigma; a figure shows no more")
     if SLAM not in set(rows["observer"]):
         raise ValueError(f"the trials of {folder} are without the observer {SLAM}, which figures are about")
     for name in names:
-        own = [_read(_swept(given.poses, console))] if name == POSE and given.poses else []
+        own = [_read(_swept(plan.poses, tables, console))] if name == POSE and plan.poses else []
         yield name, FROM_TRIALS[name](pd.concat([rows, *own]))
 
 
-def _swept(given: argparse.Namespace, console: Console) -> Path:
-    """The folder of the sweep that was asked for by `given`, with all of its trials."""
+def _swept(plan: SweepPlan, tables: Mapping[SweepPlan, Results], console: Console) -> Path:
+    """The folder of the sweep `plan`, with all of its trials."""
+    results = tables[plan]
     try:
-        sweep(given, console)
+        sweep(plan, results, console)
     finally:
-        given.results.rewrite()
-    return given.results.folder
+        results.rewrite()
+    return results.folder
 
 
 def _read(folder: Path) -> pd.DataFrame:
@@ -196,22 +218,25 @@ def _read(folder: Path) -> pd.DataFrame:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    given = parse(arguments)
+    plan = parse(arguments)
     console = make_console(WIDTH)
+    tables: dict[SweepPlan, Results] = {}
+
+    def drawn() -> PaperFigures:
+        shown, counted = ([name for name in plan.names if name in each] for each in (FROM_EXPLORATIONS, FROM_TRIALS))
+        if shown:
+            yield from explorations(plan, shown, console)
+        if counted:
+            yield from trials(plan, tables, counted, console)
 
     def work() -> None:
-        for source, registry in ((explorations, FROM_EXPLORATIONS), (trials, FROM_TRIALS)):
-            mine = [name for name in given.names if name in registry]
-            if not mine:
-                continue
-            with matplotlib.rc_context(PRINT):
-                for name, plate in source(given, mine, console):
-                    console.print(f"Written: {', '.join(save(plate, name, given.out))}", highlight=False)
+        with matplotlib.rc_context(PRINT):
+            for name, figure in drawn():
+                console.print(f"Written: {', '.join(save(figure, name, plan.out))}", highlight=False)
 
     with ExitStack() as stack:
-        for folder in (given.out, *(Path(each.out) for each in given.sweeps)):
+        for folder in (plan.out, *(Path(each.out) for each in plan.sweeps)):
             stack.enter_context(claimed(folder))
-        for each in given.sweeps:
-            options.open_results(each)
-        (given.out / "explorations").mkdir(exist_ok=True)
+        tables |= {each: options.open_results(each) for each in plan.sweeps}
+        (plan.out / "explorations").mkdir(exist_ok=True)
         return run(work, console)

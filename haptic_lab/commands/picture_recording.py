@@ -13,11 +13,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from haptic_env import validate
+from haptic_env import hand_env, validate
 from haptic_env.pose import Pose
 from haptic_env.replay import KinematicReplay
 from haptic_lab import replay
-from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, Settings
+from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
 from haptic_lab.files import atomic
 from haptic_lab.style import OCCUPANCY
 from haptic_lab.terminal import Parser
@@ -55,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
         recording = replay.load(given.recording, None, None, None)
         told = {"env": replay.environment_of(recording), "shape": given.mesh, "sigma": given.sigma}
         more: dict[str, Any] = {"seconds": None, "policy": "random_torque", "out": given.out, "seed": given.seed}
-        settings = Settings(**{**DEFAULTS, **told, **more})
+        settings = ExplorationSettings(**{**DEFAULTS, **told, **more})
         session = replay.session(settings, recording, render_mode="rgb_array")
         if not isinstance(session.env, KinematicReplay):
             raise ValueError(f"{given.recording}: the recording does not say where the hand and the object were")
@@ -70,22 +70,27 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def picture(
-    path: Path, session: replay.Session, settings: Settings, moments: list[float], azimuth: float, elevation: float
+    path: Path,
+    session: replay.ExplorationSession,
+    settings: ExplorationSettings,
+    moments: list[float],
+    azimuth: float,
+    elevation: float,
 ) -> None:
     """Replay `session`, and draw it at `moments` (s) from `azimuth` and `elevation` (degrees) about the object."""
     env: Any = session.env
-    told = {"control_hz": env.unwrapped.control_hz, **session.told, **session.informed}
+    told = {"control_hz": hand_env(env).control_hz, **session.told, **session.informed}
     observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **told)
     trial = Trial(env, session.policy, observers, session.namer, settings.seed)
     steps = {min(max(1, round(moment * env.control_hz)), trial.steps) for moment in moments}
     drawn: list[tuple[int, NDArray[np.uint8], NDArray[np.uint8]]] = []
     for step in trial:
         if step in steps:
-            belief = trial.watchers[OBSERVER].belief
+            belief = trial.observer_runs[OBSERVER].belief
             drawn.append((step, render(env, azimuth, elevation, None), render(env, azimuth, elevation, belief)))
-    exploration, accounts = trial.finish()
-    account = accounts[OBSERVER]
-    wrong = metrics.pose_rmse_deg(account.lagged_joint_angles, exploration.true_angles)
+    exploration, traces = trial.finish()
+    trace = traces[OBSERVER]
+    wrong = metrics.pose_rmse_deg(trace.lagged_joint_angles, exploration.true_angles)
     raw = metrics.pose_rmse_deg(exploration.felt_angles, exploration.true_angles)
     figure = Figure(figsize=(3.2 * len(drawn), 5.6), layout="constrained")
     panels = figure.subplots(2, len(drawn), squeeze=False)
@@ -100,7 +105,7 @@ def picture(
     panels[0, 0].set_ylabel("the person's hand,\ntouching patches red", fontsize=10)
     panels[1, 0].set_ylabel("what the observer has mapped,\nin the true object", fontsize=10)
     figure.suptitle(
-        f"“A {account.name}”, {account.posterior[-1].max():.0%} sure: joint angles felt to {raw:.1f}°, "
+        f"“A {trace.name}”, {trace.posterior[-1].max():.0%} sure: joint angles felt to {raw:.1f}°, "
         f"inferred to {wrong:.1f}°",
         fontsize=12,
         fontweight="bold",

@@ -40,7 +40,7 @@ AXES = {
 
 
 @dataclass(frozen=True)
-class Setting:
+class ScalingPoint:
     """One observer: what is varied of it, and its value."""
 
     axis: str
@@ -51,24 +51,24 @@ class Setting:
     voxels: int = 32
 
 
-def settings(quick: bool) -> list[Setting]:
+def settings(quick: bool) -> list[ScalingPoint]:
     """All observers that are measured."""
     few = 10 if quick else 200
     return [
-        *(Setting("particles", n, particles=n) for n in ((5, 10) if quick else (50, 100, 200, 500, 1000, 2000))),
-        *(Setting("candidates", k, few, candidates=k) for k in ((2, 8) if quick else (2, 4, 8, 16, 32))),
-        *(Setting("patches", a, few, around=a) for a in ((4, 8) if quick else (4, 8, 16, 32))),
-        *(Setting("voxels", v, few, voxels=v) for v in ((32, 48) if quick else (32, 48, 64, 96, 128))),
+        *(ScalingPoint("particles", n, particles=n) for n in ((5, 10) if quick else (50, 100, 200, 500, 1000, 2000))),
+        *(ScalingPoint("candidates", k, few, candidates=k) for k in ((2, 8) if quick else (2, 4, 8, 16, 32))),
+        *(ScalingPoint("patches", a, few, around=a) for a in ((4, 8) if quick else (4, 8, 16, 32))),
+        *(ScalingPoint("voxels", v, few, voxels=v) for v in ((32, 48) if quick else (32, 48, 64, 96, 128))),
     ]
 
 
-def measure(chosen: list[Setting], steps: int, rounds: int, console: Console) -> pd.DataFrame:
+def measure(chosen: list[ScalingPoint], steps: int, rounds: int, console: Console) -> pd.DataFrame:
     """A row for each of `chosen`: `axis`, `value`, and the median `ms` of its steps."""
     recordings = {
         around: timings.record(ENV, "cube", 3.0, 0, steps, patches_around=around)
         for around in sorted({each.around for each in chosen})
     }
-    least: dict[Setting, Any] = {}
+    least: dict[ScalingPoint, Any] = {}
     for turn in track(range(rounds * len(chosen)), "Measuring", console=console, transient=True):
         each = chosen[turn % len(chosen)]
         recording = recordings[each.around]

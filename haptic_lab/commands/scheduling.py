@@ -51,7 +51,7 @@ COLUMNS = {  # and how each is shown
 }
 
 
-class Loop:
+class SerialWorkers:
     """`Workers` that are this process: one call after the other."""
 
     told = "a loop"
@@ -82,7 +82,7 @@ def cluster_of_one() -> Iterator[Workers]:
 
 
 WAYS: dict[str, Callable[[], AbstractContextManager[Workers]]] = {
-    LOOP: lambda: nullcontext(Loop()),
+    LOOP: lambda: nullcontext(SerialWorkers()),
     PROCESS: lambda: workers(1, None),
     CLUSTER: cluster_of_one,
 }
@@ -91,13 +91,13 @@ WAYS: dict[str, Callable[[], AbstractContextManager[Workers]]] = {
 def measure(way: str, flags: list[str], folder: Path) -> tuple[dict[str, float], bytes]:
     """Run the sweep of `flags` in `folder`, in one of `WAYS`; what it took, and the table."""
     stamps = folder / "stamps"
-    given = options.parse(None, [*flags, "--out", str(folder)])
+    plan, results = options.parse(None, [*flags, "--out", str(folder)])
     work, began = partial(stamped, str(stamps), run_trials), time.perf_counter()
     with WAYS[way]() as team:
         used = time.process_time()
-        sweep(given, Console(quiet=True), work, nullcontext(team))
+        sweep(plan, results, Console(quiet=True), work, nullcontext(team))
         used = time.process_time() - used
-    given.results.rewrite()
+    results.rewrite()
     begin, end, own, process = np.loadtxt(stamps, ndmin=2).T
     trial, beside = 1e3 * own[1:].mean(), 1e3 * (process - own)[1:].mean()
     between = 1e3 * (begin[1:] - end[:-1]).mean()
@@ -112,7 +112,7 @@ def measure(way: str, flags: list[str], folder: Path) -> tuple[dict[str, float],
         "cost_percent": 100 * (between + beside + (0.0 if way == CLUSTER else here)) / trial,
         "start_s": begin[0] - began,
     }
-    return told, given.results.path.read_bytes()
+    return told, results.path.read_bytes()
 
 
 def compare(flags: list[str], console: Console) -> pd.DataFrame:

@@ -20,7 +20,7 @@ from haptic_env import reading, validate
 from haptic_lab.files import write_json
 from haptic_lab.folder_lock import claimed
 from haptic_lab.learning import presets
-from haptic_lab.learning.interrupt import Stop
+from haptic_lab.learning.interrupt import InterruptGuard
 from haptic_lab.learning.presets import Preset
 from haptic_lab.terminal import Parser, as_path, make_console, refuse, tell_error
 
@@ -77,7 +77,7 @@ def check_configuration(path: Path, preset: Preset) -> None:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     preset, given = parse(arguments)
-    with claimed(given.out), Stop() as stop:
+    with claimed(given.out), InterruptGuard() as stop:
         check_configuration(given.out / CONFIG, preset)
         try:
             from haptic_lab.learning.training import (  # takes seconds, and needs what `parse` has looked for

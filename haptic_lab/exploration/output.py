@@ -13,13 +13,13 @@ from haptic_lab.exploration.summary import object_of
 from haptic_lab.files import atomic
 from haptic_lab.panels import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
 from haptic_lab.style import OBSERVER_COLOURS, as_drawn, titles_of
-from haptic_lab.trial import Account, Exploration
+from haptic_lab.trial import BeliefTrace, Exploration
 from observer import metrics
 
 
-def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], summary: dict[str, Any]) -> None:
+def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace], summary: dict[str, Any]) -> None:
     """explore.png: the map from three sides, pose error and posterior through time."""
-    slam, settings = accounts[OBSERVER], summary["settings"]
+    slam, settings = traces[OBSERVER], summary["settings"]
     belief = slam.belief
     figure = Figure(figsize=(11, 7.2), layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
@@ -58,9 +58,9 @@ def picture(path: Path, exploration: Exploration, accounts: dict[str, Account], 
         figure.savefig(place)
 
 
-def save_trace(path: Path, exploration: Exploration, accounts: dict[str, Account]) -> None:
+def save_trace(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]) -> None:
     """explore.npz: map, belief through time, and everything that was commanded and felt."""
-    slam = accounts[OBSERVER]
+    slam = traces[OBSERVER]
     belief = slam.belief
     with atomic(path) as place:
         np.savez_compressed(

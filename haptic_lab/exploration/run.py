@@ -8,19 +8,18 @@ import time
 import gymnasium as gym
 from rich.console import Console
 
-from haptic_env import shapes
-from haptic_env.hand import Hand
+from haptic_env import hand_env, hand_of, shapes
 from haptic_env.recordings import Recording
 from haptic_lab import replay
 from haptic_lab.exploration.screen import Screen
-from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, Settings
-from haptic_lab.trial import Account, Exploration, Trial, guided, make_observers
+from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
+from haptic_lab.trial import BeliefTrace, Exploration, Trial, guided, make_observers
 from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior
 from observer.variants import Observer
 
 
-def begin(settings: Settings, recording: Recording | None) -> replay.Session:
+def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.ExplorationSession:
     """The environment, and who acts and names in it; raises `ValueError` where the recording does not fit."""
     if recording is not None:
         return replay.session(settings, recording)
@@ -32,14 +31,14 @@ def begin(settings: Settings, recording: Recording | None) -> replay.Session:
         episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
         reveal_truth=True,  # for the observer's judge alone
     )
-    hand: Hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(env)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    return replay.Session(env, settings.policy, candidates, ShapePosterior(hand, candidates))
+    return replay.ExplorationSession(env, settings.policy, candidates, ShapePosterior(hand, candidates))
 
 
 def explore(
-    settings: Settings, session: replay.Session, console: Console
-) -> tuple[Exploration, dict[str, Account], float, bool]:
+    settings: ExplorationSettings, session: replay.ExplorationSession, console: Console
+) -> tuple[Exploration, dict[str, BeliefTrace], float, bool]:
     """Run it: what happened, what the observers believed, how many seconds it took, and whether it was cut short."""
     stop = False
 
@@ -50,7 +49,7 @@ def explore(
 
     names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
     observers: dict[str, Observer] = {}
-    rate: float = session.env.unwrapped.control_hz  # type: ignore[attr-defined]
+    rate = hand_env(session.env).control_hz
     for name, told in names.items():
         told = {"control_hz": rate, **told}
         observers |= make_observers((name,), session.hand, settings.sigma, settings.particles, **told)
@@ -68,8 +67,8 @@ def explore(
                 screen.show(step)
                 if stop:
                     break
-        exploration, accounts = trial.finish()
-        return exploration, accounts, time.perf_counter() - start, stop
+        exploration, traces = trial.finish()
+        return exploration, traces, time.perf_counter() - start, stop
     finally:
         signal.signal(signal.SIGINT, usual)
         session.env.close()

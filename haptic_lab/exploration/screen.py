@@ -20,8 +20,8 @@ class Screen:
 
     def __init__(self, console: Console, trial: Trial) -> None:
         self.console, self.trial = console, trial
-        self.watcher = trial.watchers[OBSERVER]
-        self.titles = titles_of(self.watcher.posterior)
+        self.observer_run = trial.observer_runs[OBSERVER]
+        self.titles = titles_of(self.observer_run.posterior)
         self.live = Live(console=console, refresh_per_second=8, transient=True) if console.is_terminal else None
         self._shown = time.monotonic()
 
@@ -41,19 +41,21 @@ class Screen:
             self._shown = time.monotonic()
             self.live.update(self._panel(seconds, step))
         elif self.live is None and step % each == 0:
-            names = "  ".join(f"{self.titles[name]} {p:4.0%}" for name, p in self.watcher.posterior.items())
-            self.console.print(f"{seconds:5.1f} s  Neff {self.watcher.belief.n_eff:6.1f}  {names}", highlight=False)
+            names = "  ".join(f"{self.titles[name]} {p:4.0%}" for name, p in self.observer_run.posterior.items())
+            self.console.print(
+                f"{seconds:5.1f} s  Neff {self.observer_run.belief.n_eff:6.1f}  {names}", highlight=False
+            )
 
     def _panel(self, seconds: float, step: int) -> Group:
-        count = len(self.watcher.belief.weights)
+        count = len(self.observer_run.belief.weights)
         head = Table.grid(padding=(0, 2))
         head.add_row(
             ProgressBar(self.trial.steps, step, width=30),
             f"{seconds:4.1f} s of {self.trial.steps * self.trial.step_seconds:g} s",
-            f"Neff {self.watcher.belief.n_eff:.0f} of {count}",
+            f"Neff {self.observer_run.belief.n_eff:.0f} of {count}",
         )
         bars = Table.grid(padding=(0, 2))
-        colours = colours_of(self.watcher.posterior)
-        for name, p in self.watcher.posterior.items():
+        colours = colours_of(self.observer_run.posterior)
+        for name, p in self.observer_run.posterior.items():
             bars.add_row(self.titles[name], Bar(1.0, 0.0, p, width=30, color=colours[name]), f"{p:4.0%}")
         return Group(head, bars)

@@ -22,7 +22,7 @@ DEFAULTS: dict[str, Any] = {
 
 
 @dataclass(frozen=True)
-class Settings:
+class ExplorationSettings:
     """What the command line asks for; `shape` None is a hidden one."""
 
     env: str

@@ -11,25 +11,25 @@ from rich.table import Table
 from rich.text import Text
 
 from haptic_lab import replay
-from haptic_lab.exploration.settings import OBSERVER, RAW, Settings
+from haptic_lab.exploration.settings import OBSERVER, RAW, ExplorationSettings
 from haptic_lab.style import colours_of, titles_of
-from haptic_lab.trial import Account, Exploration
+from haptic_lab.trial import BeliefTrace, Exploration
 from observer import metrics
 
 WITHIN = ((1, "1 voxel"), (2, "2 voxels"))
 
 
 def summarise(
-    settings: Settings,
+    settings: ExplorationSettings,
     exploration: Exploration,
-    accounts: dict[str, Account],
+    traces: dict[str, BeliefTrace],
     truth: str,
     took: float,
     simulated: bool = False,
 ) -> dict[str, Any]:
     """The figures of one exploration, for people (`table`) and machines (explore.json) alike; `simulated` on an object
     that is not the recording's own, so that its name is nobody's truth."""
-    slam, solid, roots = accounts[OBSERVER], exploration.solid, exploration.roots
+    slam, solid, roots = traces[OBSERVER], exploration.solid, exploration.roots
     belief = slam.belief
     touched = metrics.touched_places(
         exploration.hand, exploration.true_angles, exploration.contacts, solid, roots=roots
@@ -37,7 +37,7 @@ def summarise(
     touching = exploration.contacts.any(axis=1)
 
     def surface(name: str, voxels: float) -> dict[str, float]:
-        score = metrics.surface_score(accounts[name].belief.occupancy, belief.grid, solid, touched, voxels)
+        score = metrics.surface_score(traces[name].belief.occupancy, belief.grid, solid, touched, voxels)
         return score._asdict()
 
     def pose(angles: np.ndarray) -> dict[str, float]:

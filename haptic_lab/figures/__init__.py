@@ -12,23 +12,23 @@ import pandas as pd
 
 from haptic_env.hand import Hand
 from haptic_lab.figures import confusion, figure2, figure4, figure5, figure6, film, pose_error, reliability, time_course
-from haptic_lab.figures.paper_figure import Find, Plate, Wanted, save
+from haptic_lab.figures.paper_figure import Find, PaperFigure, Wanted, save
 
 
-class Scene(NamedTuple):
+class SceneFigure(NamedTuple):
     """`wanted`: which explorations, given the shapes there are; `draw` from them, read when asked for."""
 
     wanted: Callable[[Sequence[str]], Wanted]
-    draw: Callable[[Wanted, Find, Hand], Plate]
+    draw: Callable[[Wanted, Find, Hand], PaperFigure]
 
 
-FROM_EXPLORATIONS: dict[str, Scene] = {
-    "figure2": Scene(figure2.wanted, figure2.draw),
-    "figure4": Scene(figure4.wanted, figure4.draw),
-    "figure5": Scene(figure5.wanted, figure5.draw),
-    "film": Scene(film.wanted, film.draw),
+FROM_EXPLORATIONS: dict[str, SceneFigure] = {
+    "figure2": SceneFigure(figure2.wanted, figure2.draw),
+    "figure4": SceneFigure(figure4.wanted, figure4.draw),
+    "figure5": SceneFigure(figure5.wanted, figure5.draw),
+    "film": SceneFigure(film.wanted, film.draw),
 }
-FROM_TRIALS: dict[str, Callable[[pd.DataFrame], Plate]] = {
+FROM_TRIALS: dict[str, Callable[[pd.DataFrame], PaperFigure]] = {
     "figure6": figure6.draw,
     "confusion": confusion.draw,
     "time_course": time_course.draw,
@@ -37,4 +37,4 @@ FROM_TRIALS: dict[str, Callable[[pd.DataFrame], Plate]] = {
 }
 FIGURES = tuple(sorted({**FROM_EXPLORATIONS, **FROM_TRIALS}))
 
-__all__ = ["FIGURES", "FROM_EXPLORATIONS", "FROM_TRIALS", "Plate", "Scene", "save"]
+__all__ = ["FIGURES", "FROM_EXPLORATIONS", "FROM_TRIALS", "PaperFigure", "SceneFigure", "save"]

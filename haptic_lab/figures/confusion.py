@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from haptic_lab.analysis.summary import SLAM
 from haptic_lab.figures.figure6 import TITLES
-from haptic_lab.figures.paper_figure import WIDTH, Plate
+from haptic_lab.figures.paper_figure import WIDTH, PaperFigure
 from haptic_lab.style import as_drawn, colours_of, titles_of
 from haptic_lab.sweeps.results import names_in
 
@@ -29,7 +29,7 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(lines, columns=["namer", "observer", "sigma_deg", "shape", "named", "share", "trials"])
 
 
-def draw(rows: pd.DataFrame) -> Plate:
+def draw(rows: pd.DataFrame) -> PaperFigure:
     """A matrix for each way to name (down) and noise (across), of the observer."""
     data = table(rows)
     mine = data[data["observer"] == SLAM]
@@ -62,4 +62,4 @@ def draw(rows: pd.DataFrame) -> Plate:
         panels[row, 0].set_ylabel(f"{TITLES[namer]}\ntrue shape")
     figure.supxlabel("named", fontsize=8)
     figure.colorbar(image, ax=panels, label="share of the trials of a shape (%)", aspect=40, pad=0.01)
-    return Plate(figure, data)
+    return PaperFigure(figure, data)

@@ -24,7 +24,7 @@ from haptic_env.shapes import Solid
 from haptic_lab.analysis.summary import SLAM
 from haptic_lab.files import part_of_name
 from haptic_lab.sweeps.provenance import versions
-from haptic_lab.sweeps.tasks import Task, files_of
+from haptic_lab.sweeps.tasks import SweepTask, files_of
 from haptic_lab.sweeps.worker import make_trial
 
 FRAMES_PER_SECOND = 10
@@ -32,7 +32,7 @@ LARGEST = 4096 * reading.MIB  # bytes of a showing, which this program wrote its
 
 
 @dataclass(frozen=True, eq=False)
-class Showing:
+class ShownExploration:
     """One exploration. At the steps `step` (F,), from 1: `occupancy` (F, X, Y, Z) on a grid of `grid_origin` (3,) m and
     `grid_resolution` m, and the Gaussian belief of the pose, `mean` (F, J) rad and `covariance` (F, J, J) rad².
     At each step: `seconds` (T,), `felt_angles` and `true_angles` (T, J) rad, `lagged_angles` (T, J) rad as inferred,
@@ -80,30 +80,30 @@ class Showing:
         return max(0, int(np.searchsorted(self.seconds[self.step - 1], seconds + 1e-9)) - 1)
 
 
-def run_showings(tasks: Sequence[Task]) -> list[tuple[Task, bytes]]:
-    """Explore, in a worker; for each of `tasks` a `Showing` as the content of an .npz file."""
+def run_shown_explorations(tasks: Sequence[SweepTask]) -> list[tuple[SweepTask, bytes]]:
+    """Explore, in a worker; for each of `tasks` a `ShownExploration` as the content of an .npz file."""
     return [(task, _show(task)) for task in tasks]
 
 
-def _show(task: Task) -> bytes:
+def _show(task: SweepTask) -> bytes:
     trial = make_trial(task, naming=True)
-    watcher = trial.watchers[SLAM]
+    observer_run = trial.observer_runs[SLAM]
     every = max(1, round(1.0 / (FRAMES_PER_SECOND * trial.step_seconds)))
     frames: list[tuple[Any, ...]] = []
     for step in trial:
-        belief = watcher.belief
+        belief = observer_run.belief
         about = step - belief.lag_steps
         if belief.lagged_contacts is not None and about % every == 0:
             occupancy = belief.occupancy.astype(np.float16)
             frames.append((about, occupancy, belief.lagged_joint_angles, belief.lagged_covariance))
     trial.env.close()
-    exploration, accounts = trial.finish()
-    account = accounts[SLAM]
-    belief, solid = account.belief, exploration.solid
+    exploration, traces = trial.finish()
+    trace = traces[SLAM]
+    belief, solid = trace.belief, exploration.solid
     last = belief.occupancy.astype(np.float16), belief.lagged_joint_angles, belief.lagged_covariance
     frames.append((len(exploration.seconds), *last))
     steps, occupancy, mean, covariance = (np.array(each) for each in zip(*frames, strict=True))
-    showing = Showing(
+    showing = ShownExploration(
         step=steps,
         occupancy=occupancy,
         grid_origin=np.array(belief.grid.origin),
@@ -113,10 +113,10 @@ def _show(task: Task) -> bytes:
         seconds=exploration.seconds,
         felt_angles=exploration.felt_angles,
         true_angles=exploration.true_angles,
-        lagged_angles=account.lagged_joint_angles,
+        lagged_angles=trace.lagged_joint_angles,
         contacts=exploration.contacts,
-        posterior=account.posterior,
-        labels=np.array(account.labels),
+        posterior=trace.posterior,
+        labels=np.array(trace.labels),
         shape=np.array(solid.name),
         size=np.array(solid.size),
         position=np.array(solid.position),
@@ -130,19 +130,19 @@ def _show(task: Task) -> bytes:
     return file.getvalue()
 
 
-def file_of(folder: Path, task: Task) -> Path:
+def file_of(folder: Path, task: SweepTask) -> Path:
     """Where the showing of `task` is kept: a name that no other task, and no other version of the code, has."""
     told = json.dumps([asdict(task), versions() | files_of(task.settings)], sort_keys=True)
     digest = hashlib.sha256(told.encode()).hexdigest()[:12]
     return folder / f"{part_of_name(task.shape)}_{task.condition.sigma_deg:g}_{digest}.npz"
 
 
-def read(path: Path) -> Showing:
+def read(path: Path) -> ShownExploration:
     """The showing that is kept at `path`; raises `ValueError` where the file is corrupt."""
     try:
         kept = reading.npz(path, LARGEST)
-        found = {each.name: kept[each.name] for each in fields(Showing)}
+        found = {each.name: kept[each.name] for each in fields(ShownExploration)}
         occupancy = np.cumsum(found["occupancy"], axis=0, dtype=np.uint16).view(np.float16)
-        return Showing(**{**found, "occupancy": occupancy})
+        return ShownExploration(**{**found, "occupancy": occupancy})
     except (OSError, ValueError, KeyError) as error:
         raise ValueError(f"the exploration {path} is corrupt ({error}); delete it and run again") from error

@@ -15,9 +15,9 @@ from matplotlib.patches import Patch
 
 from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
-from haptic_lab.figures.explorations import Showing
-from haptic_lab.figures.isometric import View
-from haptic_lab.figures.paper_figure import WIDTH, Find, Plate, Wanted
+from haptic_lab.figures.explorations import ShownExploration
+from haptic_lab.figures.isometric import IsometricView
+from haptic_lab.figures.paper_figure import WIDTH, Find, PaperFigure, Wanted
 from haptic_lab.panels import AXES, EMPTY, MM, TICKS
 from haptic_lab.style import FREE, HAND, OCCUPANCY, OUTLINE, TRUTH
 
@@ -30,12 +30,12 @@ def wanted(shapes: Sequence[str]) -> Wanted:
     return [(SHAPE if SHAPE in shapes else shapes[0], SIGMA)]
 
 
-def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
+def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
     """The hand as felt and as inferred, the map over the true shape, and a section through it."""
     showing = find(*wanted[0])
     frame = _most_touched(showing)
     grid, solid = showing.grid, showing.solid
-    view = View.around(grid)
+    view = IsometricView.around(grid)
     step = showing.step[frame] - 1
     occupancy = showing.occupancy[frame].astype(float)
     rng = np.random.default_rng(0)
@@ -67,10 +67,10 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         loc="outside lower center",
         ncols=3,
     )
-    return Plate(figure, map_table(occupancy, occupancy != 0.5, showing))
+    return PaperFigure(figure, map_table(occupancy, occupancy != 0.5, showing))
 
 
-def map_table(occupancy: np.ndarray, chosen: np.ndarray, showing: Showing) -> pd.DataFrame:
+def map_table(occupancy: np.ndarray, chosen: np.ndarray, showing: ShownExploration) -> pd.DataFrame:
     """One line for each of the voxels `chosen` (X, Y, Z): its middle in mm, and how probably it is solid."""
     grid = showing.grid
     places = (grid.centres() - grid.centre)[chosen] * MM
@@ -78,14 +78,14 @@ def map_table(occupancy: np.ndarray, chosen: np.ndarray, showing: Showing) -> pd
     return pd.DataFrame({**columns, "probability": occupancy[chosen].round(4)})
 
 
-def _most_touched(showing: Showing) -> int:
+def _most_touched(showing: ShownExploration) -> int:
     """The frame, of the second half, at which most patches touch."""
     touched = showing.contacts[showing.step - 1].sum(axis=1)
     half = len(touched) // 2
     return half + int(np.argmax(touched[half:]))
 
 
-def _section(axes: Axes, occupancy: np.ndarray, showing: Showing) -> None:
+def _section(axes: Axes, occupancy: np.ndarray, showing: ShownExploration) -> None:
     """The slice across y in which most was touched, three voxels thick: a finger is no thinner."""
     grid, solid = showing.grid, showing.solid
     solid_voxels = np.convolve((occupancy > 0.5).sum(axis=(0, 2)), np.ones(3), mode="same")

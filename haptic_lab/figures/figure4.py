@@ -14,7 +14,7 @@ from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
 from haptic_lab.figures.figure2 import map_table
 from haptic_lab.figures.isometric import NEAR
-from haptic_lab.figures.paper_figure import WIDTH, Find, Plate, Wanted
+from haptic_lab.figures.paper_figure import WIDTH, Find, PaperFigure, Wanted
 from haptic_lab.style import OCCUPANCY
 
 SHAPE, SIGMA = "pyramid", 1.0
@@ -26,7 +26,7 @@ def wanted(shapes: Sequence[str]) -> Wanted:
     return [(SHAPE if SHAPE in shapes else shapes[-1], SIGMA)]
 
 
-def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
+def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
     """The voxels that are more probably solid than not, at `MOMENTS`."""
     showing = find(*wanted[0])
     figure = Figure(figsize=(WIDTH, 4.3), layout="constrained")
@@ -42,7 +42,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         tables.append(shown.assign(seconds=showing.seconds[showing.step[frame] - 1]))
     probability_bar(figure, panels)
     figure.suptitle(f"The contact map grows (σ = {showing.sigma_deg:g}°)", fontsize=9, fontweight="bold")
-    return Plate(figure, pd.concat(tables))
+    return PaperFigure(figure, pd.concat(tables))
 
 
 def probability_bar(figure: Figure, panels: np.ndarray) -> None:

@@ -12,7 +12,7 @@ from haptic_lab.figures import isometric
 from haptic_lab.figures.figure2 import map_table
 from haptic_lab.figures.figure4 import probability_bar
 from haptic_lab.figures.isometric import NEAR
-from haptic_lab.figures.paper_figure import WIDTH, Find, Plate, Wanted
+from haptic_lab.figures.paper_figure import WIDTH, Find, PaperFigure, Wanted
 from haptic_lab.style import as_drawn, colours_of, titles_of
 
 SIGMAS = (1.0, 2.0, 3.0, 5.0)
@@ -23,7 +23,7 @@ def wanted(shapes: Sequence[str]) -> Wanted:
     return [(shape, sigma) for shape in shapes for sigma in SIGMAS]
 
 
-def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
+def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
     """A row for each shape, a column for each noise."""
     shapes = list(dict.fromkeys(shape for shape, _ in wanted))
     colours, titles = colours_of(shapes), titles_of(shapes)
@@ -41,4 +41,4 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
         tables.append(map_table(occupancy, occupancy > 0.5, showing).assign(shape=shape, sigma_deg=sigma))
     probability_bar(figure, panels)
     figure.suptitle(f"What {showing.seconds[-1]:g} s of blind touch have mapped", fontsize=9, fontweight="bold")
-    return Plate(figure, pd.concat(tables))
+    return PaperFigure(figure, pd.concat(tables))

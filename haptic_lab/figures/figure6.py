@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from haptic_lab.analysis.summary import ALL, CEILING, FLOOR, SLAM, summarise
-from haptic_lab.figures.paper_figure import WIDTH, Plate
+from haptic_lab.figures.paper_figure import WIDTH, PaperFigure
 from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES, OUTLINE, as_drawn, colours_of, titles_of
 from haptic_lab.sweeps.results import names_in
 
@@ -24,7 +24,7 @@ SPREAD = 0.07  # degrees: between curves, so that their intervals can be told ap
 PERCENT = 100.0
 
 
-def draw(rows: pd.DataFrame) -> Plate:
+def draw(rows: pd.DataFrame) -> PaperFigure:
     """Above the average over shapes between its brackets, below each shape; a column for each way to name."""
     namers = [name for name in TITLES if f"{name}_correct" in rows]
     data = summarise(rows, (), namers)[["measure", "observer", "shape", "sigma_deg", "mean", "low", "high", "trials"]]
@@ -52,7 +52,7 @@ def draw(rows: pd.DataFrame) -> Plate:
         handles, labels = panels[row, 0].get_legend_handles_labels()
         place: Any = ("outside upper center", "outside lower center")[row]
         figure.legend(handles, labels, loc=place, ncols=len(labels), title=None if row else told)
-    return Plate(figure, data)
+    return PaperFigure(figure, data)
 
 
 def _average(axes: Axes, lines: pd.DataFrame) -> None:

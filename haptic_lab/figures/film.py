@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
-from haptic_lab.figures.explorations import FRAMES_PER_SECOND, Showing
-from haptic_lab.figures.isometric import View
-from haptic_lab.figures.paper_figure import Film, Find, Plate, Wanted
+from haptic_lab.figures.explorations import FRAMES_PER_SECOND, ShownExploration
+from haptic_lab.figures.isometric import IsometricView
+from haptic_lab.figures.paper_figure import Film, Find, PaperFigure, Wanted
 from haptic_lab.style import OBSERVER_COLOURS, as_drawn, colours_of, titles_of
 from observer import metrics
 
@@ -26,7 +26,7 @@ def wanted(shapes: Sequence[str]) -> Wanted:
     return [(SHAPE if SHAPE in shapes else shapes[-1], SIGMA)]
 
 
-def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
+def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
     """Left the scene, right the posterior and the pose error up to now; the picture is the last frame."""
     showing = find(*wanted[0])
     data = course(showing)
@@ -35,7 +35,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
     figure = Figure(figsize=(7.2, 3.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1.35, 1))
     scene, names, error = (figure.add_subplot(each) for each in (grid[:, 0], grid[0, 1], grid[1, 1]))
-    view = View.around(showing.grid)
+    view = IsometricView.around(showing.grid)
     curves, labels = [], showing.labels.tolist()
     colours, titles = colours_of(labels), titles_of(labels)
     for label in labels:
@@ -64,10 +64,10 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> Plate:
             line.set_data(until["seconds"], until[column])
 
     show(last)
-    return Plate(figure, shown, Film(show, last + 1, 1.0 / FRAMES_PER_SECOND, list(colours.values())))
+    return PaperFigure(figure, shown, Film(show, last + 1, 1.0 / FRAMES_PER_SECOND, list(colours.values())))
 
 
-def course(showing: Showing) -> pd.DataFrame:
+def course(showing: ShownExploration) -> pd.DataFrame:
     """One line for each step: the errors of the felt and of the inferred angles (RMS over joints), the posterior."""
     columns = {
         "seconds": showing.seconds,

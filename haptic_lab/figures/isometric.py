@@ -33,7 +33,7 @@ BEHIND, HAND_BEHIND, OBJECT, BEFORE, HAND_BEFORE, MARKS = 1, 2, 3, 4, 5, 6  # wh
 
 
 @dataclass(frozen=True)
-class View:
+class IsometricView:
     """From where the scene is seen: `azimuth` about z from +x, and `elevation`, degrees; `half` of the picture's width
     and height, and where its `middle` is, mm."""
 
@@ -43,7 +43,7 @@ class View:
     elevation: float = 22.0
 
     @classmethod
-    def around(cls, grid: Grid) -> View:
+    def around(cls, grid: Grid) -> IsometricView:
         """All that the hand may reach."""
         edge = float(grid.extent.max()) * MM
         return cls(half=(0.6 * edge, 0.47 * edge), middle=(0.0, 0.015 * edge))
@@ -72,10 +72,10 @@ class View:
         return np.arange(left + 0.5 * PIXEL, right, PIXEL), np.arange(bottom + 0.5 * PIXEL, top, PIXEL)
 
 
-NEAR = View(half=(44.0, 40.0))  # the object alone
+NEAR = IsometricView(half=(44.0, 40.0))  # the object alone
 
 
-def prepare(axes: Axes, view: View, title: str = "", scale: float = 20.0) -> None:
+def prepare(axes: Axes, view: IsometricView, title: str = "", scale: float = 20.0) -> None:
     """Make `axes` an empty scene with a bar of `scale` mm."""
     left, right, bottom, top = view.extent
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", title=title, xticks=[], yticks=[])
@@ -87,7 +87,7 @@ def prepare(axes: Axes, view: View, title: str = "", scale: float = 20.0) -> Non
 
 
 def draw_scene(
-    axes: Axes, occupancy: Array, grid: Grid, solid: Solid, view: View, title: str = "", scale: float = 20.0
+    axes: Axes, occupancy: Array, grid: Grid, solid: Solid, view: IsometricView, title: str = "", scale: float = 20.0
 ) -> None:
     """The map over the true shape."""
     prepare(axes, view, title, scale)
@@ -95,7 +95,7 @@ def draw_scene(
     draw_map(axes, occupancy, grid, view, solid)
 
 
-def draw_solid(axes: Axes, solid: Solid, grid: Grid, view: View, opacity: float = 0.5) -> None:
+def draw_solid(axes: Axes, solid: Solid, grid: Grid, view: IsometricView, opacity: float = 0.5) -> None:
     """The true shape, shaded, with its outline."""
     depth, shade, gap = _seen(solid, tuple(grid.centre.tolist()), view)
     image = np.ones((*depth.shape, 4))
@@ -106,7 +106,7 @@ def draw_solid(axes: Axes, solid: Solid, grid: Grid, view: View, opacity: float 
 
 
 def draw_voxels(
-    axes: Axes, chosen: NDArray[np.bool_], colours: Array, grid: Grid, view: View, solid: Solid | None = None
+    axes: Axes, chosen: NDArray[np.bool_], colours: Array, grid: Grid, view: IsometricView, solid: Solid | None = None
 ) -> None:
     """The voxels `chosen` (X, Y, Z) as cubes of `colours` (X, Y, Z, 3). Those behind the front of `solid` are seen
     through it."""
@@ -140,14 +140,20 @@ def draw_voxels(
         )
 
 
-def draw_map(axes: Axes, occupancy: Array, grid: Grid, view: View, solid: Solid | None = None) -> None:
+def draw_map(axes: Axes, occupancy: Array, grid: Grid, view: IsometricView, solid: Solid | None = None) -> None:
     """The voxels of `occupancy` (X, Y, Z) that are more probably solid than not, the darker the surer."""
     shown = OCCUPANCY(np.clip(2 * occupancy - 1, 0.05, 1.0))
     draw_voxels(axes, occupancy > 0.5, shown[..., :3], grid, view, solid)
 
 
 def draw_hand(
-    axes: Axes, hand: Hand, poses: Array, grid: Grid, view: View, solid: Solid | None = None, opacity: float = 1.0
+    axes: Axes,
+    hand: Hand,
+    poses: Array,
+    grid: Grid,
+    view: IsometricView,
+    solid: Solid | None = None,
+    opacity: float = 1.0,
 ) -> None:
     """The hand in all `poses` (D, J) rad at once: each pixel is as opaque as a finger is probably there."""
     behind, before = _cloud(hand, poses, grid, view, solid)
@@ -158,14 +164,14 @@ def draw_hand(
         axes.imshow(np.clip(image, 0, 1), origin="lower", extent=view.extent, zorder=level, interpolation="bilinear")
 
 
-def draw_hand_outline(axes: Axes, hand: Hand, pose: Array, grid: Grid, view: View) -> None:
+def draw_hand_outline(axes: Axes, hand: Hand, pose: Array, grid: Grid, view: IsometricView) -> None:
     """The outline of the hand at `pose` (J,) rad."""
     (_, _), (cover, _) = _cloud(hand, pose[None], grid, view, None)
     axes.contour(*view.pixels(), cover, levels=[0.5], colors=[OUTLINE], linewidths=0.8, linestyles="--", zorder=MARKS)
 
 
 def _cloud(
-    hand: Hand, poses: Array, grid: Grid, view: View, solid: Solid | None
+    hand: Hand, poses: Array, grid: Grid, view: IsometricView, solid: Solid | None
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Behind `solid` and before it: in how many of the `poses` (D, J) a pixel is covered (H, W), and how lit."""
     columns, rows = view.pixels()
@@ -213,7 +219,7 @@ def _capsule(
 
 
 @lru_cache(maxsize=32)
-def _seen(solid: Solid, centre: tuple[float, float, float], view: View) -> tuple[Array, Array, Array]:
+def _seen(solid: Solid, centre: tuple[float, float, float], view: IsometricView) -> tuple[Array, Array, Array]:
     """Depth (H, W) of the front of `solid`, -inf beside it, how lit it is (H, W), and how far each line of sight passes
     it (H, W): spheres are marched along it (Hart 1996, The Visual Computer 12, 527-545)."""
     columns, rows = view.pixels()
@@ -236,7 +242,7 @@ def _seen(solid: Solid, centre: tuple[float, float, float], view: View) -> tuple
     return np.where(hit, depth, -np.inf), 0.68 + 0.4 * np.clip(light, -0.5, 1.0), gap
 
 
-def _depth_at(depth: Array, places: Array, view: View) -> Array:
+def _depth_at(depth: Array, places: Array, view: IsometricView) -> Array:
     """(M,) what `depth` (H, W) says at the projected `places` (M, 3)."""
     left, _, bottom, _ = view.extent
     column = ((places[:, 0] - left) / PIXEL).astype(int).clip(0, depth.shape[1] - 1)

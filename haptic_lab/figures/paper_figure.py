@@ -13,12 +13,12 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from PIL import Image
 
-from haptic_lab.figures.explorations import Showing
+from haptic_lab.figures.explorations import ShownExploration
 from haptic_lab.files import atomic, write_csv
 from haptic_lab.style import OBSERVER_COLOURS, SHAPE_COLOURS
 
 Wanted = Sequence[tuple[str, float]]  # explorations, by shape and sigma in degrees
-Find = Callable[[str, float], Showing]
+Find = Callable[[str, float], ShownExploration]
 WIDTH = 7.2  # inches: a page of two columns
 PRINT: Any = {
     "savefig.dpi": 200,
@@ -39,7 +39,7 @@ class Film(NamedTuple):
     colours: Sequence[str] = ()
 
 
-class Plate(NamedTuple):
+class PaperFigure(NamedTuple):
     """`figure` and the `data` that it shows; where it moves, the `film`, of which it is the last frame."""
 
     figure: Figure
@@ -47,18 +47,18 @@ class Plate(NamedTuple):
     film: Film | None = None
 
 
-def save(plate: Plate, name: str, folder: Path) -> list[str]:
+def save(drawn: PaperFigure, name: str, folder: Path) -> list[str]:
     """Write `name`.png, .pdf, .csv and, where it moves, .gif to `folder`; returns what was written."""
     names = [f"{name}.{kind}" for kind in ("png", "pdf", "csv")]
     with atomic(folder / names[0]) as place:
-        plate.figure.savefig(place)
+        drawn.figure.savefig(place)
     with atomic(folder / names[1]) as place:
-        plate.figure.savefig(place, metadata={"CreationDate": None})
-    write_csv(folder / names[2], plate.data)
-    if plate.film is not None:
+        drawn.figure.savefig(place, metadata={"CreationDate": None})
+    write_csv(folder / names[2], drawn.data)
+    if drawn.film is not None:
         names.append(f"{name}.gif")
         with atomic(folder / names[-1]) as place:
-            _save_film(plate.figure, plate.film, place)
+            _save_film(drawn.figure, drawn.film, place)
     return names
 
 

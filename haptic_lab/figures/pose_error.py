@@ -6,7 +6,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from haptic_lab.analysis.summary import ALL, SLAM, draw_curve, draw_pose, summarise
-from haptic_lab.figures.paper_figure import WIDTH, Plate
+from haptic_lab.figures.paper_figure import WIDTH, PaperFigure
 from haptic_lab.style import OBSERVER_NAMES, as_drawn, colours_of, titles_of
 from haptic_lab.sweeps.results import names_in
 
@@ -22,7 +22,7 @@ def brackets(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([online, rows.assign(observer="smoother")])
 
 
-def draw(rows: pd.DataFrame) -> Plate:
+def draw(rows: pd.DataFrame) -> PaperFigure:
     """Left every observer, in degrees; right haptic SLAM with each shape, in multiples of sigma. Rows of `SMOOTHER`
     stand for those of both its brackets."""
     smoothed = rows["observer"] == SMOOTHER
@@ -58,4 +58,4 @@ def draw(rows: pd.DataFrame) -> Plate:
     for axes in (left, right):
         axes.set_xlim(0, 1.03 * data["sigma_deg"].max())
         axes.set_xlabel("σ of joint noise (°)")
-    return Plate(figure, data)
+    return PaperFigure(figure, data)

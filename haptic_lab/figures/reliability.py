@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from haptic_lab.analysis.reliability import OCCUPANCY, curves
 from haptic_lab.analysis.summary import CEILING, FLOOR, SLAM
-from haptic_lab.figures.paper_figure import WIDTH, Plate
+from haptic_lab.figures.paper_figure import WIDTH, PaperFigure
 from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES, OUTLINE, noise_colours
 
 
-def draw(rows: pd.DataFrame) -> Plate:
+def draw(rows: pd.DataFrame) -> PaperFigure:
     """Said against found: left for each noise, right between the brackets at the largest; below how many voxels."""
     data = curves(rows)
     data = data[data["what"] == OCCUPANCY].drop(columns="what").rename(columns={"count": "voxels"})
@@ -37,7 +37,7 @@ def draw(rows: pd.DataFrame) -> Plate:
     panels[1, 0].set_ylabel("voxels")
     panels[0, 0].text(98, 12, "less often than said", ha="right", color="#777777", style="italic")
     panels[0, 0].text(2, 92, "more often than said", color="#777777", style="italic")
-    return Plate(figure, data)
+    return PaperFigure(figure, data)
 
 
 def _column(panels: Iterable[Axes], title: str, curves: list[tuple[pd.DataFrame, str, str]]) -> None:

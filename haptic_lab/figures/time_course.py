@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from haptic_lab.analysis.reliability import numbers_of
 from haptic_lab.analysis.statistics import interval
 from haptic_lab.analysis.summary import CEILING, FLOOR, SLAM
-from haptic_lab.figures.paper_figure import WIDTH, Plate
+from haptic_lab.figures.paper_figure import WIDTH, PaperFigure
 from haptic_lab.style import OBSERVER_COLOURS, noise_colours
 from haptic_lab.sweeps.measures import COURSE_SECONDS
 from haptic_lab.sweeps.results import names_in
@@ -40,7 +40,7 @@ def curves(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(lines, columns=names)
 
 
-def draw(rows: pd.DataFrame) -> Plate:
+def draw(rows: pd.DataFrame) -> PaperFigure:
     """A panel for each of `PANELS`; a curve for each noise, and the brackets of the largest."""
     data = curves(rows)
     sigmas = sorted(set(data["sigma_deg"]))
@@ -68,4 +68,4 @@ def draw(rows: pd.DataFrame) -> Plate:
             axes.axhline(chance, color="#777777", linestyle=":", linewidth=1, label="chance")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=(len(labels) + 1) // 2)
-    return Plate(figure, data)
+    return PaperFigure(figure, data)

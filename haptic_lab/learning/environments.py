@@ -17,8 +17,8 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv
 
 import haptic_env  # noqa: F401 - registers the environments
 from agents.hold_action import HoldAction
-from haptic_env import shapes
-from haptic_lab.learning.presets import RAW, World
+from haptic_env import hand_env, shapes
+from haptic_lab.learning.presets import RAW, TrainingWorld
 from haptic_lab.processes import end_with_parent
 from observer import (
     BeliefObservation,
@@ -36,11 +36,13 @@ HELD_OUT = slice(1, None, 3)
 Maker = Callable[[], gym.Env[Any, Any]]
 
 
-class Varied(gym.Wrapper):
+class DomainRandomisation(gym.Wrapper):
     """Draws the object and sigma for each episode, and tells sigma to `observer`. The sizes of training and those
     `held_out` for evaluation are apart."""
 
-    def __init__(self, env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly, world: World, held_out: bool) -> None:
+    def __init__(
+        self, env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly, world: TrainingWorld, held_out: bool
+    ) -> None:
         super().__init__(env)
         self._observer, self._sigma_deg = observer, world.sigma_deg
         scales = 1.0 + world.size_jitter * np.linspace(-1.0, 1.0, SIZES)
@@ -58,7 +60,7 @@ class Varied(gym.Wrapper):
         return self.env.reset(seed=seed, options=drawn | (options or {}))
 
 
-class Brief(gym.Wrapper):
+class InfoFilter(gym.Wrapper):
     """Leaves of `info` what a learner reads: beliefs would be copied from process to process at every step."""
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
@@ -70,11 +72,11 @@ class Brief(gym.Wrapper):
         return self.env.reset(**keywords)[0], {}
 
 
-def make_env(world: World, held_out: bool = False) -> gym.Env[Any, Any]:
+def make_env(world: TrainingWorld, held_out: bool = False) -> gym.Env[Any, Any]:
     """The environment of `world`, with the sizes of training or those `held_out`."""
     vary = {name: getattr(world, name) for name in ("size_jitter", "yaw_jitter", "position_jitter")}
     env = gym.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary)
-    base: Any = env.unwrapped
+    base = hand_env(env)
     observer: HapticSLAM | PoseOnly
     if "occupancy" in world.observation:
         observer = HapticSLAM(base.hand, particles=1, control_hz=base.control_hz)
@@ -84,14 +86,14 @@ def make_env(world: World, held_out: bool = False) -> gym.Env[Any, Any]:
         stride = 1
     coarse = {name: getattr(world, name) for name in ("variants", "samples", "temper")}
     shape = ShapePosterior(base.hand, stride=stride, **coarse, **vary)
-    env = ObserverWrapper(Varied(env, observer, world, held_out), observer, shape)
+    env = ObserverWrapper(DomainRandomisation(env, observer, world, held_out), observer, shape)
     env = DecisionReward(DecideWhenSure(env, world.threshold, world.sure_seconds), world.price, world.least)
     if world.observation != (RAW,):
         env = BeliefObservation(env, world.observation)
-    return Monitor(Brief(HoldAction(env, world.hold)))
+    return Monitor(InfoFilter(HoldAction(env, world.hold)))
 
 
-def make_vector(world: World, count: int, jobs: int, held_out: bool = False) -> VecEnv:
+def make_vector(world: TrainingWorld, count: int, jobs: int, held_out: bool = False) -> VecEnv:
     """`count` environments, each in a process of its own where `jobs` is more than one."""
     makers: list[Maker] = [partial(make_env, world, held_out) for _ in range(count)]
     return in_processes(makers) if jobs > 1 else DummyVecEnv(makers)

@@ -12,12 +12,12 @@ from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.vec_env import VecEnv
 
 from haptic_env.hand import Hand
-from haptic_lab.learning.presets import Sweep
+from haptic_lab.learning.presets import SweepingMotion
 
 BATCH = 256
 
 
-def imitate(model: PPO | SAC, env: VecEnv, sweep: Sweep, hand: Hand, decision_seconds: float) -> None:
+def imitate(model: PPO | SAC, env: VecEnv, sweep: SweepingMotion, hand: Hand, decision_seconds: float) -> None:
     """Fit the mean of the policy of `model` to `sweep`; PPO also its value to the returns that were had, while SAC
     keeps what happened in its replay buffer."""
     rng = np.random.default_rng(model.seed)

@@ -6,13 +6,13 @@ import signal
 from types import TracebackType
 
 
-class Stop:
+class InterruptGuard:
     """Within it Ctrl-C raises `KeyboardInterrupt` as ever, and `check` raises it once more where it came to nothing."""
 
     def __init__(self) -> None:
         self.asked = False
 
-    def __enter__(self) -> Stop:
+    def __enter__(self) -> InterruptGuard:
         self._usual = signal.signal(signal.SIGINT, self._ask)
         return self
 

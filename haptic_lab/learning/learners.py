@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import gymnasium as gym
 import stable_baselines3
 import torch
@@ -11,6 +9,7 @@ from sb3_contrib import RecurrentPPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
+from haptic_env import hand_env, hand_of
 from haptic_lab.learning import checkpoints
 from haptic_lab.learning.imitation import imitate
 from haptic_lab.learning.presets import RAW, Preset
@@ -47,15 +46,14 @@ def make(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, log:
         model.set_random_seed(preset.seed + model.num_timesteps)  # not the episodes that it began with
     elif preset.sweep is not None:
         assert isinstance(model, stable_baselines3.PPO | stable_baselines3.SAC)
-        hand = gym.make(preset.world.env).unwrapped.hand  # type: ignore[attr-defined]
+        hand = hand_of(gym.make(preset.world.env))
         imitate(model, env, preset.sweep, hand, decision_seconds(preset))
     return model
 
 
 def decision_seconds(preset: Preset) -> float:
     """From one decision to the next."""
-    base: Any = gym.make(preset.world.env).unwrapped
-    return preset.world.hold / base.control_hz
+    return preset.world.hold / hand_env(gym.make(preset.world.env)).control_hz
 
 
 def versions() -> dict[str, str]:

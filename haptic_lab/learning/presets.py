@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import haptic_env
-from agents.reach import Reach
+from agents.finger_kinematics import FingerKinematics
 from haptic_env import reading, validate
 from haptic_env.hand import Hand
 from haptic_lab.learning import options
@@ -24,7 +24,7 @@ RAW = "raw"
 
 
 @dataclass(frozen=True)
-class World:
+class TrainingWorld:
     """What is explored and how it is rewarded.
 
     `sigma_deg`: least and largest noise, drawn for each episode; the jitters as the environment's keyword arguments;
@@ -81,12 +81,12 @@ class World:
 
 
 @dataclass(frozen=True)
-class Sweep:
+class SweepingMotion:
     """Close and open the fingers at 1 Hz while they sweep sideways at 0.5 Hz, against each other, and drift at 0.17 Hz.
 
     Torques as fractions of their limits: flexors get `flexion` ± `opening`, abductors ± `sideways`. The drift is
-    ± `curl` of the stroke that curls a finger (`agents.reach`); it begins at nothing, so that the sweep begins as
-    without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is seen what to
+    ± `curl` of the stroke that curls a finger (`agents.finger_kinematics`); it begins at nothing, so that the sweep
+    begins as without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is seen what to
     do beside its path.
     """
 
@@ -109,7 +109,7 @@ class Sweep:
         """(E, J) after `seconds` (E,) of an episode, not yet clipped to -1 and 1, for that is no linear function of the
         clocks; abductors are known by their names, and fingers take turns."""
         sideways = np.array(["abduction" in name for name in hand.joint_names])
-        curl = Reach(hand).strokes(hand.rest_pose, hand.grasp_centre).curl.sum(axis=0)
+        curl = FingerKinematics(hand).strokes(hand.rest_pose, hand.grasp_centre).curl.sum(axis=0)
         side = np.where(hand.joint_group % 2 == 0, 1.0, -1.0)
         turn, beat, drift = (2 * np.pi * hz * seconds[:, None] for hz in CLOCKS_HZ)
         across = self.sideways * np.cos(turn) * side
@@ -125,8 +125,8 @@ class Preset:
 
     algorithm: str
     learner: Mapping[str, Any]
-    world: World = field(default_factory=World)
-    sweep: Sweep | None = None
+    world: TrainingWorld = field(default_factory=TrainingWorld)
+    sweep: SweepingMotion | None = None
     seed: int = 0
     steps: int = 1_000_000
     envs: int = 8
@@ -165,7 +165,11 @@ def read(name: str) -> Preset:
         raise ValueError(f"{path}: {error}") from error
     world, sweep = content.pop("world", {}), content.pop("sweep", None)
     swept = {} if sweep is None else sweep
-    tables = ("key", content, Preset), ("key of [world]", world, World), ("key of [sweep]", swept, Sweep)
+    tables = (
+        ("key", content, Preset),
+        ("key of [world]", world, TrainingWorld),
+        ("key of [sweep]", swept, SweepingMotion),
+    )
     for what, given, made in tables:
         if not isinstance(given, dict):
             raise ValueError(f"{what.removeprefix('key of ')} in {path} must be a table, got {given!r}")
@@ -176,6 +180,6 @@ def read(name: str) -> Preset:
             raise ValueError(f"{path} must set {key}")
     lists: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in world.items()}
     try:
-        return Preset(world=World(**lists), sweep=None if sweep is None else Sweep(**sweep), **content)
+        return Preset(world=TrainingWorld(**lists), sweep=None if sweep is None else SweepingMotion(**sweep), **content)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error

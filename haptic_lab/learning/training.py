@@ -22,7 +22,7 @@ from haptic_env import reading
 from haptic_lab.files import UNFINISHED, atomic, write_json
 from haptic_lab.learning import checkpoints, learners
 from haptic_lab.learning.environments import close, make_env, make_vector
-from haptic_lab.learning.interrupt import Stop
+from haptic_lab.learning.interrupt import InterruptGuard
 from haptic_lab.learning.learners import ALGORITHMS as ALGORITHMS
 from haptic_lab.learning.learning_curve import draw
 from haptic_lab.learning.presets import Preset
@@ -42,7 +42,7 @@ class HeldOutEvaluation(EvalCallback):
             n_eval_episodes=preset.episodes,
             eval_freq=max(1, preset.evaluate_every // (preset.world.hold * preset.envs)),
             log_path=str(out),
-            callback_on_new_best=_Keep(out),
+            callback_on_new_best=_KeepBest(out),
             deterministic=True,
             verbose=0,
         )
@@ -75,7 +75,7 @@ class HeldOutEvaluation(EvalCallback):
         self.evaluations_successes = list(kept["successes"][upto])
 
 
-class _Keep(BaseCallback):
+class _KeepBest(BaseCallback):
     """Keeps the model that was best in evaluation."""
 
     def __init__(self, out: Path) -> None:
@@ -87,10 +87,12 @@ class _Keep(BaseCallback):
         return True
 
 
-class Save(BaseCallback):
+class SaveCheckpoints(BaseCallback):
     """Saves a checkpoint every so often, and says at which speed the environment runs."""
 
-    def __init__(self, evaluation: HeldOutEvaluation, preset: Preset, folder: Path, seconds: float, stop: Stop) -> None:
+    def __init__(
+        self, evaluation: HeldOutEvaluation, preset: Preset, folder: Path, seconds: float, stop: InterruptGuard
+    ) -> None:
         super().__init__()
         self.evaluation, self.folder, self.before, self.stop = evaluation, folder, seconds, stop
         self.began = time.monotonic()
@@ -123,7 +125,7 @@ class Save(BaseCallback):
         self.saved = self.model.num_timesteps
 
 
-class Ready(NamedTuple):
+class TrainingRun(NamedTuple):
     """What a run is made of, before it begins; `seconds` and `best` are of what a checkpoint had behind it."""
 
     preset: Preset
@@ -140,7 +142,7 @@ class Ready(NamedTuple):
         close(self.held_out)
 
 
-def prepare(preset: Preset, jobs: int, out: Path, stop: Stop, console: Console) -> Ready:
+def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console: Console) -> TrainingRun:
     """Everything for a run from the last whole checkpoint in `out` on, in `jobs` processes; raises `ValueError` where
     the preset or what is in `out` makes no sense, and has written nothing then."""
     torch.set_num_threads(1)
@@ -169,13 +171,13 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: Stop, console: Console) 
     for place in broken:
         console.print(f"{place} was cut short and is removed", style="yellow")
         shutil.rmtree(place)
-    return Ready(preset, out, env, held_out, model, evaluation, seconds)
+    return TrainingRun(preset, out, env, held_out, model, evaluation, seconds)
 
 
-def train(ready: Ready, stop: Stop, console: Console) -> int:
+def train(ready: TrainingRun, stop: InterruptGuard, console: Console) -> int:
     """Train to the end; returns the exit code."""
     preset, model, out = ready.preset, ready.model, ready.out
-    save = Save(ready.evaluation, preset, out / CHECKPOINTS, ready.seconds, stop)
+    save = SaveCheckpoints(ready.evaluation, preset, out / CHECKPOINTS, ready.seconds, stop)
     left = preset.steps // preset.world.hold - model.num_timesteps
     code, seconds = 0, ready.seconds
     try:

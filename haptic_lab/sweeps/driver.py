@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -12,11 +11,14 @@ import gymnasium as gym
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from haptic_env import hand_of
 from haptic_lab.conditions import Condition
 from haptic_lab.files import atomic
 from haptic_lab.sweeps.executors import Workers, WorkersLostError, workers
+from haptic_lab.sweeps.options import SweepPlan
 from haptic_lab.sweeps.provenance import versions
-from haptic_lab.sweeps.tasks import Task, bundles, exemplar_tasks
+from haptic_lab.sweeps.results import Results
+from haptic_lab.sweeps.tasks import SweepTask, bundles, exemplar_tasks
 from haptic_lab.sweeps.worker import run_exemplars, run_trials
 from haptic_lab.warm_up import get_ready
 
@@ -24,17 +26,18 @@ WIDTH = 120  # of what is printed to a file
 
 
 def sweep(
-    given: argparse.Namespace,
+    plan: SweepPlan,
+    results: Results,
     console: Console,
     work: Callable[..., list[list[dict[str, Any]]]] = run_trials,
     who: AbstractContextManager[Workers] | None = None,
 ) -> None:
-    """Run what is not in the table yet: `work` on each bundle of trials, by the workers `who` or those of `given`."""
-    settings, results, folder = given.settings, given.results, given.results.folder / "exemplars"
+    """Run what is not in the table yet: `work` on each bundle of trials, by the workers `who` or those of `plan`."""
+    settings, folder = plan.settings, results.folder / "exemplars"
     trials = [
-        Task(settings, condition, shape, settings.first_seed + number)
-        for condition in given.conditions
-        for number in range(given.trials)
+        SweepTask(settings, condition, shape, settings.first_seed + number)
+        for condition in plan.conditions
+        for number in range(plan.trials)
         for shape in settings.shapes
     ]
     missing = [task for task in trials if task.key not in results.trials]
@@ -42,11 +45,11 @@ def sweep(
         console.print(f"{len(trials) - len(missing)} of {len(trials)} trials are in {results.path} already")
     if not missing:
         return
-    if who is None and given.cluster is None:
-        get_ready(console, gym.make(settings.env).unwrapped.hand, load=False)  # type: ignore[attr-defined]
+    if who is None and plan.cluster is None:
+        get_ready(console, hand_of(gym.make(settings.env)), load=False)
     conditions = list(dict.fromkeys(task.condition for task in missing))
     exemplars = [task for each in conditions for draw in exemplar_tasks(settings, each) for task in draw]
-    with progress_on(console) as progress, who or workers(given.jobs, given.cluster) as team:
+    with progress_on(console) as progress, who or workers(plan.jobs, plan.cluster) as team:
         console.print(f"Run by {team.told}", highlight=False)
         make_files(team, progress, "exemplars", run_exemplars, {_file(folder, task): task for task in exemplars})
         bar = progress.add_task("trials", total=len(missing))
@@ -68,8 +71,8 @@ def make_files(
     team: Workers,
     progress: Progress,
     what: str,
-    work: Callable[[Sequence[Task]], list[tuple[Task, bytes]]],
-    tasks: Mapping[Path, Task],
+    work: Callable[[Sequence[SweepTask]], list[tuple[SweepTask, bytes]]],
+    tasks: Mapping[Path, SweepTask],
 ) -> None:
     """Let `team` do the `work` of each of `tasks` whose file is not there yet, bundle by bundle."""
     missing = {task: path for path, task in tasks.items() if not path.exists()}
@@ -81,11 +84,11 @@ def make_files(
             progress.advance(bar)
 
 
-def _file(folder: Path, task: Task) -> Path:
+def _file(folder: Path, task: SweepTask) -> Path:
     return folder / f"{task.name}.npz"
 
 
-def _calls(team: Workers, trials: Iterable[tuple[Task, ...]], folder: Path) -> Iterator[tuple[Any, ...]]:
+def _calls(team: Workers, trials: Iterable[tuple[SweepTask, ...]], folder: Path) -> Iterator[tuple[Any, ...]]:
     """Each bundle of trials with the exemplars of its conditions, which are read when their turn comes."""
     shared: dict[Condition, Any] = {}
     for bundle in trials:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
-from haptic_lab.trial import Account, Exploration
+from haptic_lab.trial import BeliefTrace, Exploration
 from observer import metrics
 
 AFTER_SECONDS = (2, 5, 10)  # when the name is asked for
@@ -41,7 +41,7 @@ COURSES = ("course_p", "course_correct")  # likewise: the shape posterior of the
 COURSE_SECONDS = 0.25  # from one of these to the next
 
 
-class Places(NamedTuple):
+class GroundTruth(NamedTuple):
     """What is true of the world of an exploration: the steps (T,) at which the hand was `touching`, the places (M, 3) m
     that it `touched`, which voxels (X, Y, Z) it could reach, `cells`, and in which the object had the centre
     `occupied`; `beside` the skin: those that it swept or that share a face with one, and which the object `reached`;
@@ -56,7 +56,7 @@ class Places(NamedTuple):
     surface: NDArray[np.float64]
 
     @classmethod
-    def of(cls, exploration: Exploration, grid: Grid) -> Places:
+    def of(cls, exploration: Exploration, grid: Grid) -> GroundTruth:
         """Those of `exploration`, in voxels of `grid`."""
         hand, truth, contacts, solid = (
             exploration.hand,
@@ -76,64 +76,64 @@ class Places(NamedTuple):
         )
 
 
-def measures_of(exploration: Exploration, places: Places, account: Account) -> dict[str, Any]:
-    """What `account` is worth: the columns of a row that have nothing to do with how it was asked for."""
-    truth, (touching, touched, cells, occupied, beside, reached, surface) = exploration.true_angles, places
-    grid, solid = account.belief.grid, exploration.solid
-    occupancy = account.belief.occupancy
+def measures_of(exploration: Exploration, ground_truth: GroundTruth, trace: BeliefTrace) -> dict[str, Any]:
+    """What `trace` is worth: the columns of a row that have nothing to do with how it was asked for."""
+    truth, (touching, touched, cells, occupied, beside, reached, surface) = exploration.true_angles, ground_truth
+    grid, solid = trace.belief.grid, exploration.solid
+    occupancy = trace.belief.occupancy
     calibration = metrics.reliability(occupancy, occupied, cells)
     beside_skin = metrics.reliability(occupancy, reached, beside)
-    right = account.posterior.argmax(axis=1) == account.labels.index(solid.name)
+    right = trace.posterior.argmax(axis=1) == trace.labels.index(solid.name)
     row: dict[str, Any] = {
-        "pose_error_online_deg": metrics.pose_rmse_deg(account.joint_angles, truth),
-        "pose_error_lagged_deg": metrics.pose_rmse_deg(account.lagged_joint_angles, truth),
-        "pose_error_touching_deg": metrics.pose_rmse_deg(account.lagged_joint_angles[touching], truth[touching]),
-        "coverage_90": metrics.credible_coverage(account.joint_angles, account.joint_std, truth),
-        "coverage_90_lagged": metrics.credible_coverage(account.lagged_joint_angles, account.lagged_joint_std, truth),
+        "pose_error_online_deg": metrics.pose_rmse_deg(trace.joint_angles, truth),
+        "pose_error_lagged_deg": metrics.pose_rmse_deg(trace.lagged_joint_angles, truth),
+        "pose_error_touching_deg": metrics.pose_rmse_deg(trace.lagged_joint_angles[touching], truth[touching]),
+        "coverage_90": metrics.credible_coverage(trace.joint_angles, trace.joint_std, truth),
+        "coverage_90_lagged": metrics.credible_coverage(trace.lagged_joint_angles, trace.lagged_joint_std, truth),
         "surface_coverage": metrics.surface_recall(occupancy, grid, surface),
         "occupancy_ece": calibration.ece,
         "occupancy_brier": calibration.brier,
         **{f"skin_{what}": getattr(beside_skin, what) for what in ("ece", "brier", "log_loss")},
-        "growing_f_score_1": metrics.surface_score(account.growing, grid, solid, touched).f_score,
-        "growing_brier": metrics.reliability(account.growing, reached, beside).brier,
+        "growing_f_score_1": metrics.surface_score(trace.growing, grid, solid, touched).f_score,
+        "growing_brier": metrics.reliability(trace.growing, reached, beside).brier,
         "touching_share": float(touching.mean()),
-        "n_eff": float(account.n_eff.mean()),
-        "time_to_decision": metrics.time_to_decision(exploration.seconds, account.posterior),
+        "n_eff": float(trace.n_eff.mean()),
+        "time_to_decision": metrics.time_to_decision(exploration.seconds, trace.posterior),
         "step_accuracy": float(right.mean()),
         f"step_accuracy_{FIRST_SECONDS}s": float(right[exploration.seconds <= FIRST_SECONDS + 1e-9].mean()),
     }
     histograms = (
-        metrics.rank_counts(account.joint_angles, account.joint_std, truth),
-        metrics.rank_counts(account.lagged_joint_angles, account.lagged_joint_std, truth),
+        metrics.rank_counts(trace.joint_angles, trace.joint_std, truth),
+        metrics.rank_counts(trace.lagged_joint_angles, trace.lagged_joint_std, truth),
         calibration.cells,
         calibration.predicted,
         calibration.observed,
     )
     row |= {what: _spaced(numbers) for what, numbers in zip(HISTOGRAMS, histograms, strict=True)}
-    row |= {what: _spaced(numbers) for what, numbers in zip(COURSES, course(exploration, account), strict=True)}
+    row |= {what: _spaced(numbers) for what, numbers in zip(COURSES, course(exploration, trace), strict=True)}
     for n in (1, 2):
         score = metrics.surface_score(occupancy, grid, solid, touched, n)
         row |= {f"surface_{what}_{n}": value for what, value in score._asdict().items()}
-    row |= {f"correct_{after}s": correct_after(exploration, account, after) for after in AFTER_SECONDS}
-    return row | {f"p_{label}": float(p) for label, p in zip(account.labels, account.posterior[-1], strict=True)}
+    row |= {f"correct_{after}s": correct_after(exploration, trace, after) for after in AFTER_SECONDS}
+    return row | {f"p_{label}": float(p) for label, p in zip(trace.labels, trace.posterior[-1], strict=True)}
 
 
 def _spaced(numbers: np.ndarray) -> str:
     return " ".join(f"{each:.6g}" for each in numbers)
 
 
-def correct_after(exploration: Exploration, account: Account, seconds: float) -> float:
+def correct_after(exploration: Exploration, trace: BeliefTrace, seconds: float) -> float:
     """1 where the shape posterior found the true shape the most probable after `seconds`, else 0; NaN where the
     exploration is shorter."""
     steps = int(np.searchsorted(exploration.seconds, seconds - 1e-9))
     if steps == len(exploration.seconds):
         return float("nan")
-    return float(account.labels[int(np.argmax(account.posterior[steps]))] == exploration.solid.name)
+    return float(trace.labels[int(np.argmax(trace.posterior[steps]))] == exploration.solid.name)
 
 
-def course(exploration: Exploration, account: Account) -> tuple[np.ndarray, np.ndarray]:
+def course(exploration: Exploration, trace: BeliefTrace) -> tuple[np.ndarray, np.ndarray]:
     """After each `COURSE_SECONDS`: the probability of the true shape, and 1 where no other is more probable, else 0."""
     times = np.arange(COURSE_SECONDS, exploration.seconds[-1] + 1e-9, COURSE_SECONDS)
-    posterior = account.posterior[np.searchsorted(exploration.seconds, times - 1e-9)]
-    truth = account.labels.index(exploration.solid.name)
+    posterior = trace.posterior[np.searchsorted(exploration.seconds, times - 1e-9)]
+    truth = trace.labels.index(exploration.solid.name)
     return posterior[:, truth], (posterior.argmax(axis=1) == truth).astype(float)

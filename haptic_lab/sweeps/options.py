@@ -8,7 +8,7 @@ import itertools
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from haptic_lab.conditions import DEFAULTS, FACTORS, TRUST, Condition, check_pol
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns
-from haptic_lab.sweeps.tasks import Settings, files_of
+from haptic_lab.sweeps.tasks import SweepSettings, files_of
 from haptic_lab.terminal import Parser, as_path, refuse
 from haptic_lab.worlds import HANDS_OR_IDS, environment
 from observer import OBSERVERS
@@ -39,32 +39,44 @@ MOST_CONDITIONS = 10_000
 Options = Mapping[str, argparse.Action]
 
 
-def parse(description: str | None, arguments: list[str] | None) -> argparse.Namespace:
+@dataclass(frozen=True)
+class SweepPlan:
+    """What a command line asks for: `trials` of each of `settings.shapes` under each of the `conditions`, which are in
+    their order, by `jobs` processes or the `cluster` at an address, into the folder `out`; `ablation` and `calibration`
+    say what is made of the table."""
+
+    settings: SweepSettings
+    conditions: tuple[Condition, ...]
+    trials: int
+    out: str
+    jobs: int
+    cluster: str | None
+    ablation: bool
+    calibration: bool
+
+
+def parse(description: str | None, arguments: list[str] | None) -> tuple[SweepPlan, Results]:
     """`check` and `open_results`."""
-    given = check(description, arguments)
-    open_results(given)
-    return given
+    plan = check(description, arguments)
+    return plan, open_results(plan)
 
 
-def check(description: str | None, arguments: list[str] | None) -> argparse.Namespace:
-    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written.
-
-    What it returns has also `settings` and `conditions`.
-    """
+def check(description: str | None, arguments: list[str] | None) -> SweepPlan:
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written."""
     parser, options = make_parser(description)
     file: dict[str, Any] = {}
     given = parser.parse_args(arguments)
     if given.config is not None:
         try:
             file = read(Path(given.config), options)
-            plan(settle(parser, TRUSTED if given.trust else [], file))
+            planned(settle(parser, TRUSTED if given.trust else [], file))
         except (ValueError, OSError) as error:
             told = re.sub(r"--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), str(error))  # a flag's key
             parser.error(f"{given.config}: {told}")
     return _planned(settle(parser, arguments, file))
 
 
-def check_values(values: Mapping[str, Any], *, trust: bool = False) -> argparse.Namespace:
+def check_values(values: Mapping[str, Any], *, trust: bool = False) -> SweepPlan:
     """The same, where another command says what its flags would: `values` by their keys, and `trust`."""
     parser, options = make_parser(None)
     several = {name for name, option in options.items() if option.nargs in ("+", "*")}
@@ -74,21 +86,20 @@ def check_values(values: Mapping[str, Any], *, trust: bool = False) -> argparse.
     return _planned(settle(parser, TRUSTED if trust else [], lists))
 
 
-def _planned(given: argparse.Namespace) -> argparse.Namespace:
+def _planned(given: argparse.Namespace) -> SweepPlan:
     try:
-        plan(given)
+        return planned(given)
     except (ValueError, OSError) as error:
         refuse(str(error))
-    return given
 
 
-def open_results(given: argparse.Namespace) -> None:
-    """Put the opened `results` into what `check` has returned; ends the program where they are not of `given`."""
+def open_results(plan: SweepPlan) -> Results:
+    """The table of `plan`, as far as it is there; ends the program where its folder holds that of other settings."""
     try:
-        folder = Path(given.out)
+        folder = Path(plan.out)
         (folder / "exemplars").mkdir(parents=True, exist_ok=True)
-        config = asdict(given.settings) | versions() | files_of(given.settings)
-        given.results = Results(folder, config, *columns(given.settings), given.settings.observers)
+        config = asdict(plan.settings) | versions() | files_of(plan.settings)
+        return Results(folder, config, *columns(plan.settings), plan.settings.observers)
     except ValueError as error:
         refuse(str(error))
     except OSError as error:
@@ -201,12 +212,12 @@ def _typed(name: str, value: Any, options: Options) -> Any:
     return values if several else values[0]
 
 
-def plan(given: argparse.Namespace) -> None:
-    """Put `settings`, and `conditions` in their order, into `given`; raises `ValueError` for what makes no sense."""
-    told = {each.name: getattr(given, each.name) for each in fields(Settings)}
+def planned(given: argparse.Namespace) -> SweepPlan:
+    """What `given`, all options of the parser, ask for; raises `ValueError` for what makes no sense."""
+    told = {each.name: getattr(given, each.name) for each in fields(SweepSettings)}
     told["env"] = environment(given.env)
     told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
-    given.settings = Settings(**told)
+    settings = SweepSettings(**told)
     flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}
     values = {name: sorted(set(getattr(given, flag))) for name, flag in flags.items()}
     for name, several in values.items():
@@ -216,10 +227,10 @@ def plan(given: argparse.Namespace) -> None:
         counts = ", ".join(f"{len(several)} of {flags[name]}" for name, several in values.items() if len(several) > 1)
         raise ValueError(f"a sweep has {MOST_CONDITIONS} combinations at most, these are more: {counts}")
     product = itertools.product(*values.values())
-    given.conditions = [Condition(**dict(zip(FACTORS, each, strict=True))) for each in product]
+    conditions = tuple(Condition(**dict(zip(FACTORS, each, strict=True))) for each in product)
     for policy in values["policy"]:
         check_policy(policy, given.trust)
-    most = values["sigma_deg"][-1] * given.settings.believed_sigma
+    most = values["sigma_deg"][-1] * settings.believed_sigma
     validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
     validate.integer("--trials", given.trials, 1, 100_000)
     validate.integer("--jobs", given.jobs, 1, 1024)
@@ -227,3 +238,13 @@ def plan(given: argparse.Namespace) -> None:
         raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")
     if given.cluster is not None and importlib.util.find_spec("distributed") is None:
         raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")
+    return SweepPlan(
+        settings,
+        conditions,
+        given.trials,
+        given.out,
+        given.jobs,
+        given.cluster,
+        ablation=given.ablation,
+        calibration=given.calibration,
+    )

@@ -13,8 +13,8 @@ from haptic_env import reading
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES, OF_MAPS
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import KEY, listed
-from haptic_lab.sweeps.tasks import STREAM, Settings, Task
-from haptic_lab.trial import Account
+from haptic_lab.sweeps.tasks import STREAM, SweepSettings, SweepTask
+from haptic_lab.trial import BeliefTrace
 from observer import variants
 from observer.classifiers import CLASSIFIERS, MapClassifier
 
@@ -22,18 +22,18 @@ Exemplars = tuple[tuple[tuple[str, bytes], ...], ...]  # for each draw, name and
 
 
 def row_of(
-    task: Task, observer: str, account: Account, measured: Mapping[str, Any], exemplars: Exemplars
+    task: SweepTask, observer: str, trace: BeliefTrace, measured: Mapping[str, Any], exemplars: Exemplars
 ) -> dict[str, Any]:
     """The row of one `observer` in one trial."""
     row = {**dict(zip(KEY, (*task.key, observer), strict=True)), **measured}
-    named = {STREAM: [account.name]}
+    named = {STREAM: [trace.name]}
     if observer in variants.WITHOUT_MAP:
         row |= dict.fromkeys(OF_MAPS, float("nan"))
         named |= {namer: [] for namer in task.settings.classifiers}
     else:
         for namer in task.settings.classifiers:
             fitted = classifiers(namer, observer, task.settings.shapes, exemplars)
-            named[namer] = [each.predict(account.belief.occupancy) for each in fitted]
+            named[namer] = [each.predict(trace.belief.occupancy) for each in fitted]
     for namer, names in named.items():
         row[namer] = listed(names)
         row[f"{namer}_correct"] = float(np.mean([each == task.shape for each in names])) if names else float("nan")
@@ -56,14 +56,14 @@ def classifiers(namer: str, observer: str, labels: Sequence[str], exemplars: Exe
 
 
 @lru_cache
-def constants(settings: Settings) -> dict[str, str]:
+def constants(settings: SweepSettings) -> dict[str, str]:
     """What every row says of how it was made."""
     told = {name: listed(value) if isinstance(value, tuple) else str(value) for name, value in asdict(settings).items()}
     told = {("candidates" if name == "shapes" else name): value for name, value in told.items()}
     return told | versions()
 
 
-def columns(settings: Settings) -> tuple[list[str], list[str]]:
+def columns(settings: SweepSettings) -> tuple[list[str], list[str]]:
     """The columns of the table, and those that hold numbers."""
     correct = [f"{namer}_correct" for namer in settings.namers]
     numbers = [*MEASURES, *(f"p_{shape}" for shape in settings.shapes), *correct]

@@ -21,7 +21,7 @@ STREAM = "shape_posterior"  # the name of what names the object from the whole s
 
 
 @dataclass(frozen=True)
-class Settings:
+class SweepSettings:
     """What is the same for all trials of a table.
 
     `size_jitter`, `position_jitter` (m) and `yaw_jitter` (degrees): how the object varies, as the environment's.
@@ -76,10 +76,10 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Task:
+class SweepTask:
     """One exploration: a trial, or an exemplar that is kept as a map."""
 
-    settings: Settings
+    settings: SweepSettings
     condition: Condition
     shape: str
     seed: int
@@ -101,10 +101,10 @@ class Task:
         return "_".join([*told, part_of_name(self.shape), str(self.seed)])
 
 
-def bundles(tasks: Iterable[Task]) -> list[tuple[Task, ...]]:
+def bundles(tasks: Iterable[SweepTask]) -> list[tuple[SweepTask, ...]]:
     """`tasks` put together where they are the same exploration but for the sigma at which it is felt: hands that do not
     heed what they feel move alike at each, so that the world and the ceiling are run once for all."""
-    together: dict[Hashable, list[Task]] = {}
+    together: dict[Hashable, list[SweepTask]] = {}
     for task in tasks:
         sigma, *others = task.key
         heeded = None if agents.find(task.condition.policy).blind else sigma
@@ -112,19 +112,19 @@ def bundles(tasks: Iterable[Task]) -> list[tuple[Task, ...]]:
     return [tuple(each) for each in together.values()]
 
 
-def exemplar_tasks(settings: Settings, condition: Condition) -> list[list[Task]]:
+def exemplar_tasks(settings: SweepSettings, condition: Condition) -> list[list[SweepTask]]:
     """For each draw, one exploration of each shape, of seeds that no trial has; none where nothing learns from them."""
     count = len(settings.shapes)
     return [
         [
-            Task(settings, condition, shape, EXEMPLAR_SEED + draw * count + index)
+            SweepTask(settings, condition, shape, EXEMPLAR_SEED + draw * count + index)
             for index, shape in enumerate(settings.shapes)
         ]
         for draw in range(settings.exemplars if settings.classifiers else 0)
     ]
 
 
-def files_of(settings: Settings) -> dict[str, str]:
+def files_of(settings: SweepSettings) -> dict[str, str]:
     """A digest of each mesh file that is explored: another content under the same name is another object."""
     meshes = [name for name in settings.shapes if name not in shapes.SHAPES]
     return {f"file {name}": hashlib.sha256(Path(name).read_bytes()).hexdigest()[:12] for name in meshes}

@@ -10,35 +10,36 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from haptic_lab.sweeps.measures import Places, measures_of
+from haptic_env import hand_of
+from haptic_lab.sweeps.measures import GroundTruth, measures_of
 from haptic_lab.sweeps.rows import Exemplars, row_of
-from haptic_lab.sweeps.tasks import Settings, Task
-from haptic_lab.trial import TRUE_POSE, Account, Exploration, Trial, guided, make_observers
+from haptic_lab.sweeps.tasks import SweepSettings, SweepTask
+from haptic_lab.trial import TRUE_POSE, BeliefTrace, Exploration, Trial, guided, make_observers
 from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior
 
 GUIDE_VARIANTS = 24  # of each solid: enough to say where to go
 
 
-def explore(tasks: Sequence[Task], naming: bool) -> tuple[Exploration, dict[Task, dict[str, Account]]]:
+def explore(tasks: Sequence[SweepTask], naming: bool) -> tuple[Exploration, dict[SweepTask, dict[str, BeliefTrace]]]:
     """Run the exploration of `tasks`, which are a bundle; for each of them what every observer made of it."""
     first, *further = tasks
     trial = make_trial(first, naming, further)
     trial.run()
     trial.env.close()
-    exploration, accounts = trial.finish()
-    told = {first: {name: accounts[name] for name in first.settings.observers}}
+    exploration, traces = trial.finish()
+    told = {first: {name: traces[name] for name in first.settings.observers}}
     for task in further:
-        told[task] = {name: accounts[_felt_by(task, name)] for name in first.settings.observers}
+        told[task] = {name: traces[_felt_by(task, name)] for name in first.settings.observers}
     return exploration, told
 
 
-def _felt_by(task: Task, observer: str) -> str:
+def _felt_by(task: SweepTask, observer: str) -> str:
     """The name of `observer` in the trial of a bundle in which `task` is not the first."""
     return observer if observer == TRUE_POSE else f"{observer} at {task.condition.sigma_deg}"
 
 
-def make_trial(task: Task, naming: bool, further: Sequence[Task] = ()) -> Trial:
+def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ()) -> Trial:
     """The exploration of `task` and of those that are in one bundle with it, not begun."""
     settings, condition = task.settings, task.condition
     env = gym.make(
@@ -52,7 +53,7 @@ def make_trial(task: Task, naming: bool, further: Sequence[Task] = ()) -> Trial:
         yaw_jitter=settings.yaw_jitter,
         reveal_truth=True,
     )
-    hand = env.unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(env)
     observers = make_observers(settings.observers, hand, task.told_sigma, settings.particles)
     felt_at: dict[str, float] = {}
     for other in further:
@@ -70,10 +71,10 @@ def make_trial(task: Task, naming: bool, further: Sequence[Task] = ()) -> Trial:
 
 
 @lru_cache(maxsize=8)
-def shape_posterior(settings: Settings, variants: int = 240) -> ShapePosterior:
+def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePosterior:
     """The namer: the candidates are the explored shapes at the grasp centre; it knows how much they vary, not how, and
     tries `variants` of each."""
-    hand = gym.make(settings.env).unwrapped.hand  # type: ignore[attr-defined]
+    hand = hand_of(gym.make(settings.env))
     return ShapePosterior(
         hand,
         candidates_of(hand, settings.shapes, scale=settings.scale),
@@ -84,28 +85,28 @@ def shape_posterior(settings: Settings, variants: int = 240) -> ShapePosterior:
     )
 
 
-def run_exemplars(bundle: Sequence[Task]) -> list[tuple[Task, bytes]]:
+def run_exemplars(bundle: Sequence[SweepTask]) -> list[tuple[SweepTask, bytes]]:
     """Explore once for all tasks of `bundle`; for each of them the map that every observer ends with, as the content of
     an .npz file."""
-    _, accounts = explore(bundle, naming=False)
+    _, traces = explore(bundle, naming=False)
     made = []
     for task in bundle:
-        maps: dict[str, Any] = {name: account.belief.occupancy for name, account in accounts[task].items()}
+        maps: dict[str, Any] = {name: trace.belief.occupancy for name, trace in traces[task].items()}
         file = io.BytesIO()
         np.savez_compressed(file, **maps)
         made.append((task, file.getvalue()))
     return made
 
 
-def run_trials(bundle: Sequence[Task], *exemplars: Exemplars) -> list[list[dict[str, Any]]]:
+def run_trials(bundle: Sequence[SweepTask], *exemplars: Exemplars) -> list[list[dict[str, Any]]]:
     """Explore once for all tasks of `bundle`; for each of them a row for each observer. The classifiers learn from its
     `exemplars`, a tuple for each draw."""
-    exploration, accounts = explore(bundle, naming=True)
-    places = Places.of(exploration, next(iter(accounts[bundle[0]].values())).belief.grid)
-    # An observer that does not feel the noise has one account for the whole bundle.
-    distinct = {id(account): account for each in accounts.values() for account in each.values()}
-    measured = {key: measures_of(exploration, places, account) for key, account in distinct.items()}
+    exploration, traces = explore(bundle, naming=True)
+    ground_truth = GroundTruth.of(exploration, next(iter(traces[bundle[0]].values())).belief.grid)
+    # An observer that does not feel the noise has one trace for the whole bundle.
+    distinct = {id(trace): trace for each in traces.values() for trace in each.values()}
+    measured = {key: measures_of(exploration, ground_truth, trace) for key, trace in distinct.items()}
     return [
-        [row_of(task, name, account, measured[id(account)], learnt) for name, account in accounts[task].items()]
+        [row_of(task, name, trace, measured[id(trace)], learnt) for name, trace in traces[task].items()]
         for task, learnt in zip(bundle, exemplars, strict=True)
     ]

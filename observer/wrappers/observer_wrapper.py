@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import validate
+from haptic_env import hand_of, validate
 from haptic_env.hand import Hand
 from observer.belief import Belief
 from observer.fastslam import HapticSLAM
@@ -48,8 +48,7 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
             raise ValueError(f"observer must be a HapticSLAM, a PoseOnly or the like, got {validate.shown(observer)}")
         if shape is not None:
             validate.instance("shape", shape, ShapePosterior, "a ShapePosterior, or None")
-        if not hasattr(env.unwrapped, "hand"):
-            raise ValueError(f"env must be an environment with a hand, got {env}")
+        hand_of(env)  # which it must have
         if not isinstance(env.observation_space, gym.spaces.Dict) or not set(FELT) <= set(env.observation_space):
             raise ValueError(
                 f"an observer hears {' and '.join(FELT)}, got a space {type(env.observation_space).__name__}; put the "
@@ -108,7 +107,7 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
         known = getattr(observing, "hand", None)
         if not isinstance(known, Hand):
             raise ValueError(f"{what} must be {KINDS[what]}, got {validate.shown(observing)}")
-        hand = self.env.unwrapped.hand  # type: ignore[attr-defined]
+        hand = hand_of(self.env)
         if hand.joint_names != known.joint_names or len(hand.patches) != len(known.patches):
             raise ValueError(
                 f"the {what} knows hand {known.name!r} with {len(known.patches)} patches, the environment has "

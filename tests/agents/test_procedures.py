@@ -9,8 +9,8 @@ import pytest
 
 import agents
 from agents import lookahead
+from agents.finger_kinematics import FingerKinematics
 from agents.map_lookahead import MapLookahead
-from agents.reach import Reach
 from agents.synergy import opposition_basis
 from haptic_env import shapes
 from haptic_env.hands import HANDS
@@ -57,13 +57,13 @@ def _touching(hand, pose: np.ndarray, solid) -> np.ndarray:
     return gaps < lookahead.FELT
 
 
-# Reach
+# FingerKinematics
 
 
 def test_every_joint_that_moves_a_tip_belongs_to_its_finger(hand):
-    reach, tree = Reach(hand), tree_of(hand)
+    kinematics, tree = FingerKinematics(hand), tree_of(hand)
     tips = [index for index, link in enumerate(hand.links) if link.tip]
-    assert reach.fingers == len(tips)
+    assert kinematics.fingers == len(tips)
     for joint in range(hand.joints):
         angles = np.array(hand.rest_pose, dtype=np.float64)
         before = [each.copy() for each in link_frames(tree, angles)]
@@ -71,13 +71,13 @@ def test_every_joint_that_moves_a_tip_belongs_to_its_finger(hand):
         after = link_frames(tree, angles)
         for finger, link in enumerate(tips):
             same = np.allclose(before[0][link], after[0][link]) and np.allclose(before[1][link], after[1][link])
-            assert reach.moves[finger, joint] == (not same)
+            assert kinematics.moves[finger, joint] == (not same)
 
 
 def test_closing_brings_the_links_of_each_finger_nearer(hand):
-    reach, tree = Reach(hand), tree_of(hand)
+    kinematics, tree = FingerKinematics(hand), tree_of(hand)
     rest = np.array(hand.rest_pose, dtype=np.float64)
-    close = reach.strokes(rest, hand.grasp_centre).close
+    close = kinematics.strokes(rest, hand.grasp_centre).close
     assert np.abs(close).max() <= 1.0 + 1e-9
 
     def away(angles: np.ndarray) -> np.ndarray:
@@ -85,8 +85,8 @@ def test_closing_brings_the_links_of_each_finger_nearer(hand):
         middle = position + 0.5 * np.array([link.length for link in hand.links])[:, None] * rotation[:, :, 2]
         return np.linalg.norm(middle - hand.grasp_centre, axis=1)
 
-    for finger in range(reach.fingers):
-        mine = reach.links[finger]
+    for finger in range(kinematics.fingers):
+        mine = kinematics.links[finger]
         assert away(rest + 0.05 * close[finger])[mine].mean() < away(rest)[mine].mean()
 
 
@@ -96,8 +96,8 @@ def test_closing_brings_the_links_of_each_finger_nearer(hand):
 def test_without_recordings_all_fingers_close_first(hand):
     basis = opposition_basis(hand)
     assert np.abs(basis).max(axis=1) == pytest.approx(1.0)
-    reach = Reach(hand)
-    close = reach.strokes(hand.rest_pose, hand.grasp_centre).close
+    kinematics = FingerKinematics(hand)
+    close = kinematics.strokes(hand.rest_pose, hand.grasp_centre).close
     assert (np.einsum("fj,j->f", close, basis[0]) > 0).all()
 
 
@@ -211,7 +211,7 @@ def test_the_rolled_out_hand_stops_at_the_object_as_the_simulated_one_does():
     """Closing on a cube: the line with what holds fingers out, against MuJoCo with the object."""
     env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", sigma_deg=0.0, motor_noise=0.0, reveal_truth=True)
     hand = env.unwrapped.hand
-    torque = 0.5 * Reach(hand).strokes(hand.rest_pose, hand.grasp_centre).close.sum(axis=0)
+    torque = 0.5 * FingerKinematics(hand).strokes(hand.rest_pose, hand.grasp_centre).close.sum(axis=0)
     env.reset(seed=0)
     for _ in range(25):
         _, _, _, _, info = env.step(torque.astype(np.float32))
@@ -240,7 +240,7 @@ def test_what_tells_candidates_apart_leaves_less_entropy():
     shape = ShapePosterior(hand, balls)
     solids, log_weights, label = shape.hypotheses
     np.testing.assert_allclose(np.exp(log_weights), 0.5)
-    close = 0.7 * Reach(hand).strokes(hand.rest_pose, hand.grasp_centre).close.sum(axis=0)
+    close = 0.7 * FingerKinematics(hand).strokes(hand.rest_pose, hand.grasp_centre).close.sum(axis=0)
     push = np.array([-close, close]) * hand.torque_limits
     tree, spheres, skin = tree_of(hand), lookahead.spheres_of(hand), skin_of(hand)
     line = _line(hand, np.zeros(hand.joints))
@@ -265,7 +265,7 @@ def test_a_map_gains_where_the_hand_has_not_been(env):
     """To relax from the open hand sweeps more of what is not known than to stay open does, and less the second time."""
     hand = env.unwrapped.hand
     ahead = MapLookahead(hand)
-    opening = -0.5 * Reach(hand).strokes(hand.rest_pose, hand.grasp_centre).close.sum(axis=0)
+    opening = -0.5 * FingerKinematics(hand).strokes(hand.rest_pose, hand.grasp_centre).close.sum(axis=0)
     push = np.array([np.zeros(hand.joints), opening]) * hand.torque_limits
     line = _line(hand, np.zeros(hand.joints))
     env.reset(seed=0, options={"size": (0.02, 0.02, 0.02)})

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from haptic_env import shapes
-from haptic_env.recordings import Felt, Recording, Track
+from haptic_env.recordings import ObserverInputs, Recording, Track
 from haptic_env.replay import KinematicReplay, Playback
 
 COPIES = {"deepcopy": copy.deepcopy, "pickle": lambda env: pickle.loads(pickle.dumps(env))}
@@ -94,7 +94,7 @@ def _replays(hand):
     place = Track(np.linspace([0.0, 0.0, 0.0], [0.01, 0.0, 0.0], 9), still)
     whole = Recording("it", time, hand.joint_names, angles, root=place, object=Track(np.zeros((9, 3)), still))
     yield KinematicReplay("two_finger", whole, shapes.make("cube"))
-    felt = Felt(np.zeros((9, 8)), angles + 0.01, np.random.default_rng(0).random((9, 50)) < 0.1)
+    felt = ObserverInputs(np.zeros((9, 8)), angles + 0.01, np.random.default_rng(0).random((9, 50)) < 0.1)
     yield Playback(hand, Recording("it", time, hand.joint_names, angles, felt=felt), shapes.make("cube"))
 
 

@@ -12,7 +12,8 @@ import observer  # noqa: F401
 from haptic_env.moved import _FINDER
 
 NAMES = {  # of each module, as version 0.1 had them
-    "agents.smooth_chance": "SmoothChance",
+    "agents.reach": "Strokes LEAST",
+    "agents.smooth_chance": "OrnsteinUhlenbeck",
     "haptic_env.skeleton": "hand_of Bone",
     "observer.belief_observation": "ENTRIES BeliefObservation CLOCKS_HZ",
     "observer.capsules": "QUANTUM Evidence Stance Reach body_of lattice_of stand",
@@ -45,6 +46,14 @@ NAMES = {  # of each module, as version 0.1 had them
     "observer.wrapper": "ObserverWrapper check_rate",
 }
 
+RENAMED = (  # classes: the module, the name as version 0.1 had it, and the one that it has now
+    ("agents.finger_kinematics", "Reach", "FingerKinematics"),
+    ("agents.ornstein_uhlenbeck", "SmoothChance", "OrnsteinUhlenbeck"),
+    ("haptic_env.patches", "Skin", "SkinPoints"),
+    ("haptic_env.recordings", "Felt", "ObserverInputs"),
+    ("haptic_env.recordings.recording", "Felt", "ObserverInputs"),
+)
+
 
 @pytest.mark.parametrize("old", NAMES)
 def test_old_names_work_and_say_where_they_went(old: str) -> None:
@@ -65,3 +74,14 @@ def test_every_old_name_is_tried() -> None:
         assert importlib.util.find_spec(old) is not None
         for home in homes:
             assert importlib.import_module(home).__name__ == home
+
+
+@pytest.mark.parametrize(("module", "old", "new"), RENAMED)
+def test_old_names_of_classes_work_and_say_what_they_are_called_now(module: str, old: str, new: str) -> None:
+    home = importlib.import_module(module)
+    with pytest.warns(DeprecationWarning, match=rf"\.{old} is {new} now; the old name goes with the next release"):
+        found = getattr(home, old)
+    assert found is getattr(home, new)
+    assert found.__name__ == new
+    with pytest.raises(AttributeError, match=f"module '{module}' has no attribute 'nothing_of_the_kind'"):
+        _ = home.nothing_of_the_kind

@@ -13,7 +13,7 @@ import pytest
 
 from agents.follow_recording import FollowRecording
 from haptic_env import recordings, shapes
-from haptic_env.recordings import Felt, Recording, Track
+from haptic_env.recordings import ObserverInputs, Recording, Track
 from haptic_env.replay import KinematicReplay, Playback
 from tests.haptic_env.movements import closing
 
@@ -113,7 +113,7 @@ def test_what_was_felt_is_what_may_be_felt(part: int, value: Any, told: str) -> 
     parts = [np.zeros((40, JOINTS)), np.zeros((40, JOINTS)), np.zeros((40, 50))]
     parts[part] = np.full(parts[part].shape, value)
     with pytest.raises(ValueError, match=told):
-        replace(WHOLE, felt=Felt(*parts))  # type: ignore[arg-type]
+        replace(WHOLE, felt=ObserverInputs(*parts))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ def test_settings_are_what_json_can_say(tmp_path: Path) -> None:
 
 
 def users(recording: Recording) -> list[Callable[[], Any]]:
-    felt = Felt(np.zeros((40, JOINTS)), np.zeros((40, JOINTS)), np.zeros((40, 50), bool))
+    felt = ObserverInputs(np.zeros((40, JOINTS)), np.zeros((40, JOINTS)), np.zeros((40, 50), bool))
     env = gym.make("HapticSLAM/TwoFinger-v0")
     return [
         lambda: KinematicReplay("two_finger", recording, CUBE),
@@ -183,7 +183,7 @@ def test_joints_go_a_little_beyond_their_limits_at_most(which: int) -> None:
 
 
 def test_an_exploration_has_a_steady_rate() -> None:
-    felt = Felt(np.zeros((40, JOINTS)), np.zeros((40, JOINTS)), np.zeros((40, 50), bool))
+    felt = ObserverInputs(np.zeros((40, JOINTS)), np.zeros((40, JOINTS)), np.zeros((40, 50), bool))
     hand = gym.make("HapticSLAM/TwoFinger-v0").unwrapped.hand  # type: ignore[attr-defined]
     time = WHOLE.time.copy()
     time[20:] += 0.01

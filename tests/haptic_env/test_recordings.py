@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from haptic_env import hands, reading, recordings
-from haptic_env.recordings import Felt, Recording, Track
+from haptic_env.recordings import ObserverInputs, Recording, Track
 from haptic_env.recordings.adroit_demonstrations import JOINTS
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
@@ -31,7 +31,9 @@ def made(frames: int = 6, **changes: Any) -> Recording:
     rng = np.random.default_rng(0)
     turns = rng.standard_normal((frames, 4))
     track = Track(rng.standard_normal((frames, 3)), turns / np.linalg.norm(turns, axis=1, keepdims=True))
-    felt = Felt(rng.uniform(-1, 1, (frames, 2)), rng.standard_normal((frames, 2)), rng.random((frames, 3)) < 0.5)
+    felt = ObserverInputs(
+        rng.uniform(-1, 1, (frames, 2)), rng.standard_normal((frames, 2)), rng.random((frames, 3)) < 0.5
+    )
     whole = Recording(
         source="made",
         time=0.02 * np.arange(frames),

@@ -15,7 +15,7 @@ from agents.follow_recording import LEAD_SECONDS, FollowRecording
 from agents.repeat_torques import RepeatTorques
 from haptic_env import hands, recordings, shapes
 from haptic_env.pose import Pose
-from haptic_env.recordings import Felt, Recording, Track
+from haptic_env.recordings import ObserverInputs, Recording, Track
 from haptic_env.replay import KinematicReplay, Playback, roots
 from tests.haptic_env.movements import closing
 
@@ -101,7 +101,9 @@ def test_playback_repeats_what_was_felt(hand: Any) -> None:
     rng = np.random.default_rng(0)
     shape = (40, hand.joints)
     contacts = rng.random((40, len(hand.patches))) < 0.1
-    felt = Felt(rng.uniform(-1, 1, shape), rng.standard_normal(shape).astype(np.float32).astype(float), contacts)
+    felt = ObserverInputs(
+        rng.uniform(-1, 1, shape), rng.standard_normal(shape).astype(np.float32).astype(float), contacts
+    )
     recording = closing(felt=felt)
     env = Playback(hand, recording, shapes.make("cube"))
     assert env.control_hz == pytest.approx(50.0)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from haptic_env import recordings, shapes
-from haptic_env.recordings import Felt, Recording
+from haptic_env.recordings import ObserverInputs, Recording
 from haptic_lab import replay, worlds
 from haptic_lab.commands import explore
 from tests.haptic_env.movements import closing
@@ -120,7 +120,7 @@ def test_settings_of_a_stranger_are_checked(
     tmp_path: Path, changes: dict[str, Any], told: str, capsys: pytest.CaptureFixture
 ) -> None:
     whole = closing()
-    felt = Felt(np.zeros((40, 8)), whole.joint_angles, np.zeros((40, 50), bool))
+    felt = ObserverInputs(np.zeros((40, 8)), whole.joint_angles, np.zeros((40, 50), bool))
     played = replace(whole, root=None, object=None, felt=felt, settings={**SETTINGS, **changes})
     recordings.write(tmp_path / "it.npz", played)
     code = None
@@ -140,7 +140,7 @@ def test_settings_of_a_stranger_are_checked(
         ([], "say what was held: --mesh FILE or --shape NAME"),
         (["--shape", "cube", "--hand", "adroit"], "the recording misses WRJ1"),
         (["--shape", "cube", "--part", "left"], "it holds one recording, no part 'left'"),
-        (["--shape", "cube", "--calibration", "x.toml"], "--calibration is for a glove's text"),
+        (["--shape", "cube", "--glove-calibration", "x.toml"], "--glove-calibration is for a glove's text"),
         (["--mesh", "nowhere.stl"], "nowhere.stl"),
     ],
 )
@@ -165,7 +165,7 @@ def test_what_does_not_fit_is_one_clear_line(
         (["--recording", "it.csv"], "unknown kind of recording '.csv'"),
         (["--part", "left"], "how to read a --recording, which is not given"),
         (["--recording", "glove.txt", "--hand", "two_finger"], "choose from adroit, myo"),
-        (["--recording", "glove.txt", "--calibration", "nowhere.toml"], "--recording cannot be read"),
+        (["--recording", "glove.txt", "--glove-calibration", "nowhere.toml"], "--recording cannot be read"),
     ],
 )
 def test_a_recording_that_cannot_be_read_is_one_clear_line(
@@ -177,6 +177,19 @@ def test_a_recording_that_cannot_be_read_is_one_clear_line(
     assert ended.value.code == 2
     assert told in error
     assert error.count("\n") == 1
+
+
+def test_the_old_name_of_a_flag_is_taken_and_told(capsys: pytest.CaptureFixture) -> None:
+    given = ["--recording", "nowhere.txt", "--hand", "two_finger"]
+    told = []
+    for flag in ("--glove-calibration", "--calibration"):
+        with pytest.raises(SystemExit):
+            explore.parse([*given, flag, "nowhere.toml"])
+        told.append(capsys.readouterr().err.splitlines())
+    new, (warning, old) = told
+    assert new == [old]
+    assert "'nowhere.toml'" in old
+    assert "warning: --calibration is --glove-calibration now" in warning
 
 
 def test_the_truth_is_what_shares_most_with_the_object() -> None:

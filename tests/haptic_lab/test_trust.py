@@ -14,7 +14,7 @@ import pytest
 from agents.sb3 import SHIPPED
 from haptic_lab.commands import explore, figures
 from haptic_lab.sweeps import options
-from haptic_lab.sweeps.tasks import Task, bundles
+from haptic_lab.sweeps.tasks import SweepTask, bundles
 from haptic_lab.sweeps.worker import make_trial
 
 cloudpickle = pytest.importorskip("cloudpickle")
@@ -96,7 +96,7 @@ def test_weights_are_a_policy_of_every_command(tmp_path):
     flags = ["--shape", "cube", "--seconds", "0.2", "--particles", "2", "--policy", str(path)]
     assert explore.main([*flags, "--out", str(tmp_path / "explored")]) == 0
     given = options.check(None, ["--policy", str(path), "--seconds", "0.2", "--observers", "floor"])
-    task = Task(given.settings, given.conditions[0], "cube", 1)
+    task = SweepTask(given.settings, given.conditions[0], "cube", 1)
     assert bundles([task]) == [(task,)]
     trial = make_trial(task, naming=False)
     trial.run()

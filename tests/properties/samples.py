@@ -19,7 +19,7 @@ import haptic_env  # noqa: F401 - registers
 from haptic_env import hands, recordings, shapes
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.recordings import Felt, Recording, Track
+from haptic_env.recordings import ObserverInputs, Recording, Track
 from haptic_env.shapes import Solid
 from observer import HapticSLAM, ShapePosterior
 
@@ -64,9 +64,9 @@ def track() -> Track:
     return Track(np.zeros((FRAMES, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (FRAMES, 1)))
 
 
-def felt() -> Felt:
+def felt() -> ObserverInputs:
     angles = np.tile(hand().rest_pose, (FRAMES, 1))
-    return Felt(np.zeros((FRAMES, JOINTS)), angles, np.zeros((FRAMES, PATCHES), dtype=bool))
+    return ObserverInputs(np.zeros((FRAMES, JOINTS)), angles, np.zeros((FRAMES, PATCHES), dtype=bool))
 
 
 def recording(**changes: Any) -> Recording:

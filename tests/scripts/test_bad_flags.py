@@ -46,7 +46,7 @@ WRONG: dict[str, list[tuple[str, tuple[str, ...]]]] = {  # flags, and what they 
 NAMED = {
     "evaluate": ["--shapes", "--policy", "--observers", "--classifiers", "--env"],
     "figures": ["--shapes", "--policy", "--observers", "--env", "--trials-of"],
-    "explore": ["--shape", "--policy", "--env", "--recording", "--calibration"],
+    "explore": ["--shape", "--policy", "--env", "--recording", "--glove-calibration"],
 }
 NOT_NAMES = (
     *("", " ", "cubee", "Cube", "none.stl", "none.zip", "/", "/dev/null", ".", "..", "[cube]", "ü.stl", "\udcff.stl"),

@@ -27,7 +27,7 @@ def parse(tmp_path: Path, text: str, *arguments: str):
     """What the command line makes of a file with `text`, and of flags."""
     file = tmp_path / "sweep.toml"
     file.write_text(text)
-    return options.parse(None, ["--config", str(file), "--out", str(tmp_path / "out"), *arguments])
+    return options.check(None, ["--config", str(file), "--out", str(tmp_path / "out"), *arguments])
 
 
 def refused(tmp_path: Path, text: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
@@ -45,7 +45,7 @@ def test_a_file_says_what_flags_say(tmp_path: Path) -> None:
     given = parse(tmp_path, WHOLE)
     flags = ["--shapes", "cube", "sphere", "--sigmas", "3", "1.5", "--bias-deg", "0", "2", "--seconds", "5"]
     flags += ["--observers", "floor", "--classifiers", "--trials", "7", "--calibration"]
-    same = options.parse(None, [*flags, "--out", str(tmp_path / "out")])
+    same = options.check(None, [*flags, "--out", str(tmp_path / "out")])
     assert given.settings == same.settings
     assert given.conditions == same.conditions
     assert [(each.sigma_deg, each.bias_deg) for each in given.conditions] == [(1.5, 0), (1.5, 2), (3, 0), (3, 2)]
@@ -108,5 +108,5 @@ def test_a_wrong_file_is_one_clear_line(text: str, told: str, tmp_path: Path, ca
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     with pytest.raises(SystemExit):
-        options.parse(None, ["--config", str(tmp_path / "none.toml")])
+        options.check(None, ["--config", str(tmp_path / "none.toml")])
     assert "none.toml" in capsys.readouterr().err

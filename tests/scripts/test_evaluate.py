@@ -187,11 +187,11 @@ def test_variants_are_observers_too(tmp_path: Path, capsys: pytest.CaptureFixtur
 def test_an_ablation_needs_the_full_observer(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     told = refused(tmp_path, capsys, "--ablation", "--observers", "floor", "paper")
     assert "--ablation compares with haptic_slam, which is not among --observers" in told
-    given = options.parse(None, ["--shapes", "cube", "--ablation", "--out", str(tmp_path)])
+    given = options.check(None, ["--shapes", "cube", "--ablation", "--out", str(tmp_path)])
     assert given.settings.observers == options.ABLATION
 
 
-def task_of(condition: Mapping[str, object] | None = None, **changed: object) -> tasks.Task:
+def task_of(condition: Mapping[str, object] | None = None, **changed: object) -> tasks.SweepTask:
     given = {
         "env": "HapticSLAM/TwoFinger-v0",
         "particles": 2,
@@ -202,7 +202,7 @@ def task_of(condition: Mapping[str, object] | None = None, **changed: object) ->
         "classifiers": (),
     }
     noise = Condition(**{"sigma_deg": 2.0, "seconds": 0.1, **(condition or {})})
-    return tasks.Task(tasks.Settings(**given | changed), noise, "cube", 3)
+    return tasks.SweepTask(tasks.SweepSettings(**given | changed), noise, "cube", 3)
 
 
 def test_the_object_varies_as_asked() -> None:
@@ -256,9 +256,11 @@ def test_a_product_is_a_row_each_and_a_row_runs_again(tmp_path: Path) -> None:
     told = rows.iloc[-2]
     condition = Condition(**{each.name: told[each.name] for each in fields(Condition)})
     names = {"shapes": tuple(told["candidates"].split()), "observers": tuple(told["observers"].split())}
-    plain = {each.name: told[each.name] for each in fields(tasks.Settings) if each.name not in (*names, "classifiers")}
-    settings = tasks.Settings(**plain, **names, classifiers=())
-    (again,) = worker.run_trials([tasks.Task(settings, condition, told["shape"], int(told["seed"]))], ())
+    plain = {
+        each.name: told[each.name] for each in fields(tasks.SweepSettings) if each.name not in (*names, "classifiers")
+    }
+    settings = tasks.SweepSettings(**plain, **names, classifiers=())
+    (again,) = worker.run_trials([tasks.SweepTask(settings, condition, told["shape"], int(told["seed"]))], ())
     for name in (*results.KEY, *measures.MEASURES):
         np.testing.assert_equal(again[0][name], told[name], err_msg=name)
 
@@ -303,9 +305,9 @@ def test_the_name_after_a_while_is_that_of_its_time() -> None:
     """Right from 2 s on, wrong from 5 s on."""
     seconds = 0.02 * np.arange(1, 301)
     right = (seconds >= 2 - 1e-9) & (seconds < 5 - 1e-9)
-    account = SimpleNamespace(labels=("sphere", "cube"), posterior=np.stack([1.0 * ~right, 1.0 * right], axis=1))
+    trace = SimpleNamespace(labels=("sphere", "cube"), posterior=np.stack([1.0 * ~right, 1.0 * right], axis=1))
     exploration = SimpleNamespace(seconds=seconds, solid=SimpleNamespace(name="cube"))
-    found = [measures.correct_after(exploration, account, after) for after in (1.98, 2, 4.98, 5, 6, 10)]
+    found = [measures.correct_after(exploration, trace, after) for after in (1.98, 2, 4.98, 5, 6, 10)]
     np.testing.assert_array_equal(found, [0.0, 1.0, 1.0, 0.0, 0.0, np.nan])
 
 

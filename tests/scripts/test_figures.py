@@ -17,7 +17,7 @@ from haptic_env.grid import Grid
 from haptic_lab.commands import figures
 from haptic_lab.conditions import Condition
 from haptic_lab.figures import FIGURES, FROM_TRIALS, confusion, figure5, isometric, reliability, time_course
-from haptic_lab.figures.explorations import read, run_showings
+from haptic_lab.figures.explorations import read, run_shown_explorations
 from haptic_lab.style import SHAPE_COLOURS
 from haptic_lab.sweeps import executors, measures, tasks, worker
 
@@ -146,9 +146,9 @@ def test_the_course_of_time_is_that_of_the_posterior() -> None:
     """The probability of the truth rises by 0.01 each step, and is the largest from 0.5 on."""
     seconds = 0.02 * np.arange(1, 101)
     p = 0.01 * np.arange(1, 101)
-    account = SimpleNamespace(labels=("sphere", "cube"), posterior=np.stack([1 - p - 1e-9, p], axis=1))
+    trace = SimpleNamespace(labels=("sphere", "cube"), posterior=np.stack([1 - p - 1e-9, p], axis=1))
     exploration = SimpleNamespace(seconds=seconds, solid=SimpleNamespace(name="cube"))
-    posterior, correct = measures.course(exploration, account)
+    posterior, correct = measures.course(exploration, trace)
     np.testing.assert_allclose(posterior, 0.01 * np.ceil(50 * 0.25 * np.arange(1, 9) - 1e-9))
     np.testing.assert_array_equal(correct, [0, 0, 0, 1, 1, 1, 1, 1])
 
@@ -262,24 +262,24 @@ def test_an_unknown_figure_lists_the_valid_ones(tmp_path: Path, capsys: pytest.C
     assert all(name in told for name in FIGURES)
 
 
-def tiny_task() -> tasks.Task:
+def tiny_task() -> tasks.SweepTask:
     given = {"env": "HapticSLAM/TwoFinger-v0", "particles": 3, "shapes": ("cube", "sphere"), "exemplars": 1}
-    settings = tasks.Settings(**given, observers=("haptic_slam",), first_seed=0, classifiers=())
-    return tasks.Task(settings, Condition(sigma_deg=2.0, seconds=0.6), "cube", 3)
+    settings = tasks.SweepSettings(**given, observers=("haptic_slam",), first_seed=0, classifiers=())
+    return tasks.SweepTask(settings, Condition(sigma_deg=2.0, seconds=0.6), "cube", 3)
 
 
 def test_what_is_kept_of_an_exploration_is_what_was_believed(tmp_path: Path) -> None:
     task = tiny_task()
-    ((_, content),) = run_showings([task])
+    ((_, content),) = run_shown_explorations([task])
     path = tmp_path / "kept.npz"
     path.write_bytes(content)
     showing = read(path)
-    exploration, accounts = worker.explore([task], naming=True)
-    account = accounts[task]["haptic_slam"]
-    np.testing.assert_array_equal(showing.occupancy[-1], account.belief.occupancy.astype(np.float16))
+    exploration, traces = worker.explore([task], naming=True)
+    trace = traces[task]["haptic_slam"]
+    np.testing.assert_array_equal(showing.occupancy[-1], trace.belief.occupancy.astype(np.float16))
     np.testing.assert_array_equal(showing.true_angles, exploration.true_angles)
-    np.testing.assert_array_equal(showing.mean, account.lagged_joint_angles[showing.step - 1])
-    assert showing.grid == account.belief.grid
+    np.testing.assert_array_equal(showing.mean, trace.lagged_joint_angles[showing.step - 1])
+    assert showing.grid == trace.belief.grid
     assert showing.solid == exploration.solid
     np.testing.assert_array_equal(showing.step, [5, 10, 15, 20, 30])
     assert [showing.frame_at(seconds) for seconds in (0.0, 0.2, 0.39, 0.6, 9.0)] == [0, 1, 2, 4, 4]
@@ -292,7 +292,7 @@ def test_what_is_kept_of_an_exploration_is_what_was_believed(tmp_path: Path) -> 
 
 def test_a_sphere_is_seen_where_and_as_wide_as_it_is() -> None:
     grid = Grid.around(np.zeros(3), np.full(3, 0.128), 0.004)
-    view = isometric.View(half=(40.0, 40.0))
+    view = isometric.IsometricView(half=(40.0, 40.0))
     solid = shapes.make("sphere", size=(0.05, 0.05, 0.05))
     depth, _, gap = isometric._seen(solid, tuple(grid.centre.tolist()), view)
     columns, rows = view.pixels()

@@ -1,9 +1,10 @@
-"""What the README says runs, its tables say what the code does, and what the documents name is there."""
+"""What the documents say runs, their tables say what the code does, and what they name is there."""
 
 from __future__ import annotations
 
 import ast
 import inspect
+import pkgutil
 import re
 from pathlib import Path
 
@@ -11,13 +12,17 @@ import pytest
 
 from haptic_env import hands
 from haptic_env.explore import ExploreEnv
-from haptic_lab.sweeps import options
+from haptic_lab.cli import COMMANDS
+from haptic_lab.exploration import output
+from haptic_lab.figures import FIGURES
+from haptic_lab.sweeps import measures, options
 from observer import OBSERVERS, Belief
 from observer.variants import ABLATION
+from tests.scripts import documents
+from tests.scripts.documents import DOCUMENTS, README, ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
-README = (ROOT / "README.md").read_text()
-EXAMPLES = {  # of files that a reader may add
+LONGEST = 150  # lines of a front door
+NEW = {  # files that a reader may add
     "haptic_env/shapes/egg.py",
     "haptic_env/hands/three_finger.py",
     "agents/follow.py",
@@ -25,29 +30,30 @@ EXAMPLES = {  # of files that a reader may add
     "haptic_lab/figures/mine.py",
 }
 ELSEWHERE = {"--logdir", "--nthreads", "--nworkers"}  # of TensorBoard and of dask worker
-DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+FOLDERS = r"(?:scripts|tests|haptic_lab|observer|haptic_env|agents|docs)/"
+WITH_EXAMPLES = [each for each in DOCUMENTS if documents.examples(each)]
+each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
 
 
-def table(heading: str) -> dict[str, list[str]]:
-    """The rows of the first table whose first column is called `heading`, by their first cell."""
-    _, _, rest = README.partition(f"| {heading} |")
-    rows = rest.partition("\n\n")[0].splitlines()[2:]
-    cells = [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
-    return {first: others for first, *others in cells}
-
-
-def test_every_example_runs(capsys: pytest.CaptureFixture) -> None:
+@pytest.mark.parametrize("document", WITH_EXAMPLES, ids=lambda path: path.name)
+def test_every_example_runs(document: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
-    for block in re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL):
-        exec(compile(block, "README.md", "exec"), names)
-    assert "cube" in capsys.readouterr().out
+    for block in documents.examples(document):
+        exec(compile(block, document.name, "exec"), names)
+
+
+def test_the_documents_that_say_how_things_are_used_have_examples() -> None:
+    names = {each.name for each in WITH_EXAMPLES}
+    assert {"README.md", "environment.md", "belief.md", "policies.md", "learning.md", "recordings.md"} <= names
 
 
 def test_the_sweep_in_toml_is_one(tmp_path: Path) -> None:
-    (text,) = re.findall(r"```toml\n(.*?)```", README, flags=re.DOTALL)
-    (tmp_path / "sweep.toml").write_text(text)
+    text = (ROOT / "docs" / "commands.md").read_text()
+    (sweep,) = [block for _, kind, block in documents.BLOCK.findall(text) if kind == "toml"]
+    (tmp_path / "sweep.toml").write_text(sweep)
     arguments = ["--config", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out")]
-    assert len(options.parse(None, arguments).conditions) == 3 * 2 * 2 * 2
+    assert len(options.check(None, arguments).conditions) == 3 * 2 * 2 * 2
 
 
 def test_the_table_of_keywords_is_that_of_the_environment() -> None:
@@ -55,48 +61,80 @@ def test_the_table_of_keywords_is_that_of_the_environment() -> None:
     parameters += inspect.signature(hands.HANDS["two_finger"]).parameters.values()
     expected = {each.name: each.default for each in parameters if each.kind is not each.VAR_KEYWORD}
     del expected["hand"]  # which the id decides
-    told = {name.strip("`"): ast.literal_eval(default.strip("`")) for name, (default, _) in table("keyword").items()}
-    assert told == expected
+    rows = documents.table("environment.md", "keyword").items()
+    assert {name.strip("`"): ast.literal_eval(default.strip("`")) for name, (default, _) in rows} == expected
 
 
 def test_the_tables_of_brackets_and_of_the_belief_are_complete() -> None:
-    assert [name.strip("`") for name in table("name")] == list(OBSERVERS)
-    fields = set(re.findall(r"`(\w+)`", " ".join(table("field"))))
+    assert [name.strip("`") for name in documents.table("belief.md", "name")] == list(OBSERVERS)
+    fields = set(re.findall(r"`(\w+)`", " ".join(documents.table("belief.md", "field"))))
     assert fields <= {*Belief.__dataclass_fields__, "occupancy"}
     assert {"joint_angles", "lagged_joint_angles", "occupancy", "grid", "weights", "particles"} <= fields
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_files_that_it_names_exist(document: Path) -> None:
-    text = document.read_text()
-    for name in re.findall(r"\]\(([\w./]+\.\w+|LICENSE)\)", text):
-        assert (document.parent / name).exists(), name
-    for name in re.findall(r"(?:scripts|tests|haptic_lab|observer|haptic_env|agents)/[\w/]+\.py", text):
-        assert (ROOT / name).exists() or name in EXAMPLES, name
+def test_every_command_and_every_figure_is_explained() -> None:
+    told = re.findall(r"`([\w-]+)`", " ".join(documents.table("commands.md", "command")))
+    assert sorted(told) == sorted(COMMANDS)
+    assert {name.strip("`") for name in documents.table("commands.md", "name")} == set(FIGURES)
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_flags_that_it_names_exist(document: Path) -> None:
-    text = document.read_text()
-    for script, arguments in re.findall(r"python (scripts/\w+\.py)([^\n`]*)", text):
-        assert set(re.findall(r"--[a-z][\w-]*", arguments)) <= flags(script), f"{script}{arguments}"
-    every = set().union(*(flags(f"scripts/{path.name}") for path in (ROOT / "scripts").glob("*.py")))
-    every |= flags("tests/properties/fuzz.py")
-    assert set(re.findall(r"--[a-z][\w-]*", text)) <= every | ELSEWHERE
+def test_the_columns_of_a_sweep_and_the_arrays_of_an_exploration_are_explained() -> None:
+    told = re.findall(r"`([\w]+)`", " ".join(documents.table("tables.md", "column")))
+    assert sorted(told) == sorted([*measures.MEASURES, *measures.HISTOGRAMS, *measures.COURSES])
+    arrays = re.findall(r"`([\w]+)`", " ".join(documents.table("tables.md", "array of `explore.npz`")))
+    assert sorted(arrays) == sorted(re.findall(r"^ +(\w+)=", inspect.getsource(output.save_trace), flags=re.MULTILINE))
 
 
 def test_every_variant_of_the_ablation_is_explained() -> None:
-    text = (ROOT / "docs" / "observer.md").read_text()
-    table = text.partition("| variant | what is changed |")[2].partition("\n\n")[0]
-    assert re.findall(r"^\| `([\w+]+)` \|", table, flags=re.MULTILINE) == list(ABLATION[1:])
+    rows = documents.table("observer.md", "variant | what is changed")
+    assert [name.strip("`") for name in rows] == list(ABLATION[1:])
 
 
-def flags(script: str) -> set[str]:
-    """What the command line of `script` takes."""
-    if script == "scripts/evaluate.py":
-        _, found = options.make_parser(None)
-        return {"--help", "--config", *(flag for each in found.values() for flag in each.option_strings)}
-    return {
-        "--help",
-        *re.findall(r'"(--[\w-]+)"', (ROOT / script.replace("scripts/", "haptic_lab/commands/")).read_text()),
-    }
+@each_document
+def test_files_that_it_names_exist(document: Path) -> None:
+    for name in re.findall(FOLDERS + r"[\w./]*\w", document.read_text()):
+        assert (ROOT / name).exists() or name in NEW, name
+
+
+@each_document
+def test_what_it_calls_by_its_module_is_there(document: Path) -> None:
+    text = re.sub(r"\w+\.md", "", document.read_text())
+    for name in re.findall(r"\b(?:haptic_lab|observer|haptic_env|agents)(?:\.[a-zA-Z]\w*)+", text):
+        pkgutil.resolve_name(name)
+
+
+@each_document
+def test_flags_that_it_names_exist(document: Path) -> None:
+    text = document.read_text()
+    for command, arguments in re.findall(r"haptic-slam ([a-z][a-z-]*)([^\n`|]*)", text):
+        assert command in COMMANDS, command
+        assert set(re.findall(r"--[a-z][\w-]*", arguments)) <= documents.flags(command), f"{command}{arguments}"
+    fuzz = set(re.findall(r'"(--[\w-]+)"', (ROOT / "tests/properties/fuzz.py").read_text()))
+    assert set(re.findall(r"(?<![\w-])--[a-z][\w-]*", text)) <= documents.every_flag() | fuzz | ELSEWHERE
+
+
+def test_every_command_of_slam_is_a_script_too() -> None:
+    scripts = {path.stem for path in (ROOT / "scripts").glob("*.py")}
+    assert scripts | {"replay"} == {name.replace("-", "_") for name in COMMANDS}
+
+
+@each_document
+def test_its_links_lead_somewhere(document: Path) -> None:
+    for path, anchor in documents.links(document):
+        place = (document.parent / path).resolve() if path else document
+        assert place.exists(), path
+        assert not anchor or anchor in documents.anchors(place), f"{path}#{anchor}"
+
+
+def test_every_document_is_reached_from_the_front_door() -> None:
+    reached, waiting = {README}, [README]
+    while waiting:
+        document = waiting.pop()
+        found = {(document.parent / path).resolve() for path, _ in documents.links(document) if path.endswith(".md")}
+        waiting += found - reached
+        reached |= found
+    assert reached >= set(DOCUMENTS)
+
+
+def test_the_front_door_is_short() -> None:
+    assert len(README.read_text().splitlines()) <= LONGEST

@@ -22,7 +22,7 @@ import agents
 from haptic_lab.commands import train
 from haptic_lab.learning import checkpoints, presets, training
 from haptic_lab.learning.environments import make_env
-from haptic_lab.learning.presets import World
+from haptic_lab.learning.presets import TrainingWorld
 from observer import HapticSLAM, ObserverWrapper, ShapePosterior
 from observer.wrappers.belief_observation import CLOCKS_HZ
 
@@ -305,7 +305,7 @@ def test_a_learner_begins_with_a_copy_of_a_sweep(algorithm, tmp_path):
 
 
 def test_sizes_of_evaluation_are_not_trained_with():
-    world = World(seconds=0.1, observation=("time",), variants=2, samples=1)
+    world = TrainingWorld(seconds=0.1, observation=("time",), variants=2, samples=1)
     scales: dict[bool, set[float]] = {True: set(), False: set()}
     for held_out, found in scales.items():
         env = make_env(world, held_out)
@@ -320,7 +320,7 @@ def test_sizes_of_evaluation_are_not_trained_with():
 
 
 def test_sigma_is_drawn_for_each_episode_and_told_to_the_observer():
-    env = make_env(World(seconds=0.1, observation=("time",), variants=2, samples=1, sigma_deg=(1.0, 5.0)))
+    env = make_env(TrainingWorld(seconds=0.1, observation=("time",), variants=2, samples=1, sigma_deg=(1.0, 5.0)))
     env.reset(seed=0)
     drawn = set()
     for _ in range(10):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from observer import HapticSLAM
-from observer.set_aside import Gate
+from observer.pose.gating import Gate
 
 SIGMA, SEEDS = 3.0, range(3, 9)
 BEGINS, COUNTED = 100, slice(150, 250)  # steps: two seconds that end three after it has begun

@@ -12,7 +12,7 @@ from gymnasium.utils.env_checker import check_env
 
 import haptic_env
 from haptic_env import hands, shapes
-from haptic_env.recordings import Felt, Recording
+from haptic_env.recordings import ObserverInputs, Recording
 from haptic_env.replay import Playback
 from observer import OBSERVERS, Belief, HapticSLAM, ObserverWrapper, PoseOnly, ShapePosterior
 from observer.variants import NAMES, make_observer
@@ -225,7 +225,7 @@ def test_the_torque_that_was_commanded_has_no_motor_noise():
 def test_a_playback_tells_the_torque_of_the_recording(two_finger):
     torques = np.random.default_rng(0).uniform(-1, 1, (5, 8))
     rest = np.tile(two_finger.rest_pose, (5, 1))
-    felt = Felt(torques, rest, np.zeros((5, 50), bool))
+    felt = ObserverInputs(torques, rest, np.zeros((5, 50), bool))
     recording = Recording("it", 0.02 * np.arange(5), two_finger.joint_names[::-1], rest[:, ::-1], felt=felt)
     env = Playback(two_finger, recording, shapes.make("cube"))
     env.reset(seed=0)
@@ -312,6 +312,6 @@ def test_what_is_no_observer_or_namer_is_refused(two_finger, given):
 
 def test_an_environment_without_a_hand_is_refused(two_finger):
     other = gym.make("CartPole-v1")
-    with pytest.raises(ValueError, match=r"env must be an environment with a hand, got .*CartPole"):
+    with pytest.raises(ValueError, match=r"env must be one environment with a hand, .*CartPole"):
         ObserverWrapper(other, PoseOnly(two_finger))
     other.close()

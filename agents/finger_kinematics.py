@@ -13,9 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from haptic_env.hand import Hand
+from haptic_env.moved import renamed
 from observer.kinematics import body_frames, point_jacobian, tree_of
 
 LEAST = 1e-6  # metres, or metres a radian: nothing
+
+__getattr__ = renamed(__name__, {"Reach": "FingerKinematics"})
 
 
 class Strokes(NamedTuple):
@@ -28,7 +31,7 @@ class Strokes(NamedTuple):
     curl: Array
 
 
-class Reach:
+class FingerKinematics:
     """The kinematics of `hand`, for policies."""
 
     def __init__(self, hand: Hand) -> None:
