@@ -86,8 +86,8 @@ class SweepingMotion:
 
     Torques as fractions of their limits: flexors get `flexion` ± `opening`, abductors ± `sideways`. The drift is
     ± `curl` of the stroke that curls a finger (`agents.finger_kinematics`); it begins at nothing, so that the sweep
-    begins as without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is seen what to
-    do beside its path.
+    begins as without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is seen
+    what to do beside its path.
     """
 
     flexion: float = 0.5
