@@ -17,8 +17,8 @@ from haptic_env.compiled import inner, kernel
 from haptic_env.hand import Hand
 from observer.kinematics import body_frames, point_jacobian
 from observer.novelty import Said, ends, repeated
-from observer.shape.contact_likelihood import CLEAR, patch_gaps
-from observer.shape.distance_fields import field_distance
+from observer.shape.contact_likelihood import CLEAR, LEAST, link_likelihood, patch_gaps
+from observer.shape.distance_fields import distance_from, way_out
 
 ALONG = 4  # spheres that stand for each link where it may meet the object
 STEP = 0.001  # metres, of the differences that give the object's normal
@@ -35,13 +35,15 @@ class Spheres(NamedTuple):
 
 class Told(NamedTuple):
     """What weighs what would be felt: the `tolerance` m of a gap, the probability of a `surprise`, the `weight` that is
-    the exponent of a look, and what was `said` before: it is no news from `alike` m away (0: all of it is)."""
+    the exponent of a look, what was `said` before: it is no news from `alike` m away (0: all of it is), and how deep
+    what feels contact may `press`, m."""
 
     tolerance: float
     surprise: float
     weight: float
     said: Said
     alike: float
+    press: float = 0.0
 
 
 class Line(NamedTuple):
@@ -66,31 +68,20 @@ def spheres_of(hand: Hand) -> Spheres:
     )
 
 
-@inner()
-def _distance(solids, h, x, y, z):
-    """Signed distance (m) of a point of the world from hypothesis `h`."""
-    turn, at, scale = solids.rotation[h], solids.position[h], solids.scale[h]
-    x, y, z = x - at[0], y - at[1], z - at[2]
-    u = (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale
-    v = (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale
-    w = (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale
-    field = solids.field[solids.drawn_in[h]]
-    return scale * field_distance(field, solids.resolution, solids.half, solids.far, u, v, w)
-
-
 @kernel()
 def _hold_out(tree, spheres, solids, h, line, x, position, rotation, jacobian, moved):
     """Push the state `x` (D,) out of hypothesis `h`: for each link that is in it, by the force along its normal that
     takes it to the surface within a control step. The frames are left at where it was."""
     joints = len(line.low)
     body_frames(tree, x[:joints], position, rotation)
+    normal, torque = np.empty(3), np.empty(joints)
     first = 0
     while first < len(spheres.body):
         body = spheres.body[first]
         deepest, at = 0.0, -1
         for b in range(first, first + ALONG):
             s = spheres.along[b]
-            gap = _distance(
+            gap = distance_from(
                 solids,
                 h,
                 position[body, 0] + s * rotation[body, 0, 2],
@@ -104,20 +95,10 @@ def _hold_out(tree, spheres, solids, h, line, x, position, rotation, jacobian, m
         if at < 0:
             continue
         point = position[body] + spheres.along[at] * rotation[body][:, 2]
-        normal = np.empty(3)
-        for i in range(3):
-            point[i] += STEP
-            ahead = _distance(solids, h, point[0], point[1], point[2])
-            point[i] -= 2 * STEP
-            normal[i] = ahead - _distance(solids, h, point[0], point[1], point[2])
-            point[i] += STEP
-        length = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
-        if length == 0.0:
-            continue
+        way_out(solids, h, point[0], point[1], point[2], STEP, normal)
         point_jacobian(tree, x[:joints], position, rotation, body, point, jacobian)
-        torque = np.empty(joints)
         for j in range(joints):
-            torque[j] = (jacobian[0, j] * normal[0] + jacobian[1, j] * normal[1] + jacobian[2, j] * normal[2]) / length
+            torque[j] = jacobian[0, j] * normal[0] + jacobian[1, j] * normal[1] + jacobian[2, j] * normal[2]
         give = 0.0
         for i in range(2 * joints):
             moved[i] = 0.0
@@ -158,9 +139,7 @@ def _feel(skin, solids, world, told, log_likelihood, scratch):
     """Add to `log_likelihood` (H,) what the contacts of a hand whose frames are in `scratch` say of each hypothesis,
     were `world` the true one, as `observer.shape.contact_likelihood` has it."""
     position, rotation, felt, gaps, place, rings = scratch
-    tolerance, surprise, said = told.tolerance, told.surprise, told.said
-    clear = CLEAR * tolerance
-    least = np.log(surprise)
+    said, clear = told.said, CLEAR * told.tolerance
     for link in range(len(skin.body)):
         body = skin.body[link]
         first, end = skin.first_patch[link], skin.first_patch[link + 1]
@@ -179,24 +158,23 @@ def _feel(skin, solids, world, told, log_likelihood, scratch):
         if weight == 0.0:
             continue
         for h in range(len(log_likelihood)):
-            if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
-                log_likelihood[h] += weight * touches * least
-                continue
-            touched, silent = clear, clear
-            for patch in range(first, end):
-                gap = gaps[patch]
-                if felt[patch] >= FELT:
-                    silent = min(silent, gap)
-                    continue
-                touched = min(touched, gap)
-                ratio = gap / tolerance
-                fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
-                log_likelihood[h] += weight * np.log(surprise + (1.0 - surprise) * fit)
-            ratio = silent / tolerance
-            if touches > 0:
-                ratio += 1.0 - touched / tolerance
-            if ratio < CLEAR:
-                log_likelihood[h] += weight * np.log(surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio)))
+            likelihood = link_likelihood(
+                solids,
+                h,
+                skin,
+                link,
+                position[body],
+                rotation[body],
+                rings,
+                touches,
+                told.tolerance,
+                told.press,
+                told.surprise,
+                weight,
+                gaps,
+            )
+            if likelihood < 1.0:
+                log_likelihood[h] += np.log(max(likelihood, LEAST))
 
 
 @kernel()

@@ -14,6 +14,7 @@ from haptic_env.compiled import kernel
 from haptic_env.hand import Hand
 from observer.belief import Belief
 from observer.kinematics import body_frames, tree_of
+from observer.maps.capsules import lattice_of, voxel_of
 from observer.maps.contact_model import ContactModel
 
 SPACING = 0.006  # metres between points of the skin
@@ -68,8 +69,7 @@ class MapLookahead:
                 self._body,
                 self._finger,
                 poses,
-                np.array(grid.origin),
-                grid.resolution,
+                lattice_of(grid),
                 entropy,
                 np.log1p(-np.minimum(solid, 1.0 - 1e-9)),
             )
@@ -92,7 +92,7 @@ def _swing(line: Line, push: Array, looks: int, every: int) -> Array:
 
 
 @kernel()
-def expected(tree, points, body, finger, poses, origin, resolution, entropy, log_empty):
+def expected(tree, points, body, finger, poses, lattice, entropy, log_empty):
     """Sum the entropy of the cells that paths sweep, each once, by the probability that the finger gets there.
 
     Args:
@@ -101,15 +101,14 @@ def expected(tree, points, body, finger, poses, origin, resolution, entropy, log
         body: (K,) index.
         finger: (K,) index.
         poses: (M, 1 + T, J) rad, each path from where the hand is now.
-        origin: (3,) m, of the grid.
-        resolution: m, of the grid.
+        lattice: the grid.
         entropy: (X, Y, Z) bits of each cell.
         log_empty: (X, Y, Z) log probability that each is empty.
 
     Returns:
         (M,) bits.
     """
-    out = np.zeros(len(poses))
+    out, at = np.zeros(len(poses)), np.empty(3)
     for m in range(len(poses)):
         position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
         swept = np.zeros(entropy.shape, dtype=np.bool_)
@@ -121,17 +120,14 @@ def expected(tree, points, body, finger, poses, origin, resolution, entropy, log
             for s in range(len(points)):
                 b = body[s]
                 x, y, z = points[s, 0], points[s, 1], points[s, 2]
-                cell = np.empty(3, dtype=np.int64)
-                inside = True
                 for i in range(3):
-                    place = position[b, i] + rotation[b, i, 0] * x + rotation[b, i, 1] * y + rotation[b, i, 2] * z
-                    cell[i] = int(np.floor((place - origin[i]) / resolution))
-                    inside = inside and 0 <= cell[i] < entropy.shape[i]
-                if not inside or swept[cell[0], cell[1], cell[2]]:
+                    at[i] = position[b, i] + rotation[b, i, 0] * x + rotation[b, i, 1] * y + rotation[b, i, 2] * z
+                i, j, k, inside = voxel_of(lattice, at[0], at[1], at[2])
+                if not inside or swept[i, j, k]:
                     continue
-                swept[cell[0], cell[1], cell[2]] = True
+                swept[i, j, k] = True
                 if t > 0:
-                    out[m] += np.exp(passes[finger[s]]) * entropy[cell[0], cell[1], cell[2]]
-                    here[finger[s]] = min(here[finger[s]], log_empty[cell[0], cell[1], cell[2]])
+                    out[m] += np.exp(passes[finger[s]]) * entropy[i, j, k]
+                    here[finger[s]] = min(here[finger[s]], log_empty[i, j, k])
             passes += here
     return out

@@ -7,9 +7,11 @@ import numpy as np
 from agents import lookahead
 from agents.finger_kinematics import FingerKinematics
 from agents.map_lookahead import expected
+from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from observer import ShapePosterior
 from observer.kinematics import tree_of
+from observer.maps.capsules import lattice_of
 from observer.pose.forward_model import ForwardModel
 from observer.shape.skin import skin_of
 
@@ -34,5 +36,5 @@ def looking_ahead(hand: Hand) -> None:
     told = lookahead.Told(0.002, shape.surprise, shape.temper, shape.said, 0.008)
     lookahead.class_entropies(0, 1, *of_hand, solids, *asked, told, left)
     points, body = np.zeros((1, 3)), np.zeros(1, dtype=np.int64)
-    grid = np.zeros((2, 2, 2))
-    expected(of_hand[0], points, body, body, np.tile(rest, (1, 2, 1)), np.zeros(3), 0.004, grid, grid)
+    lattice, map = lattice_of(Grid((0.0, 0.0, 0.0), 0.004, (2, 2, 2))), np.zeros((2, 2, 2))
+    expected(of_hand[0], points, body, body, np.tile(rest, (1, 2, 1)), lattice, map, map)

@@ -9,13 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.fastslam import HapticSLAM
 from observer.pose.kalman import ContactDynamics
-from observer.pose.raw_angles import RawAngles
 
 KALMAN_DYNAMICS = ContactDynamics(constrained=False)
 
@@ -33,9 +30,7 @@ class DeadReckoning(OneMap):
     def __init__(self, hand: Hand, sigma_deg: float = 3.0, *, lag: int | None = None, **keywords: Any) -> None:
         if lag is not None:
             validate.integer("lag of raw angles", lag, 0, 0)
-        sigma = validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")
-        super().__init__(hand, lag=0, **keywords)
-        self.pose = RawAngles(hand, np.deg2rad(sigma))
+        super().__init__(hand, sigma_deg, **{**keywords, "motion": "raw_angles", "lag": 0})
 
 
 class TruePose(DeadReckoning):

@@ -8,7 +8,6 @@ is one hypothesis of the path of the pose about that Gaussian, drawn at the lag,
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -22,31 +21,25 @@ from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from observer import compiling, edge, resampling
+from observer import compiling, edge
 from observer import threads as side_by_side
 from observer.belief import Belief, Transition
-from observer.gaussian import carried_on, shifted
-from observer.kinematics import placed, tree_of
-from observer.maps import capsules, hindsight, mean_frames
+from observer.gaussian import carried_on
 from observer.maps.contact_model import ContactModel
-from observer.maps.matching import MATCHING, Cloud, Felt
+from observer.maps.matching import MATCHING, Cloud, Felt, match, sweep
 from observer.maps.novelty import MapNovelty
 from observer.maps.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
-from observer.pose.delta_pose import DeltaPose
-from observer.pose.kalman import ContactDynamics, PoseFilter
-from observer.pose.smooth_motion import KinematicPose
-from observer.pose.source import PoseSource
+from observer.pose.kalman import ContactDynamics
+from observer.pose.motions import MOTIONS
+from observer.sensing import Sensing
 from observer.shape.pose_correction import KnownSolids
 from observer.shape.posterior import ShapePosterior
+from observer.state import NOTHING, Diagnostics, FilterState, Waiting, belief_of
 
 RESOLUTION = 0.004  # metres
 LAG_SECONDS = 0.2
 ENOUGH = 16_000  # particles times candidates, from which on two threads are faster than one
-MOTIONS: dict[str, Callable[..., PoseSource]] = {
-    "forward_model": PoseFilter,
-    "delta_pose": DeltaPose,
-    "kinematic": KinematicPose,
-}
+PARTS = ("pose", "predict", "settle", "gather", "match", "weigh", "map", "resample", "belief")  # of a step
 AS_WRITTEN: dict[str, Any] = {
     "motion": "delta_pose",
     "matching": "sample",
@@ -78,9 +71,9 @@ class HapticSLAM:
         threads: int | None = None,
     ) -> None:
         """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
-        the hand, its physics ("forward_model"), a line ("delta_pose") or nothing but that it moves smoothly
-        ("kinematic", for recordings without torques); `candidates` K of scan matching; `lag` in steps (None: 200 ms);
-        `grid` (None: 4 mm voxels over the hand's workspace).
+        the hand, its physics ("forward_model"), a line ("delta_pose"), nothing but that it moves smoothly ("kinematic",
+        for recordings without torques), or that it is where it is felt ("raw_angles"); `candidates` K of scan matching;
+        `lag` in steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
 
         `matching`: a particle takes the "mean" of its candidates by likelihood, which keeps the maps sharp with few
         particles, or one "sample" of them, which is exact Bayes as N grows (tests/observer/test_exact_bayes.py).
@@ -94,10 +87,13 @@ class HapticSLAM:
         `threads`: how many match particles to their maps side by side; None: what is fastest for their number, one
         where they are few. The bits are the same.
 
+        The attribute `on_part`, where it is set, is called with the name of each part of a step when it is done, in
+        order: "pose" of every step, and of those that enter the maps the rest of `PARTS`.
+
         Raises `ValueError` for a value out of range.
         """
         edge.world(hand=hand)
-        sigma = np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
+        sigma = edge.sigma(sigma_deg)
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.hand, self.control_hz = hand, rate
@@ -112,7 +108,14 @@ class HapticSLAM:
         validate.instance("contact_model", self.contact_model, ContactModel, "a ContactModel")
         if dynamics is not None:
             validate.instance("dynamics", dynamics, ContactDynamics, "a ContactDynamics")
-        self._check_memory(validate.choice("motion", motion, MOTIONS))
+        validate.choice("motion", motion, MOTIONS)
+        voxels = int(np.prod(self.grid.shape))
+        slots = voxels if matching == "sample" else FIRST_SLOTS
+        edge.memory(
+            f"particles={self.n_particles}, candidates={self.n_candidates}, lag={self.lag} and {voxels} voxels",
+            edge.of_maps(hand, self.grid, self.n_particles, self.n_candidates, slots)
+            + edge.of_poses(hand.joints, self.lag + 1, motion == "kinematic"),
+        )
         self.pose = MOTIONS[motion](
             hand,
             sigma=sigma,
@@ -127,14 +130,9 @@ class HapticSLAM:
             if solids.hand.joint_names != hand.joint_names or len(solids.hand.patches) != len(hand.patches):
                 raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {solids.hand.name!r}")
         self._known = None if solids is None else KnownSolids(solids, rate)
-        self._fixed = tree_of(hand)
-        self._body = capsules.body_of(hand.patches, self.grid.resolution)
-        group = hand.link_group
-        self._watches = group[hand.patches.link][:, None] == group  # (P, L): links whose patches a touch calls up
-        self._lattice = capsules.lattice_of(self.grid)
-        self._evidence = self.contact_model.evidence(self.grid.resolution)
-        self._novelty = MapNovelty(hand, self.contact_model.repeats, self.grid.resolution)
-        self._pending: deque[tuple[NDArray[np.bool_], Pose | None]] | None = None
+        self._sensing = Sensing(hand, self.grid, self.contact_model, self.in_hindsight)
+        self._state: FilterState | None = None  # of the trial that is running
+        self.on_part: Callable[[str], object] | None = None
         also = {
             "sampled_matching": matching == "sample",
             "smooth_motion": motion == "kinematic",
@@ -162,21 +160,18 @@ class HapticSLAM:
         ("kinematic"); it need not be told. Raises `ValueError` as `step` does, and for a `seed` that is none.
         """
         compiling.ensure(self._needs, self.hand)
-        count, joints = self.n_particles, self.hand.joints
-        self._rng = np.random.default_rng(validate.seed(seed))
+        rng = np.random.default_rng(validate.seed(seed))
         self.pose.reset(None if joint_angles is None else edge.angles(self.hand, joint_angles))
-        self._maps = Maps(count, self.grid, self._evidence.probability, dense=self.matching == "sample")
-        self._poses = np.tile(self.hand.rest_pose, (count, 1)).astype(np.float64).reshape(count, joints)
-        self._drawn = self.hand.rest_pose, np.zeros((joints, joints))  # mean and factor of the Gaussian about them
-        self._weigh_alike()
-        self._log_evidence = 0.0
-        self._felt = np.zeros(len(self.hand.patches), dtype=bool)
-        self._novelty.reset()
-        self._pending = deque()  # felt, but waiting for the lag
-        self._moments: list[hindsight.Moment] = []
+        self._state = FilterState.begin(
+            rng,
+            Maps(self.n_particles, self.grid, self._sensing.evidence.probability, dense=self.matching == "sample"),
+            MapNovelty(self.hand, self.contact_model.repeats, self.grid.resolution),
+            self.hand.rest_pose,
+            len(self.hand.patches),
+        )
         if self._known is not None:
             self._known.reset(seed)
-        return self._belief(ago=0)
+        return self._belief(self._state, ago=0)
 
     def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
         """One turn: `torque` (J,) commanded, fractions; `joint_angles` (J,) rad felt; `contacts` (P,) felt.
@@ -187,27 +182,45 @@ class HapticSLAM:
         Raises `ValueError` before the first `reset`, after `flush`, and for what is not finite, not binary, or beyond
         what can be: torques of ± 1, angles of ± 4π rad.
         """
-        pending = self._running()
+        state = self._running()
         u, q, z = edge.told(self.hand, torque, joint_angles, contacts)
         at = edge.root(root)
         self.pose.step(u, q, z)
-        pending.append((z, at))
-        if len(pending) <= self.lag:
-            return self._belief(ago=len(pending))
-        return self._assimilate(ago=self.lag)
+        self._done("pose")
+        state.waiting.append(Waiting(z, at))
+        if len(state.waiting) <= self.lag:
+            return self._belief(state, ago=len(state.waiting))
+        return self._assimilate(state, ago=self.lag)
 
     def flush(self) -> list[Belief]:
         """End the trial: let the steps that still wait for the lag enter the maps; a belief for each, the last one
         about now (`in_hindsight` there is one without a lag, too). After it only `reset` is possible."""
-        pending = self._running()
-        beliefs = [self._assimilate(ago=len(pending) - 1) for _ in range(len(pending))]
-        self._pending = None
-        if not self.in_hindsight or not self._moments:
+        state = self._running()
+        beliefs = [self._assimilate(state, ago) for ago in reversed(range(len(state.waiting)))]
+        self._state = None
+        if not self.in_hindsight or not state.moments:
             return beliefs
-        last = beliefs.pop() if beliefs else self._belief(ago=0)
-        link_body = self._fixed.link_body
-        seen = partial(hindsight.occupancy, self._moments, link_body, self.grid, self._body, self.contact_model)
-        return [*beliefs, replace(last, snapshot=OccupancySnapshot(seen))]
+        last = beliefs.pop() if beliefs else self._belief(state, ago=0)
+        return [
+            *beliefs,
+            replace(last, snapshot=OccupancySnapshot(partial(self._sensing.in_retrospect, state.moments))),
+        ]
+
+    @property
+    def sigma_deg(self) -> float:
+        """Degrees: SD of the noise of felt angles as the observer believes it. May be set, in mid-trial too: it holds
+        from the next step on. Raises `ValueError` for a value out of range."""
+        return float(np.rad2deg(self.pose.sigma))
+
+    @sigma_deg.setter
+    def sigma_deg(self, sigma_deg: float) -> None:
+        self.pose.sigma = edge.sigma(sigma_deg)
+
+    @property
+    def particle_maps(self) -> NDArray[np.int8]:
+        """(N, T) log-odds of the particles' own cells in units of `observer.maps.evidence.QUANTUM`, as they are kept:
+        not to be changed. Raises `ValueError` outside a trial."""
+        return self._running().maps.own
 
     @property
     def set_aside(self) -> NDArray[np.int64]:
@@ -215,25 +228,30 @@ class HapticSLAM:
         turns (`observer.pose.gating`)."""
         return self.pose.set_aside
 
-    def _assimilate(self, ago: int) -> Belief:
+    def _assimilate(self, state: FilterState, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""
-        contacts, root = self._running().popleft()
-        self._tree = placed(self._fixed, root)
-        proposal, centres = self._propose(ago)
-        log_likelihood, moved = self._match_and_map(proposal, centres, contacts, ago)
-        self._weigh(log_likelihood)
-        resampled = self._resample()
+        step = state.waiting.popleft()
+        proposal, centres = self._predict(state, ago)
+        felt, cloud = self._stand(state, step, proposal, centres, ago)
+        log_likelihood, moved = self._match(state, felt, cloud)
+        state.weigh(log_likelihood)
+        self._done("weigh")
+        sweep(felt, cloud.stance, state.maps, carve=self.matching == "mean")
+        self._done("map")
+        resampled = state.resample()
         if resampled or (self.n_particles > 1 and log_likelihood.any()):
-            self._maps.weights_changed()
+            state.maps.weights_changed()
+        self._done("resample")
         moved_share = np.count_nonzero(moved) / self.n_particles
-        belief = self._belief(ago, contacts, proposal, resampled, moved_share, root)
-        if self._known is None:
-            return belief
-        return self._known.correct(belief, self.pose, [(contacts, root), *self._running()])
+        belief = self._belief(state, ago, step, Diagnostics(proposal, resampled, moved_share))
+        if self._known is not None:
+            belief = self._known.correct(belief, self.pose, [step, *state.waiting])
+        self._done("belief")
+        return belief
 
-    def _propose(self, ago: int) -> tuple[Transition, Array]:
+    def _predict(self, state: FilterState, ago: int) -> tuple[Transition, Array]:
         """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles, and how far from its mean the centre of
-        each one's lies (N, J).
+        each one's lies (N, J) (step 3).
 
         What was felt since has told more of q_{k-1} too, the same for all: it moves the particles with the Gaussian
         that they were drawn about, so that no weight is needed for it. Raises `FloatingPointError` for poses that are
@@ -242,116 +260,40 @@ class HapticSLAM:
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + 1)
         mean, covariance = self.pose.mean, self.pose.covariance
         proposal = Transition.between(mean, covariance, before, now)
-        centres, factor = carried_on(covariance, before.start, now.start, proposal.follow, *self._drawn, self._poses)
+        centres, factor = carried_on(covariance, before.start, now.start, proposal.follow, *state.drawn, state.poses)
         if not all(np.isfinite(each).all() for each in (proposal.mean, proposal.rest, centres, factor)):
             raise FloatingPointError(f"the pose of {ago} steps ago is not finite")
-        self._drawn = proposal.mean, factor
+        state.drawn = proposal.mean, factor
+        self._done("predict")
         return proposal, centres
 
-    def _match_and_map(
-        self, proposal: Transition, centres: Array, contacts: NDArray[np.bool_], ago: int
-    ) -> tuple[Array, NDArray[np.bool_]]:
-        """Scan matching against each particle's own map, and that map's update at the matched pose (4 and 5)."""
-        self._maps.before_change()
+    def _stand(
+        self, state: FilterState, step: Waiting, proposal: Transition, centres: Array, ago: int
+    ) -> tuple[Felt, Cloud]:
+        """What the step has to say to the maps, and where the proposals lie."""
+        state.maps.before_change()
+        self._done("settle")
         lagged = self.pose.lagged(ago)
-        stance, reach = mean_frames.stand(
-            self._tree,
-            self._body,
-            self._evidence,
-            self.contact_model.caution,
-            proposal.mean,
-            self.pose.covariance[lagged, lagged].copy(),
-        )
-        touch = np.where(self._felt, self.contact_model.sustained, self.contact_model.touch)
-        heard = self._novelty.heard(stance, contacts)
-        if self.in_hindsight and heard.any():
-            moment = hindsight.Moment(stance.position, stance.rotation, reach.place, contacts, touch, heard)
-            self._moments.append(moment)
-        felt = Felt(
-            self._tree,
-            self._body,
-            self._lattice,
-            self._evidence,
-            reach.of(heard),
-            contacts,
-            np.where(heard[self.hand.patches.link], touch, 0.0),
-            self._watches[contacts].any(axis=0),
-        )
-        self._felt = contacts
-        cloud = Cloud(stance, centres, proposal.rest, self._drawn[1])
-        match = MATCHING[self.matching]
+        felt, stance = self._sensing.stand(state, step, proposal.mean, self.pose.covariance[lagged, lagged].copy())
+        return felt, Cloud(stance, centres, proposal.rest, state.drawn[1])
+
+    def _match(self, state: FilterState, felt: Felt, cloud: Cloud) -> tuple[Array, NDArray[np.bool_]]:
+        """Match each particle's pose to its own map, and write the touches into that at the matched pose (4 and 5)."""
+        search = MATCHING[self.matching](felt, cloud, self.n_candidates, state.maps, state.rng)
+        self._done("gather")
         number = side_by_side.chosen(self.threads, self.n_particles * self.n_candidates, ENOUGH)
-        return match(felt, cloud, self.n_candidates, self._maps, self._rng, self._poses, number)
+        found = match(search, cloud, state.poses, number)
+        self._done("match")
+        return found
 
-    def _weigh(self, log_likelihood: Array) -> None:
-        """w ∝ w · p(z | q, m) (step 5); raises `FloatingPointError` for what is not finite."""
-        self._log_weights += log_likelihood
-        total, self._weights, self._n_eff = resampling.normalise(self._log_weights)
-        if not np.isfinite(total):
-            raise FloatingPointError(f"the particles' weights are not finite: log Σw = {total}")
-        self._log_evidence += total
+    def _done(self, part: str) -> None:
+        if self.on_part is not None:
+            self.on_part(part)
 
-    def _resample(self) -> bool:
-        """Systematic resampling where Neff < N/2 (step 6); whether it was."""
-        if self._n_eff >= 0.5 * self.n_particles:
-            return False
-        counts = resampling.systematic_counts(self._weights, self._rng.random())
-        source, target = resampling.in_place(counts)
-        self._maps.copy(source, target)
-        self._poses[target] = self._poses[source]
-        self._weigh_alike()
-        return True
+    def _belief(self, state: FilterState, ago: int, step: Waiting | None = None, told: Diagnostics = NOTHING) -> Belief:
+        return belief_of(self.pose, state, self.grid, ago, step, told)
 
-    def _weigh_alike(self) -> None:
-        self._n_eff = float(self.n_particles)
-        self._weights = np.full(self.n_particles, 1.0 / self.n_particles)
-        self._log_weights: Array = np.log(self._weights)
-
-    def _belief(
-        self,
-        ago: int,
-        contacts: NDArray[np.bool_] | None = None,
-        transition: Transition | None = None,
-        resampled: bool = False,
-        moved_share: float = 0.0,
-        root: Pose | None = None,
-    ) -> Belief:
-        lagged = self.pose.lagged(ago)
-        mean, covariance, weights = self.pose.mean, self.pose.covariance, self._weights
-        # What the maps say of the lagged pose moves the present one as far as the two are correlated.
-        shift = np.zeros(self.hand.joints) if contacts is None else weights @ self._poses - mean[lagged]
-        angles, std, lagged_angles, lagged_std, lagged_covariance = shifted(mean, covariance, lagged.start, shift)
-        return Belief(
-            joint_angles=angles,
-            joint_std=std,
-            lagged_joint_angles=lagged_angles,
-            lagged_joint_std=lagged_std,
-            lagged_covariance=lagged_covariance,
-            lagged_contacts=contacts,
-            transition=transition,
-            lagged_root=root,
-            lag_steps=ago,
-            grid=self.grid,
-            weights=weights,
-            particles=self._poses.copy(),
-            n_eff=self._n_eff,
-            log_evidence=self._log_evidence + self.pose.log_evidence,
-            resampled=resampled,
-            moved_share=moved_share,
-            snapshot=self._maps.snapshot(weights),
-        )
-
-    def _check_memory(self, motion: str) -> None:
-        """Raise `ValueError` for more particles, candidates, steps of lag or voxels than fit into the memory."""
-        count, voxels = self.n_particles, int(np.prod(self.grid.shape))
-        slots = voxels if self.matching == "sample" else FIRST_SLOTS
-        edge.memory(
-            f"particles={count}, candidates={self.n_candidates}, lag={self.lag} and {voxels} voxels",
-            edge.of_maps(self.hand, self.grid, count, self.n_candidates, slots)
-            + edge.of_poses(self.hand.joints, self.lag + 1, motion == "kinematic"),
-        )
-
-    def _running(self) -> deque[tuple[NDArray[np.bool_], Pose | None]]:
-        if self._pending is None:
+    def _running(self) -> FilterState:
+        if self._state is None:
             raise ValueError("the observer is not in a trial: call reset() before step() or flush()")
-        return self._pending
+        return self._state

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,7 @@ from haptic_env.pose import Pose
 from haptic_env.shapes.base import Solid
 from observer import edge
 from observer.kinematics import Tree, placed, placed_points, tree_of
+from observer.maps.capsules import lattice_of, voxel_of
 
 OCCUPIED = 0.5
 IMPOSSIBLE = 1e-6  # probability below which the log loss takes all for the same
@@ -198,19 +199,17 @@ def swept(hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose]
     inside = hand.patches.volume(0.75 * fine)
     found = np.zeros(grid.shape, dtype=bool)
     for tree, angles in _posed(hand, joint_angles, roots):
-        _mark(placed_points(tree, angles, inside.points, inside.link), np.array(grid.origin), grid.resolution, found)
+        _mark(placed_points(tree, angles, inside.points, inside.link), lattice_of(grid), found)
     return found
 
 
 @kernel()
-def _mark(points: Array, origin: Array, resolution: float, found: NDArray[np.bool_]) -> None:
+def _mark(points: Array, lattice: Any, found: NDArray[np.bool_]) -> None:
     """Set `found` (X, Y, Z) where any of `points` (M, 3) m falls."""
     for m in range(len(points)):
-        x = int(np.floor((points[m, 0] - origin[0]) / resolution))
-        y = int(np.floor((points[m, 1] - origin[1]) / resolution))
-        z = int(np.floor((points[m, 2] - origin[2]) / resolution))
-        if 0 <= x < found.shape[0] and 0 <= y < found.shape[1] and 0 <= z < found.shape[2]:
-            found[x, y, z] = True
+        i, j, k, inside = voxel_of(lattice, points[m, 0], points[m, 1], points[m, 2])
+        if inside:
+            found[i, j, k] = True
 
 
 def neighbourhood(cells: NDArray[np.bool_], faces: bool = False) -> NDArray[np.bool_]:

@@ -52,7 +52,7 @@ class PoseOnly:
             validate.instance("dynamics", dynamics, ContactDynamics, "a ContactDynamics")
         self.pose = PoseFilter(
             hand,
-            sigma=np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")),
+            sigma=edge.sigma(sigma_deg),
             motor_noise=validate.number("motor_noise", motor_noise, 0.0, 1.0),
             control_hz=rate,
             lag=self.lag + self.stride,
@@ -89,6 +89,15 @@ class PoseOnly:
         elif self._belief.transition is not None:
             self._belief = self._now(self.lag)  # what was told is not told twice
         return self._belief
+
+    @property
+    def sigma_deg(self) -> float:
+        """Degrees: SD of the noise of felt angles, as `HapticSLAM.sigma_deg`; may be set."""
+        return float(np.rad2deg(self.pose.sigma))
+
+    @sigma_deg.setter
+    def sigma_deg(self, sigma_deg: float) -> None:
+        self.pose.sigma = edge.sigma(sigma_deg)
 
     @property
     def set_aside(self) -> NDArray[np.int64]:

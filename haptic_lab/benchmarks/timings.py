@@ -10,7 +10,7 @@ import math
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -27,8 +27,8 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_lab.benchmarks import reference
 from observer import HapticSLAM, ShapePosterior
+from observer.fastslam import PARTS
 from observer.kinematics import Tree, body_frames, tree_of
-from observer.maps import scan_matching
 
 LINE = 64  # bytes that the memory hands out at once
 clock = time.perf_counter
@@ -155,80 +155,59 @@ def observe(slam: HapticSLAM, recording: BenchRecording, threads: int | None) ->
 
 
 class Stopwatch:
-    """Seconds spent in chosen functions, summed until `read`."""
+    """Seconds that went by until each named part was done, summed until `read`."""
 
-    def __init__(self) -> None:
-        self.spent: dict[str, float] = {}
+    def __init__(self, names: Iterable[str]) -> None:
+        self.spent = dict.fromkeys(names, 0.0)
+        self.last = clock()
 
-    @contextmanager
-    def on(self, **parts: tuple[Any, str]) -> Iterator[None]:
-        """Time each named part, given as an owner and the name of its function, while the context lasts."""
-        for name, (owner, function) in parts.items():
-            setattr(owner, function, self._timed(name, getattr(owner, function)))
-        try:
-            yield
-        finally:
-            for owner, function in parts.values():
-                timed = getattr(owner, function)
-                if isinstance(owner, type(scan_matching)):
-                    setattr(owner, function, timed.inner)
-                else:
-                    delattr(owner, function)  # of the instance: its class has the function
+    def start(self) -> None:
+        """What comes next begins now."""
+        self.last = clock()
+
+    def done(self, part: str) -> None:
+        """What has gone by since the last part was this `part`'s."""
+        now = clock()
+        self.spent[part] += now - self.last
+        self.last = now
 
     def read(self) -> dict[str, float]:
         """Seconds by part since the last time."""
-        spent = dict(self.spent)
-        self.spent = dict.fromkeys(spent, 0.0)
+        spent, self.spent = self.spent, dict.fromkeys(self.spent, 0.0)
         return spent
-
-    def _timed(self, name: str, inner: Any) -> Any:
-        self.spent[name] = 0.0
-
-        def timed(*arguments: Any, **keywords: Any) -> Any:
-            start = clock()
-            try:
-                return inner(*arguments, **keywords)
-            finally:
-                self.spent[name] += clock() - start
-
-        timed.inner = inner  # type: ignore[attr-defined]
-        return timed
 
 
 def stages(slam: HapticSLAM, shape: ShapePosterior, recording: BenchRecording) -> dict[str, Array]:
-    """Each stage (T,) of one turn of the observer and its classifier, on one thread."""
+    """Each stage (T,) of one turn of the observer and its classifier, on one thread. The forward model predicts once
+    more before each step, from the same state, to be timed by itself."""
     slam.threads = 1
-    watch, rows = Stopwatch(), []
+    watch, rows, joints = Stopwatch((*PARTS, "model", "rest", "classify")), [], recording.hand.joints
     belief = slam.reset(seed=0)
     shape.reset(seed=0)
-    with watch.on(
-        model=(slam.pose.model, "predict"),  # type: ignore[attr-defined]
-        pose=(slam.pose, "step"),
-        propose=(slam, "_propose"),
-        match=(slam, "_match_and_map"),
-        kernel=(scan_matching, "match_and_touch"),
-        occupancy=(slam._maps, "before_change"),
-        weigh=(slam, "_weigh"),
-        resample=(slam, "_resample"),
-        belief=(slam, "_belief"),
-        classify=(shape, "update"),
-        step=(slam, "step"),
-    ):
-        for each in zip(recording.torques, recording.felt, recording.contacts, strict=True):
-            belief = slam.step(*each)
+    slam.on_part = watch.done
+    try:
+        for torque, felt, contacts in zip(recording.torques, recording.felt, recording.contacts, strict=True):
+            state, command = slam.pose.mean[: 2 * joints].copy(), torque.astype(np.float64)
+            watch.start()
+            slam.pose.model.predict(state, command)  # type: ignore[attr-defined]
+            watch.done("model")
+            belief = slam.step(torque, felt, contacts)
+            watch.done("rest")
             shape.update(belief)
+            watch.done("classify")
             rows.append(watch.read())
+    finally:
+        slam.on_part = None
     del belief
     took = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    known = took["pose"] + took["propose"] + took["match"] + took["weigh"] + took["resample"] + took["belief"]
     return {
         "forward model": took["model"],
-        "pose filter and lag, without it": took["pose"] - took["model"],
-        "match and touch, every particle": took["kernel"],
-        "geometry, sweeps, random numbers": took["match"] - took["kernel"] - took["occupancy"],
-        "occupancy of the belief that is held": took["occupancy"],
+        "pose filter and lag, without it": np.maximum(took["pose"] - took["model"], 0.0),
+        "match and touch, every particle": took["match"],
+        "geometry, sweeps, random numbers": took["gather"] + took["map"],
+        "occupancy of the belief that is held": took["settle"],
         "weigh and resample": took["weigh"] + took["resample"],
-        "proposal, belief and checks": took["step"] - known + took["propose"] + took["belief"],
+        "proposal, belief and checks": took["predict"] + took["belief"] + took["rest"],
         "classify (ShapePosterior.update)": took["classify"],
     }
 
@@ -271,10 +250,11 @@ def bytes_touched(slam: HapticSLAM, recording: BenchRecording) -> Array:
     slam.reset(seed=0)
     count, touched = slam.n_particles, np.empty(len(recording.torques))
     for k, each in enumerate(zip(recording.torques, recording.felt, recording.contacts, strict=True)):
-        before = slam._maps.own.copy()
+        before = slam.particle_maps.copy()
         slam.step(*each)
-        before = np.pad(before, ((0, 0), (0, slam._maps.own.shape[1] - before.shape[1])))  # there may be more room now
-        changed = slam._maps.own != before
+        more = slam.particle_maps.shape[1] - before.shape[1]
+        before = np.pad(before, ((0, 0), (0, more)))
+        changed = slam.particle_maps != before
         changed = np.pad(changed, ((0, 0), (0, -changed.shape[1] % LINE)))
         touched[k] = 2 * LINE * changed.reshape(-1, LINE).any(axis=1).sum() / count
     return touched

@@ -54,7 +54,7 @@ class DomainRandomisation(gym.Wrapper):
         sigma = float(self._rng.uniform(*self._sigma_deg))
         shape = str(self._rng.choice(list(shapes.SHAPES)))
         size = self._rng.choice(self._scales) * np.asarray(shapes.SHAPES[shape].default_size)
-        self._observer.pose.sigma = np.deg2rad(sigma)  # type: ignore[union-attr]
+        self._observer.sigma_deg = sigma
         drawn = {"shape": shape, "size": size, "sigma_deg": sigma}
         return self.env.reset(seed=seed, options=drawn | (options or {}))
 

@@ -70,6 +70,16 @@ def lattice_of(grid: Grid) -> Lattice:
 
 
 @part()
+def voxel_of(lattice, x, y, z):
+    """The voxel of a point, m: its three indices, and whether `lattice` has it; as `Grid.index`."""
+    res, origin, shape = lattice.resolution, lattice.origin, lattice.shape
+    i = int(np.floor((x - origin[0]) / res))
+    j = int(np.floor((y - origin[1]) / res))
+    k = int(np.floor((z - origin[2]) / res))
+    return i, j, k, 0 <= i < shape[0] and 0 <= j < shape[1] and 0 <= k < shape[2]
+
+
+@part()
 def triple(vector):
     """The numbers of `vector` (3,) by themselves, so that loops over voxels need not read them anew."""
     return vector[0], vector[1], vector[2]

@@ -25,12 +25,12 @@ from observer.maps.cells import any_of, spread
 from observer.maps.contact_model import ContactModel
 from observer.maps.evidence import QUANTUM, reach_of
 from observer.maps.free_space import sweep
+from observer.maps.noisy_or import evidence as evidence_of
 from observer.maps.suspects import gather, touched_links
 
 WEIGHT = 3.0  # of a touch, times its own: shared out with all that is known it leaves fewer cells in doubt
 EDGE = 1.7  # of the skin, times its own: sweeps count in full here, so that what they exclude must be surer
 NO_FLOOR = -(2**40)  # sweeps count in full
-DOUBT = 1e-9  # probability that a touch with a single suspect, and no false alarms, had another cause
 AWAY = 10.0  # m before a grid lies what is not to meet it
 ROUNDS = 8  # by then no probability of a trial of 30 s moves by more than 0.03
 
@@ -178,6 +178,5 @@ def share(suspects, weight, cell, hits, no_alarm, rounds, log_odds):
                 clear[c] = 1.0 - hits[c] / (1.0 + np.exp(-log_odds[cell[c]]))
                 silent *= clear[c]
             for c in range(begin, end):
-                # As in `observer.maps.suspects`: hits · others / (1 - others).
-                said[c] = weight[e] * np.log1p(hits[c] * silent / max(clear[c] - silent, DOUBT))
+                said[c] = evidence_of(hits[c], clear[c], silent, weight[e], 0.0)
                 log_odds[cell[c]] += said[c]

@@ -6,7 +6,7 @@ Shapes: N particles, J joints, P patches, L links, K candidates. Angles in radia
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,64 +46,53 @@ class Cloud(NamedTuple):
     spread: Array
 
 
-def match_mean(
-    felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator, poses: Array, number: int
-) -> tuple[Array, NDArray[np.bool_]]:
+class Search(NamedTuple):
+    """All that the `kernel` needs to match particles to their maps, side by side, but for what it fills; its poses are
+    `about` (J,) rad."""
+
+    kernel: Callable[..., None]
+    arguments: tuple[Any, ...]
+    about: Array | None = None
+
+
+def mean_search(felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator) -> Search | None:
     """Every particle takes the mean of its candidates by likelihood, which come from all that is uncertain of the
     pose, in pairs about the centre: where the map has nothing to say nothing moves. What the pose's uncertainty does
-    to the maps is in `Reach`, the same for all, so that sweeps are said once.
-
-    Fills `poses` (N, J); returns the log of the mean likelihood (N,) and whether the match moved the pose (N,).
-    """
+    to the maps is in `Reach`, the same for all, so that sweeps are said once. None where no contact is."""
     particles, joints = cloud.centres.shape
     tree, body, lattice, evidence, reach, contacts, touch, watched = felt
-    stance, log_likelihood, moved = cloud.stance, np.zeros(particles), np.zeros(particles, dtype=bool)
-    if watched.any():  # effort goes where contact is
-        # Voxels that a candidate may be away; a single one of a single particle is where the pose is.
-        about = 1 + int(2.0 * reach.place.max() / lattice.resolution) if particles * candidates > 1 else 1
-        scan = scan_matching.scan(tree, body, lattice, stance, contacts, watched, maps.solid, about)
-        margin = 0.5 * lattice.resolution
-        causes = suspects.suspects_of(tree, body, lattice, evidence, reach, stance, contacts, touch, margin)
-        threads.run(
-            scan_matching.match_and_touch,
-            particles,
-            number,
-            scan,
-            causes,
-            maps.make_room(causes.cell),
-            lattice,
-            evidence,
-            candidates,
-            cloud.centres,
-            cloud.spread,
-            rng.standard_normal((particles, candidates // 2, joints), dtype=np.float32),  # twice as fast to draw
-            maps.common,
-            maps.slot,
-            maps.own,
-            maps.touched,
-            maps.solid,
-            poses,
-            log_likelihood,
-            moved,
-        )
-        poses += stance.pose
-    else:
-        np.add(stance.pose, cloud.centres, out=poses)
-    _sweep(felt, stance, maps, carve=True)
-    return log_likelihood, moved
+    stance = cloud.stance
+    if not watched.any():  # effort goes where contact is
+        return None
+    # Voxels that a candidate may be away; a single one of a single particle is where the pose is.
+    about = 1 + int(2.0 * reach.place.max() / lattice.resolution) if particles * candidates > 1 else 1
+    scan = scan_matching.scan(tree, body, lattice, stance, contacts, watched, maps.solid, about)
+    margin = 0.5 * lattice.resolution
+    causes = suspects.suspects_of(tree, body, lattice, evidence, reach, stance, contacts, touch, margin)
+    arguments = (
+        scan,
+        causes,
+        maps.make_room(causes.cell),
+        lattice,
+        evidence,
+        candidates,
+        cloud.centres,
+        cloud.spread,
+        rng.standard_normal((particles, candidates // 2, joints), dtype=np.float32),  # twice as fast to draw
+        maps.common,
+        maps.slot,
+        maps.own,
+        maps.touched,
+        maps.solid,
+    )
+    return Search(scan_matching.match_and_touch, arguments, stance.pose)
 
 
-def match_sample(
-    felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator, poses: Array, number: int
-) -> tuple[Array, NDArray[np.bool_]]:
+def sample_search(felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator) -> Search:
     """Every particle takes one of its candidates, drawn by likelihood from its proposal, and has the whole of its map
-    at its own pose. Fills and returns the same as `match_mean`."""
+    at its own pose."""
     particles, joints = cloud.centres.shape
-    log_likelihood, moved = np.zeros(particles), np.zeros(particles, dtype=bool)
-    threads.run(
-        per_particle.advance,
-        particles,
-        number,
+    arguments = (
         *felt,
         cloud.stance.pose + cloud.centres,
         lower_factor(cloud.rest),
@@ -111,17 +100,28 @@ def match_sample(
         rng.random(particles),
         maps.own,
         maps.stale,
-        poses,
-        log_likelihood,
-        moved,
     )
-    maps.seen |= maps.stale
-    _sweep(felt, cloud.stance, maps, carve=False)
+    return Search(per_particle.advance, arguments)
+
+
+def match(search: Search | None, cloud: Cloud, poses: Array, number: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Fill `poses` (N, J) with those that match the maps, on `number` threads, and write into these what is felt there;
+    returns the log of the mean likelihood (N,) and whether the match moved the pose (N,)."""
+    log_likelihood, moved = np.zeros(len(poses)), np.zeros(len(poses), dtype=bool)
+    if search is None:
+        np.add(cloud.stance.pose, cloud.centres, out=poses)
+        return log_likelihood, moved
+    threads.run(search.kernel, len(poses), number, *search.arguments, poses, log_likelihood, moved)
+    if search.about is not None:
+        poses += search.about
     return log_likelihood, moved
 
 
-def _sweep(felt: Felt, stance: Stance, maps: Maps, carve: bool) -> None:
-    """Take note of what the hand came near, and `carve` the free space out of what all particles have in common."""
+def sweep(felt: Felt, stance: Stance, maps: Maps, carve: bool) -> None:
+    """Take note of what the hand came near, and `carve` the free space out of what all particles have in common; where
+    that is not asked for, each has carved its own."""
+    if not carve:
+        maps.seen |= maps.stale
     where, loses = free_space.sweep_free(
         felt.tree,
         felt.body,
@@ -140,4 +140,4 @@ def _sweep(felt: Felt, stance: Stance, maps: Maps, carve: bool) -> None:
         free_space.lose(where, loses, maps.own)
 
 
-MATCHING: dict[str, Callable[..., tuple[Array, NDArray[np.bool_]]]] = {"mean": match_mean, "sample": match_sample}
+MATCHING: dict[str, Callable[..., Search | None]] = {"mean": mean_search, "sample": sample_search}

@@ -15,6 +15,7 @@ from observer.kinematics import body_frames
 from observer.maps.capsules import from_bone, ringing, room, voxel_box, voxel_span
 from observer.maps.cells import any_of
 from observer.maps.evidence import LEAST, LIMIT, QUANTUM
+from observer.maps.noisy_or import evidence as evidence_of
 
 
 @kernel(fastmath=True)
@@ -78,10 +79,8 @@ def _write(
 ):
     """Update one map with what was felt at one pose: `cells`, `owner` and `hits` are scratch.
 
-    Cells inside a link are free, the surer the deeper (`Reach.free`). Of the cells about the skin of a patch that
-    feels contact at least one is occupied: each gets the log of its noisy-OR likelihood ratio given what is known of
-    the others, so that a single suspect gets all of the evidence, and one of many next to none. `rings`: of
-    `_ringing`.
+    Cells inside a link are free, the surer the deeper (`Reach.free`), but for those about the skin of a patch that
+    feels contact, which share its evidence. `rings`: of `ringing`.
     """
     res = lattice.resolution
     origin = lattice.origin
@@ -150,9 +149,9 @@ def _share(evidence, touch, patch, flat, written, cells, owner, hits, found):
     for c in range(found):
         if owner[c] == patch:
             cell = cells[c]
-            others = clear / (1.0 - hits[c] * evidence.probability[flat[cell] + 128])
-            ratio = (1.0 - (1.0 - hits[c]) * others) / (1.0 - others)
-            flat[cell] = min(flat[cell] + int(np.round(touch * np.log(ratio) / QUANTUM)), LIMIT)
+            mine = 1.0 - hits[c] * evidence.probability[flat[cell] + 128]
+            quanta = evidence_of(hits[c], mine, clear, touch / QUANTUM, 0.0)
+            flat[cell] = min(flat[cell] + int(np.round(quanta)), LIMIT)
             if not written[cell]:
                 written[cell] = True
 

@@ -15,6 +15,7 @@ from haptic_env.patches import patch_at, row_at
 from observer.kinematics import _moved, _moving, twists
 from observer.maps.capsules import from_bone, ringing, room, voxel_box, voxel_span
 from observer.maps.evidence import LIMIT, QUANTUM
+from observer.maps.noisy_or import evidence as evidence_of
 
 FARTHEST = 2.5  # SDs beyond the shell, where a cell's part in a touch ends
 FADE = np.exp(-0.5 * ((np.arange(256) + 0.5) / 256 * FARTHEST) ** 2)  # of it, by the SDs beyond the shell
@@ -165,9 +166,7 @@ def _owner(body, turn, link, dx, dy, dz):
 @kernel(fastmath=True)
 def _share(suspects, where, evidence, delta, own, n, touched, solid, hits, ring):
     """Give the evidence of each touch to the cells that may have caused it, in the map of particle n, whose pose is
-    `delta` (J,) rad from the mean. At least one of them is occupied: each gets the log of its noisy-OR likelihood
-    ratio given what is known of the others, so that a single suspect gets all of the evidence, and one of many next
-    to none. `hits` and `ring` (C,) are scratch."""
+    `delta` (J,) rad from the mean. `hits` and `ring` (C,) are scratch."""
     for c in range(len(suspects.cell)):
         hits[c] = suspects.height[c]
     for a in range(len(suspects.active)):
@@ -187,11 +186,10 @@ def _share(suspects, where, evidence, delta, own, n, touched, solid, hits, ring)
             ring[c] = 1.0 - hits[c] * evidence.probability[own[n, where[c]] + 128]
             clear *= ring[c]
         for c in range(begin, end):
-            # Of the likelihood, if the cell is occupied rather than free, as a fraction: hits · others / (1 - others).
-            gain, rest = hits[c] * clear, ring[c] - clear
-            if weight * gain < 0.5 * rest:
-                continue  # less than half a quantum
-            new = min(own[n, where[c]] + int(weight * np.log(1.0 + gain / rest) + 0.5), LIMIT)
+            quanta = evidence_of(hits[c], ring[c], clear, weight, 0.5)
+            if quanta == 0.0:
+                continue
+            new = min(own[n, where[c]] + int(quanta + 0.5), LIMIT)
             own[n, where[c]] = new
             if not touched[suspects.cell[c]]:
                 touched[suspects.cell[c]] = True

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
-from observer.pose.gating import Gate, take_in
+from observer.pose.gating import Gate, Gated, take_in
 from observer.pose.kalman import RESTART_ANGLE, ContactDynamics
 
 HOLDS = 300
@@ -38,7 +38,7 @@ class DeltaMotion(NamedTuple):
     noise: Array
 
 
-class DeltaPose:
+class DeltaPose(Gated):
     """Posterior of the angles of now and of the last T steps under the linear motion model; for `HapticSLAM`."""
 
     def __init__(
@@ -46,11 +46,10 @@ class DeltaPose:
     ) -> None:
         """`sigma` rad, `motor_noise` a fraction; `dynamics` is not used: the paper's motion knows no forces."""
         self.hand = hand
-        self.sigma = max(sigma, 1e-5)  # exact angles: a variance of zero would make the update singular
         self.motor_noise = motor_noise
         self.lag = lag
         self.motion = babble(hand, control_hz)
-        self._gate = Gate(hand, self.sigma, 1.0 / control_hz)
+        self._gate = Gate(hand, sigma, 1.0 / control_hz)
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
@@ -62,11 +61,6 @@ class DeltaPose:
     def _begin(self, angles: Array, variance: float) -> None:
         self.mean = np.tile(angles, self.lag + 1).astype(np.float64)
         self.covariance = variance * np.eye(self.mean.size)
-
-    @property
-    def set_aside(self) -> NDArray[np.int64]:
-        """(J,) readings of the trial that no hand can give (`observer.pose.gating`)."""
-        return self._gate.set_aside.copy()
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""

@@ -28,6 +28,7 @@ LOST = 3.5  # the same, of what a filter makes of readings that may be
 FASTEST = 40.0  # rad/s: recorded fingers turn at up to 30
 JUMP = 0.5  # rad beyond that from where the joint is expected, and as many SDs as the next line says
 JUMP_SDS = 8.0
+LEAST_SIGMA = 1e-5  # rad: of exact angles a variance of zero would make an update singular
 MOST = 1e6  # rad²: of an angle's variance
 IN_A_ROW = 5  # readings that agree with each other: the next one is believed, for then the filter is wrong
 
@@ -52,19 +53,50 @@ class Range(NamedTuple):
         return (angles >= self.low) & (angles <= self.high)
 
 
+class Gated:
+    """What a filter of the pose has of the gate that its readings pass."""
+
+    _gate: Gate
+
+    @property
+    def sigma(self) -> float:
+        """Rad: SD of the noise of the felt angles; may be set, from the next step on."""
+        return self._gate.sigma
+
+    @sigma.setter
+    def sigma(self, sigma: float) -> None:
+        self._gate.sigma = sigma
+
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) readings of the trial that no hand can give."""
+        return self._gate.set_aside.copy()
+
+
 class Gate:
     """Tells readings of `hand` with noise of SD `sigma` rad apart; `set_aside` (J,) counts the odd ones of a trial."""
 
     def __init__(self, hand: Hand, sigma: float, step_seconds: float) -> None:
-        self._names, self._sigma = hand.joint_names, sigma
+        self._names = hand.joint_names
         self._jump = JUMP + FASTEST * step_seconds
         self._limits = hand.joint_limits.T
         limited = hand.model.jnt_limited.astype(bool)
-        low, high = np.where(limited, self._limits, [[-np.inf], [np.inf]])
+        self._between = np.where(limited, self._limits, [[-np.inf], [np.inf]])
         self._middle = np.where(limited, self._limits.mean(axis=0), 0.0)
-        margins = (max(each, BEYOND_SDS * sigma) for each in (BEYOND, TURNED, LOST))
-        self._possible, self._turned, self._lost_beyond = (Range(low - each, high + each) for each in margins)
+        self.sigma = sigma
         self.reset()
+
+    @property
+    def sigma(self) -> float:
+        """Rad: SD of the noise of a reading."""
+        return self._sigma
+
+    @sigma.setter
+    def sigma(self, sigma: float) -> None:
+        self._sigma = max(sigma, LEAST_SIGMA)
+        low, high = self._between
+        margins = (max(each, BEYOND_SDS * self._sigma) for each in (BEYOND, TURNED, LOST))
+        self._possible, self._turned, self._lost_beyond = (Range(low - each, high + each) for each in margins)
 
     def reset(self) -> None:
         """Start a trial."""

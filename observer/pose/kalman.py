@@ -26,7 +26,7 @@ from haptic_env.patches import Patches
 from observer.kinematics import tree_of
 from observer.pose import kalman_updates
 from observer.pose.forward_model import ForwardModel
-from observer.pose.gating import Gate, take_in
+from observer.pose.gating import Gate, Gated, take_in
 
 SKIN_SPACING = 0.001  # metres
 RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a filter that was lost
@@ -57,7 +57,7 @@ class ContactDynamics:
             object.__setattr__(self, name, validate.number(name, getattr(self, name), 1e-6, 1e3, unit="m/s"))
 
 
-class PoseFilter:
+class PoseFilter(Gated):
     """Posterior of (q, v) and of the lagged angles given efference copies, felt angles and felt contacts."""
 
     def __init__(
@@ -75,7 +75,6 @@ class PoseFilter:
         self.hand = hand
         self.joints = hand.joints
         self.lag = lag
-        self.sigma = max(sigma, 1e-5)  # exact angles: a variance of zero would make the update singular
         self.motor_noise = motor_noise
         self.velocity_noise = velocity_noise
         self.dynamics = dynamics
@@ -85,7 +84,7 @@ class PoseFilter:
         self._axes, share = _normals(hand.patches)
         self._forces = np.sqrt(dynamics.normal_force**2 * share + dynamics.tangential_force**2 * (1 - share))
         self._speeds = np.sqrt(dynamics.normal_speed**2 * share + dynamics.tangential_speed**2 * (1 - share))
-        self._gate = Gate(hand, self.sigma, 1.0 / control_hz)
+        self._gate = Gate(hand, sigma, 1.0 / control_hz)
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
@@ -129,11 +128,6 @@ class PoseFilter:
             self.log_evidence = before  # what it said of this step may be no number
             self._begin(self._gate.at_last(self.mean[:joints], joint_angles), RESTART_ANGLE, RESTART_SPEED)
         self._contacts = contacts
-
-    @property
-    def set_aside(self) -> NDArray[np.int64]:
-        """(J,) readings of the trial that no hand can give (`observer.pose.gating`)."""
-        return self._gate.set_aside.copy()
 
     @property
     def angles(self) -> Array:

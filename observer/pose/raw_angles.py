@@ -5,6 +5,8 @@ Shapes: J joints, P patches.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,23 +19,25 @@ class RawAngles:
 
     log_evidence = 0.0
 
-    def __init__(self, hand: Hand, sigma: float) -> None:
+    def __init__(self, hand: Hand, *, sigma: float, lag: int, **_: Any) -> None:
+        """`sigma` rad; the rest of what a motion may be given says nothing here."""
         self.hand = hand
         self.sigma = sigma
+        self.lag = lag
         self.set_aside = np.zeros(hand.joints, dtype=np.int64)  # all is taken at its word
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
         """Start at the rest pose, whatever is `felt`."""
-        self.mean = np.tile(self.hand.rest_pose, 2)
+        self.mean = np.tile(self.hand.rest_pose, self.lag + 1)
         self.covariance = np.zeros((self.mean.size, self.mean.size))
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Take over the felt `joint_angles` (J,) rad."""
         joints = self.hand.joints
-        self.mean = np.concatenate([joint_angles, self.mean[:joints]])
+        self.mean = np.concatenate([joint_angles, self.mean[:-joints]])
         np.fill_diagonal(self.covariance, self.sigma**2)
 
     def lagged(self, steps: int) -> slice:
-        """Where `mean` keeps the angles of `steps` (0 or 1) steps ago."""
+        """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
         return slice(steps * self.hand.joints, (steps + 1) * self.hand.joints)

@@ -27,7 +27,7 @@ from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.gaussian import mixture
 from observer.pose import interacting_models
-from observer.pose.gating import Gate, Heard
+from observer.pose.gating import Gate, Gated, Heard
 from observer.pose.interacting_models import PRESENT
 from observer.pose.joint_pairs import Partners
 
@@ -95,7 +95,7 @@ class SmoothMotion:
         return np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -(rate**2), -2.0 * rate]])
 
 
-class KinematicPose:
+class KinematicPose(Gated):
     """Posterior of the angles of now and of the last T steps from the felt angles alone; for `HapticSLAM`.
 
     Nothing is known of where a movement begins; torques and contacts are not used. `log_evidence` is that of the joints
@@ -107,7 +107,6 @@ class KinematicPose:
     ) -> None:
         """`sigma` rad; the rest of what a motion may be given says nothing here."""
         self.hand = hand
-        self.sigma = max(sigma, 1e-5)  # exact angles: a variance of zero would make the update singular
         self.lag = lag
         self.smooth = SmoothMotion() if smooth is None else smooth
         self.partners = Partners(hand.joints, self.smooth.together, self.smooth.temper)
@@ -117,7 +116,7 @@ class KinematicPose:
         self._noise = squares[:, None, None] * self.smooth.noise(step)  # (M, 3, 3)
         self._switch = self.smooth.switching(step)
         self._start = squares[:, None] * [1.0, self.smooth.seconds**-2]  # (M, 2): of velocity and acceleration
-        self._gate = Gate(hand, self.sigma, step)
+        self._gate = Gate(hand, sigma, step)
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
@@ -140,11 +139,6 @@ class KinematicPose:
         present = np.arange(1, PRESENT)
         self._covariances[:, :, present, present] = self._start
         self._combine()
-
-    @property
-    def set_aside(self) -> NDArray[np.int64]:
-        """(J,) readings of the trial that no hand can give (`observer.pose.gating`)."""
-        return self._gate.set_aside.copy()
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step to the felt `joint_angles` (J,) rad."""

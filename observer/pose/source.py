@@ -18,6 +18,8 @@ class PoseSource(Protocol):
     """A Gaussian over the angles of several steps: the forward model's, the paper's, or the raw angles."""
 
     hand: Hand
+    sigma: float
+    """Rad: SD of the noise of the felt angles; may be set, from the next step on."""
     mean: Array
     """(D,); `mean[lagged(k)]` are the angles (J,) rad of k steps ago, `mean[:J]` those of now."""
     covariance: Array

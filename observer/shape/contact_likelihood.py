@@ -10,20 +10,10 @@ import numpy as np
 
 from haptic_env.compiled import inner, kernel, part
 from observer.kinematics import body_frames
-from observer.shape.distance_fields import field_distance
+from observer.shape.distance_fields import field_distance, in_field
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
-
-
-@part()
-def _in_field(turn, scale, x, y, z):
-    """A world vector in the frame of a field that is turned by `turn` (3, 3) and `scale` times as large."""
-    return (
-        (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale,
-        (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale,
-        (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale,
-    )
 
 
 @part()
@@ -37,14 +27,14 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]
     resolution, half, far = solids.resolution, solids.half, solids.far
     # The link's frame in that of the field.
-    p0, p1, p2 = _in_field(turn, scale, position[0] - at[0], position[1] - at[1], position[2] - at[2])
-    c0, c1, c2 = _in_field(turn, scale, rotation[0, 2], rotation[1, 2], rotation[2, 2])
+    p0, p1, p2 = in_field(turn, scale, position[0] - at[0], position[1] - at[1], position[2] - at[2])
+    c0, c1, c2 = in_field(turn, scale, rotation[0, 2], rotation[1, 2], rotation[2, 2])
     s = skin.middle[link]
     gap = scale * field_distance(field, resolution, half, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
     if gap - skin.ball[link] >= clear:
         return False
-    a0, a1, a2 = _in_field(turn, scale, rotation[0, 0], rotation[1, 0], rotation[2, 0])
-    b0, b1, b2 = _in_field(turn, scale, rotation[0, 1], rotation[1, 1], rotation[2, 1])
+    a0, a1, a2 = in_field(turn, scale, rotation[0, 0], rotation[1, 0], rotation[2, 0])
+    b0, b1, b2 = in_field(turn, scale, rotation[0, 1], rotation[1, 1], rotation[2, 1])
     for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
         gaps[patch] = clear
     near = False
@@ -73,54 +63,73 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     return near
 
 
-@inner(fastmath=True)
-def _part_likelihood(
-    skin, solids, g, position, rotation, contacts, touches, tolerance, press, surprise, news, gaps, likelihood
+@part(fastmath=True)
+def link_likelihood(
+    solids, h, skin, link, position, rotation, contacts, touches, tolerance, press, surprise, news, gaps
 ):
-    """Fill `likelihood` (H,) with p(z_g | q, h) of part `g`, whose bodies are at `position` (B, 3) and `rotation`
-    (B, 3, 3); `touches` (L,) count the contacts of each link, what it says has the exponent `news` (L,); `gaps` (P,) is
-    scratch."""
+    """p(z_l | q, h) of `link` at `position` (3,) and `rotation` (3, 3), with the exponent `news`: of its patches
+    `touches` feel contact, those in `contacts` (P,). `tolerance` m: the SD of a gap; `gaps` (P,) is scratch.
+
+    That a link feels nothing is one event, its nearest patch is clear: an error of the pose moves all of them together.
+    Silent patches of a link that feels contact lie no deeper than those that ring, which may be `press` m inside; that
+    they are as near says nothing, for the physics has few points of contact a link, however flat it lies.
+    """
+    clear = CLEAR * tolerance
+    if not patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
+        return surprise ** (news * touches) if touches > 0 else 1.0
+    told, touched, silent = 1.0, clear, clear
+    for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+        gap = gaps[patch]
+        if not contacts[patch]:
+            silent = min(silent, gap)
+            continue
+        touched = min(touched, gap)
+        ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / tolerance
+        fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
+        told *= surprise + (1.0 - surprise) * fit
+    ratio = silent / tolerance
+    if touches > 0:
+        ratio += 1.0 + (press - touched) / tolerance
+    if ratio < CLEAR:
+        # A normal's distribution function, nearly.
+        told *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
+    return told**news if told < 1.0 else 1.0
+
+
+@inner(fastmath=True)
+def _part_likelihood(skin, solids, g, frames, contacts, touches, tolerance, press, surprise, news, gaps, likelihood):
+    """Fill `likelihood` (H,) with p(z_g | q, h) of part `g`, whose bodies have `frames` (B, 3) and (B, 3, 3); `touches`
+    (L,) count the contacts of each link, what it says has the exponent `news` (L,); `gaps` (P,) is scratch."""
+    position, rotation = frames
     for h in range(len(likelihood)):
         likelihood[h] = 1.0
     for link in range(len(skin.body)):
         if skin.group[link] != g or news[link] <= 0.0:
             continue
-        body, near = skin.body[link], tolerance[link]
-        clear = CLEAR * near
+        body = skin.body[link]
         for h in range(len(likelihood)):
-            if not patch_gaps(solids, h, skin, link, position[body], rotation[body], clear, gaps):
-                if touches[link] > 0:
-                    likelihood[h] *= surprise ** (news[link] * touches[link])
-                continue
-            told, touched, silent = 1.0, clear, clear
-            for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
-                gap = gaps[patch]
-                if not contacts[patch]:
-                    silent = min(silent, gap)
-                    continue
-                touched = min(touched, gap)
-                ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / near
-                fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
-                told *= surprise + (1.0 - surprise) * fit
-            ratio = silent / near
-            if touches[link] > 0:
-                ratio += 1.0 + (press - touched) / near
-            if ratio < CLEAR:
-                # A normal's distribution function, nearly.
-                told *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
-            if told < 1.0:
-                likelihood[h] *= told ** news[link]
+            likelihood[h] *= link_likelihood(
+                solids,
+                h,
+                skin,
+                link,
+                position[body],
+                rotation[body],
+                contacts,
+                touches[link],
+                tolerance[link],
+                press,
+                surprise,
+                news[link],
+                gaps,
+            )
 
 
 @kernel(fastmath=True)
 def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise, news, out):
     """Fill `out` (G, H, S) with p(z_g | q, h) of what each part g feels at each of the `poses` (S, C), in which it
     finds its joints in its `column` (G, J); the SD of a gap is the `tolerance` (L,) m of its link, and what a link says
-    counts with the exponent `news` (L,).
-
-    That a link feels nothing is one event, its nearest patch is clear: an error of the pose moves all of them together.
-    Silent patches of a link that feels contact lie no deeper than those that ring, which may be `press` m inside; that
-    they are as near says nothing, for the physics has few points of contact a link, however flat it lies.
+    counts with the exponent `news` (L,), as `link_likelihood` has it.
     """
     parts, _, samples = out.shape
     links = len(skin.body)
@@ -142,8 +151,7 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
                 skin,
                 solids,
                 g,
-                position,
-                rotation,
+                (position, rotation),
                 contacts,
                 touches,
                 tolerance,

@@ -5,6 +5,7 @@ Shapes: H hypotheses, F fields, L links, B beads, M points of the skin, P patche
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
-from haptic_env.compiled import part
+from haptic_env.compiled import inner, part
 from haptic_env.grid import VOXELS, Grid
 from haptic_env.shapes.base import Solid, rotation_matrix
 
@@ -111,15 +112,31 @@ def field_distance(field, resolution, half, far, x, y, z):
 
 
 @part()
-def _gap(solids, h, x, y, z):
-    at, turn, scale = solids.position[h], solids.rotation[h], solids.scale[h]
-    x, y, z = (x - at[0]) / scale, (y - at[1]) / scale, (z - at[2]) / scale
-    return scale * field_distance(
-        solids.field[solids.drawn_in[h]],
-        solids.resolution,
-        solids.half,
-        solids.far,
-        turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z,
-        turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z,
-        turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z,
+def in_field(turn, scale, x, y, z):
+    """A world vector in the frame of a field that is turned by `turn` (3, 3) and `scale` times as large."""
+    return (
+        (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale,
+        (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale,
+        (turn[0, 2] * x + turn[1, 2] * y + turn[2, 2] * z) / scale,
     )
+
+
+@inner()
+def distance_from(solids, h, x, y, z):
+    """Signed distance (m) of a point of the world from hypothesis `h`."""
+    at, scale = solids.position[h], solids.scale[h]
+    u, v, w = in_field(solids.rotation[h], scale, x - at[0], y - at[1], z - at[2])
+    field = solids.field[solids.drawn_in[h]]
+    return scale * field_distance(field, solids.resolution, solids.half, solids.far, u, v, w)
+
+
+@inner()
+def way_out(solids, h, x, y, z, step, normal):
+    """Fill `normal` (3,) with the direction in which the distance of a point from hypothesis `h` grows, by differences
+    over `step` m either way; zeros where it does not."""
+    normal[0] = distance_from(solids, h, x + step, y, z) - distance_from(solids, h, x - step, y, z)
+    normal[1] = distance_from(solids, h, x, y + step, z) - distance_from(solids, h, x, y - step, z)
+    normal[2] = distance_from(solids, h, x, y, z + step) - distance_from(solids, h, x, y, z - step)
+    length = max(math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2), 1e-12)
+    for i in range(3):
+        normal[i] /= length

@@ -11,7 +11,7 @@ import numpy as np
 
 from haptic_env.compiled import inner, kernel
 from observer.kinematics import body_frames, point_jacobian
-from observer.shape.distance_fields import _gap
+from observer.shape.distance_fields import distance_from, way_out
 
 CLEAR = 4.0  # in SDs: a link this far within its bounds says nothing
 
@@ -56,18 +56,11 @@ def nearest(solids, h, skin, link, position, rotation, spot, normal):
         x = position[0] + rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c
         y = position[1] + rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c
         z = position[2] + rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c
-        gap = _gap(solids, h, x, y, z)
+        gap = distance_from(solids, h, x, y, z)
         if gap < least:
             least = gap
             spot[0], spot[1], spot[2] = x, y, z
-    x, y, z = spot
-    by = 0.5 * solids.resolution * solids.scale[h]
-    normal[0] = _gap(solids, h, x + by, y, z) - _gap(solids, h, x - by, y, z)
-    normal[1] = _gap(solids, h, x, y + by, z) - _gap(solids, h, x, y - by, z)
-    normal[2] = _gap(solids, h, x, y, z + by) - _gap(solids, h, x, y, z - by)
-    length = math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
-    for i in range(3):
-        normal[i] /= max(length, 1e-12)
+    way_out(solids, h, spot[0], spot[1], spot[2], 0.5 * solids.resolution * solids.scale[h], normal)
     return least
 
 

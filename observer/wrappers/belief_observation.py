@@ -107,8 +107,7 @@ class BeliefFeatures:
         tips = self._tips
         points = position[tips, None] + np.einsum("fij,fkj->fki", rotation[tips], self._lattice)
         grid = belief.grid
-        cell = np.floor((points.reshape(-1, 3) - grid.origin) / grid.resolution).astype(np.int64)
-        inside = ((cell >= 0) & (cell < grid.shape)).all(axis=1)
+        cell, inside = grid.index(points.reshape(-1, 3))
         result = np.zeros(len(cell))
         result[inside] = 2.0 * belief.occupancy[tuple(cell[inside].T)] - 1.0
         return result

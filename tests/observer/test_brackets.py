@@ -36,6 +36,28 @@ def test_the_ceilings_pose_is_the_true_one(trial):
         np.testing.assert_array_equal(belief.joint_std, 0.0)
 
 
+@pytest.mark.parametrize("build", [DeadReckoning, TruePose])
+def test_raw_angles_need_no_physics(trial, build, monkeypatch):
+    def refuse(*_, **__):
+        raise AssertionError("a forward model was built, to be thrown away")
+
+    monkeypatch.setattr("observer.pose.kalman.ForwardModel.__init__", refuse)
+    build(trial.hand)
+    with pytest.raises(AssertionError, match="forward model"):
+        Kalman(trial.hand)
+
+
+@pytest.mark.parametrize("lag", [0, 1, 4])
+def test_raw_angles_may_wait_too(trial, lag):
+    slam = HapticSLAM(trial.hand, 3.0, particles=1, motion="raw_angles", lag=lag)
+    slam.reset(seed=0)
+    for k, each in enumerate(zip(trial.torque, trial.felt, trial.contacts, strict=True)):
+        slam.step(*each)
+        if k >= lag:
+            mean = slam.pose.mean[slam.pose.lagged(lag)]
+            np.testing.assert_array_equal(mean, trial.felt[k - lag])
+
+
 def test_what_lies_between_knows_more_the_longer_it_waits(trial):
     errors = [trial.lagged_rmse(trial.beliefs(build(trial.hand, 3.0))) for build in (DeadReckoning, Kalman, Smoother)]
     assert errors[0] > errors[1] > errors[2]

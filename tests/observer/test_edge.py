@@ -18,6 +18,7 @@ from observer import (
     warm_up,
 )
 from observer.kinematics import link_frames, tree_of
+from observer.pose.motions import MOTIONS
 
 OBSERVERS = {
     "haptic_slam": lambda hand: HapticSLAM(hand, particles=2, lag=1),
@@ -237,3 +238,33 @@ def test_progress_is_a_function(two_finger, progress):
 def test_evidence_is_of_voxels(resolution):
     with pytest.raises(ValueError, match="resolution must be a finite number"):
         ContactModel().evidence(resolution)
+
+
+OF_SIGMA = {
+    **{motion: lambda hand, sigma, motion=motion: HapticSLAM(hand, sigma, 2, motion=motion) for motion in MOTIONS},
+    "floor": DeadReckoning,
+    "pose_only": PoseOnly,
+}
+
+
+@pytest.mark.parametrize("make", OF_SIGMA.values(), ids=OF_SIGMA)
+def test_an_observer_told_sigma_later_is_as_if_made_with_it(two_finger, make):
+    told, made, other = make(two_finger, 3.0), make(two_finger, 0.7), make(two_finger, 3.0)
+    told.sigma_deg = 0.7
+    assert told.sigma_deg == pytest.approx(0.7)
+    rng, felt = np.random.default_rng(0), np.zeros(50, dtype=bool)
+    angles = two_finger.rest_pose + rng.normal(0.0, 0.02, (5, two_finger.joints))
+    angles[4, 0] = two_finger.joint_limits[0, 1] + np.deg2rad(25.0)  # what 3° of noise may make, and 0.7° may not
+    beliefs = []
+    for each in (told, made, other):
+        each.reset(seed=0, joint_angles=angles[0])
+        beliefs.append([each.step(np.zeros(8), q, felt) for q in angles][-1])
+    assert beliefs[0] == beliefs[1] != beliefs[2]
+
+
+@pytest.mark.parametrize("sigma", [-1.0, 91.0, np.nan, "three", None])
+def test_a_sigma_that_is_none_is_refused(watching, sigma):
+    before = watching.sigma_deg
+    with pytest.raises(ValueError, match="sigma_deg must be"):
+        watching.sigma_deg = sigma
+    assert watching.sigma_deg == before

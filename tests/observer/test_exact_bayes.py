@@ -57,8 +57,9 @@ class Trial:
         )
         self.felt = q + np.deg2rad(SIGMA_DEG) * rng.standard_normal(q.shape)
         beliefs = [self.slam.reset(seed=seed)]
-        self.slam._maps.own[:] = start
-        self.slam._maps.seen[:] = self.slam._maps.stale[:] = True
+        maps = self.slam._state.maps
+        maps.own[:] = start
+        maps.seen[:] = maps.stale[:] = True
         for q, touched in zip(self.felt, TOUCHED, strict=True):
             beliefs.append(self.slam.step(np.zeros(joints), q, [touched, 0]))
         beliefs = [each for each in beliefs if each.lagged_contacts is not None] + self.slam.flush()

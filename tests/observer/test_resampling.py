@@ -88,17 +88,18 @@ def test_a_copy_of_a_particle_owns_its_map():
     """Resample the observer's particles, then change one map: no other follows."""
     slam = HapticSLAM(pointer(), 1.0, particles=8)
     slam.reset(seed=0)
-    slam._maps.make_room(np.arange(20))
-    slam._maps.own[:] = np.arange(8, dtype=np.int8)[:, None]
-    slam._poses[:] = np.arange(8)[:, None]
-    slam._weigh(np.log([1e-9, 1e-9, 0.5, 1e-9, 1e-9, 0.5, 1e-9, 1e-9]))
-    assert slam._resample()
-    held = slam._maps.own[:, :20]
+    state = slam._state
+    state.maps.make_room(np.arange(20))
+    state.maps.own[:] = np.arange(8, dtype=np.int8)[:, None]
+    state.poses[:] = np.arange(8)[:, None]
+    state.weigh(np.log([1e-9, 1e-9, 0.5, 1e-9, 1e-9, 0.5, 1e-9, 1e-9]))
+    assert state.resample()
+    held = state.maps.own[:, :20]
     assert held[2].max() == 2, "survivors stay where they are"
     assert held[5].max() == 5
     assert sorted(held[:, 0]) == [2] * 4 + [5] * 4
-    np.testing.assert_array_equal(held[:, 0], slam._poses[:, 0])
-    np.testing.assert_allclose(slam._log_weights, -np.log(8))
+    np.testing.assert_array_equal(held[:, 0], state.poses[:, 0])
+    np.testing.assert_allclose(state.log_weights, -np.log(8))
     for n in range(8):
         before = held.copy()
         held[n] += 1
@@ -109,5 +110,6 @@ def test_a_copy_of_a_particle_owns_its_map():
 def test_particles_of_like_weight_are_left_alone():
     slam = HapticSLAM(pointer(), 1.0, particles=8)
     slam.reset(seed=0)
-    slam._log_weights[:] = np.log([0.2, 0.1, 0.1, 0.1, 0.15, 0.15, 0.1, 0.1])
-    assert not slam._resample()
+    state = slam._state
+    state.log_weights[:] = np.log([0.2, 0.1, 0.1, 0.1, 0.15, 0.15, 0.1, 0.1])
+    assert not state.resample()

@@ -326,7 +326,7 @@ def test_sigma_is_drawn_for_each_episode_and_told_to_the_observer():
     for _ in range(10):
         env.reset()
         (white,) = env.unwrapped.felt_angles.proprioception.noises
-        assert env.get_wrapper_attr("observer").pose.sigma == pytest.approx(white.sigma)
+        assert env.get_wrapper_attr("observer").sigma_deg == pytest.approx(np.rad2deg(white.sigma))
         assert 1.0 <= np.rad2deg(white.sigma) <= 5.0
         drawn.add(white.sigma)
     assert len(drawn) == 10

@@ -17,8 +17,8 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from observer import ContactDynamics, ContactModel, HapticSLAM, PoseOnly, ShapePosterior, variants
-from observer.fastslam import MOTIONS
 from observer.maps.matching import MATCHING
+from observer.pose.motions import MOTIONS
 from tests.properties import samples
 from tests.properties.entry import Entry
 from tests.properties.parameters import (

@@ -1,0 +1,60 @@
+"""What one step has to say to the maps.
+
+Shapes: J joints, L links, P patches. Angles in radians.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from haptic_env.arrays import Array
+from haptic_env.grid import Grid
+from haptic_env.hand import Hand
+from observer.kinematics import placed, tree_of
+from observer.maps import capsules, hindsight, mean_frames
+from observer.maps.contact_model import ContactModel
+from observer.maps.matching import Felt
+from observer.maps.mean_frames import Stance
+from observer.state import FilterState, Waiting
+
+
+class Sensing:
+    """The hand, the grid and the contact model as kernels read them, and what they make of a step."""
+
+    def __init__(self, hand: Hand, grid: Grid, model: ContactModel, in_hindsight: bool) -> None:
+        """`in_hindsight`: whether steps are kept for the map in hindsight."""
+        self.tree = tree_of(hand)
+        self.grid, self.model, self.in_hindsight = grid, model, in_hindsight
+        self.body = capsules.body_of(hand.patches, grid.resolution)
+        self.evidence = model.evidence(grid.resolution)
+        self._lattice = capsules.lattice_of(grid)
+        self._link = hand.patches.link
+        self._watches = hand.link_group[self._link][:, None] == hand.link_group  # (P, L): whose patches a touch calls
+
+    def stand(self, state: FilterState, step: Waiting, pose: Array, covariance: Array) -> tuple[Felt, Stance]:
+        """What is felt at a `step` of which the pose (J,) is known with the `covariance` (J, J) rad², and how the hand
+        stands there; takes note of it in `state`."""
+        contacts, root = step
+        tree = placed(self.tree, root)
+        stance, reach = mean_frames.stand(tree, self.body, self.evidence, self.model.caution, pose, covariance)
+        touch = np.where(state.contacts, self.model.sustained, self.model.touch)
+        heard = state.novelty.heard(stance, contacts)
+        if self.in_hindsight and heard.any():
+            moment = hindsight.Moment(stance.position, stance.rotation, reach.place, contacts, touch, heard)
+            state.moments.append(moment)
+        state.contacts = contacts
+        felt = Felt(
+            tree,
+            self.body,
+            self._lattice,
+            self.evidence,
+            reach.of(heard),
+            contacts,
+            np.where(heard[self._link], touch, 0.0),
+            self._watches[contacts].any(axis=0),
+        )
+        return felt, stance
+
+    def in_retrospect(self, moments: list[hindsight.Moment]) -> Array:
+        """(X, Y, Z) the map in hindsight of all that was noted."""
+        return hindsight.occupancy(moments, self.tree.link_body, self.grid, self.body, self.model)
