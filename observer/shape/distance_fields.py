@@ -92,7 +92,7 @@ def _field(solid: Solid, grid: Grid) -> NDArray[np.float32]:
     return result
 
 
-@part()
+@part(fastmath=True)
 def field_distance(field, resolution, half, far, x, y, z):
     """Signed distance at a point of the field's frame, between its nodes linearly; `far` outside."""
     last = field.shape[0] - 1
