@@ -118,7 +118,9 @@ def belief(hand: Hand, given: Belief) -> Followed:
 def _as_made(hand: Hand, given: Belief) -> bool:
     """Whether `given` is in all that `belief` checks like what an observer makes: most are, and asked at each step."""
     flat, square, felt = (hand.joints,), (hand.joints, hand.joints), given.lagged_contacts
-    arrays = (*given.transition, given.lagged_covariance)  # type: ignore[misc]
+    moved = given.transition
+    assert moved is not None
+    arrays = (*moved, given.lagged_covariance)
     for each, shape in zip(arrays, (flat, square, flat, square, square), strict=True):
         if type(each) is not np.ndarray or each.dtype != np.float64 or each.shape != shape or not each.flags.carray:
             return False
