@@ -88,8 +88,8 @@ def belief(hand: Hand, given: Belief) -> Followed:
     beyond all angles."""
     validate.instance("transition of belief", given.transition, Transition, "a Transition")
     if _as_made(hand, given):
-        moved, felt = given.transition, given.lagged_contacts
-        return Followed(moved, given.lagged_covariance, felt, root(given.lagged_root))  # type: ignore[arg-type]
+        now, covariance, contacts = given.transition, given.lagged_covariance, given.lagged_contacts
+        return Followed(now, covariance, contacts, root(given.lagged_root))  # type: ignore[arg-type]
     felt = validate.binary("lagged_contacts of belief", given.lagged_contacts)  # type: ignore[arg-type]
     pose = validate.numbers("lagged_joint_angles of belief", given.lagged_joint_angles)
     told, mine = (pose.size, felt.size), (hand.joints, len(hand.patches))
