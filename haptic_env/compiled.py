@@ -18,7 +18,16 @@ from haptic_env.kernel_cache import KernelCache
 # Numbers as a user may give them: strided, read-only, or at any address.
 GIVEN = types.Array(types.float64, 1, "A", readonly=True, aligned=False)
 KERNELS: list[Dispatcher] = []  # all that there are so far
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+# What is not said here a function would take from whichever caller happened to have it compiled first, so that the same
+# code would round differently from process to process.
+OPTIONS: dict[str, Any] = {
+    "error_model": "numpy",
+    "fastmath": False,
+    "forceinline": False,
+    "_nrt": True,
+    "nogil": True,
+    "no_cfunc_wrapper": True,
+}
 
 
 def kernel(*signature: Any, **options: Any) -> Callable[[Callable], Callable]:

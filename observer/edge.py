@@ -9,10 +9,12 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
 from haptic_env.arrays import Array
+from haptic_env.compiled import inner
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
@@ -22,6 +24,7 @@ from observer.belief import Belief, Transition
 
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
 LARGEST_ANGLE, LARGEST_VARIANCE = 1e3, 1e6  # rad and rad²: a pose that is believed is known better
+ANGLES, SQUARE = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")  # as observers make them
 MEMORY = 4 * 2**30  # bytes that an observer may need
 GIB = 2**30
 WORLD: dict[str, tuple[type, str]] = {
@@ -89,6 +92,9 @@ def belief(hand: Hand, given: Belief) -> Followed:
     Raises `ValueError` for the belief of another hand, and for one whose pose, or how it moved, is not finite or
     beyond all angles."""
     validate.instance("transition of belief", given.transition, Transition, "a Transition")
+    if _as_made(hand, given):
+        now, covariance, contacts = given.transition, given.lagged_covariance, given.lagged_contacts
+        return Followed(now, covariance, contacts, root(given.lagged_root))  # type: ignore[arg-type]
     felt = validate.binary("lagged_contacts of belief", given.lagged_contacts)  # type: ignore[arg-type]
     pose = validate.numbers("lagged_joint_angles of belief", given.lagged_joint_angles)
     told, mine = (pose.size, felt.size), (hand.joints, len(hand.patches))
@@ -112,6 +118,34 @@ def belief(hand: Hand, given: Belief) -> Followed:
         )
     ]
     return Followed(Transition(*moved), _own(covariance), contacts, root(given.lagged_root))
+
+
+def _as_made(hand: Hand, given: Belief) -> bool:
+    """Whether `given` is in all that `belief` checks like what an observer makes: most are, and asked at each step."""
+    flat, square, felt = (hand.joints,), (hand.joints, hand.joints), given.lagged_contacts
+    moved = given.transition
+    assert moved is not None
+    arrays = (*moved, given.lagged_covariance)
+    for each, shape in zip(arrays, (flat, square, flat, square, square), strict=True):
+        if type(each) is not np.ndarray or each.dtype != np.float64 or each.shape != shape or not each.flags.carray:
+            return False
+    if type(felt) is not np.ndarray or felt.dtype != np.bool_ or felt.shape != (len(hand.patches),):
+        return False
+    return _believable(*arrays)
+
+
+@inner(types.boolean(ANGLES, SQUARE, ANGLES, SQUARE, SQUARE))
+def _believable(mean: Array, follow: Array, before: Array, rest: Array, covariance: Array) -> bool:
+    """Whether all is finite and no angle or variance is beyond its largest."""
+    inside = True
+    for i in range(len(mean)):
+        inside &= abs(mean[i]) <= LARGEST_ANGLE
+        inside &= abs(before[i]) <= LARGEST_ANGLE
+        for j in range(len(mean)):
+            inside &= abs(follow[i, j]) <= validate.LARGEST
+            inside &= abs(rest[i, j]) <= LARGEST_VARIANCE
+            inside &= abs(covariance[i, j]) <= LARGEST_VARIANCE
+    return inside
 
 
 def _own(array: Array) -> Array:

@@ -16,7 +16,7 @@ CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
 
 
-@part()
+@part(fastmath=True)
 def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
     """Fill `gaps` (P,) of the patches of `link`, at `position` (3,) and `rotation` (3, 3), with their distance from
     hypothesis `h`, or `clear` m where it is more; whether any is less.

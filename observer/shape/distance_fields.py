@@ -93,7 +93,7 @@ def _field(solid: Solid, grid: Grid) -> NDArray[np.float32]:
     return result
 
 
-@part()
+@part(fastmath=True)
 def field_distance(field, resolution, half, far, x, y, z):
     """Signed distance at a point of the field's frame, between its nodes linearly; `far` outside."""
     last = field.shape[0] - 1
@@ -111,7 +111,7 @@ def field_distance(field, resolution, half, far, x, y, z):
     return a + (c - a) * u
 
 
-@part()
+@part(fastmath=True)
 def in_field(turn, scale, x, y, z):
     """A world vector in the frame of a field that is turned by `turn` (3, 3) and `scale` times as large."""
     return (

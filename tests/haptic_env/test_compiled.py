@@ -7,7 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-from haptic_env import cache
+import pytest
+
+from haptic_env import cache, kernel_cache
+from haptic_env.compiled import inner, kernel, part
 
 ROOT = Path(__file__).resolve().parents[2]
 WORK = """
@@ -40,3 +43,29 @@ def test_two_processes_compile_at_once_and_a_third_finds_it_done(tmp_path: Path)
     assert any("_touch" in path.name for path in compiled)
     assert end(begin(tmp_path)) == first
     assert kept(tmp_path) == compiled
+
+
+def test_what_a_function_is_compiled_to_does_not_depend_on_who_calls_it_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """numba compiles a callee as its first caller is compiled, where nothing else is said of it."""
+    monkeypatch.setattr(kernel_cache, "folder", lambda: tmp_path)
+
+    @inner()
+    def exact(x: float) -> float:
+        return (x / 3.0 + x) - x
+
+    @part(fastmath=True)
+    def hasty(x: float) -> float:
+        return exact(x) / 7.0
+
+    @kernel(fastmath=True)
+    def first(x: float) -> float:
+        return hasty(x)
+
+    first(1.0)
+    (plain,), (fast,) = exact.inspect_llvm().values(), hasty.inspect_llvm().values()
+    assert " fast " in fast
+    assert "alwaysinline" in fast
+    assert " fast " not in plain
+    assert "alwaysinline" not in plain

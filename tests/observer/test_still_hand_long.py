@@ -128,8 +128,15 @@ def test_names_of_a_hand_at_rest_stay_right_or_unsure(hand, sigma, unknown):
             assert mean <= max(half, 0.01)
 
 
+CREEPS = pytest.mark.xfail(
+    strict=True,
+    reason="under constant torque a hand creeps, and what it feels on the way is news: from 10 to 120 s the log loss "
+    "of its map grows by 0.008 ± 0.005",
+)
+
+
 @pytest.mark.statistical
-@pytest.mark.parametrize("hand", HANDS)
+@pytest.mark.parametrize("hand", [pytest.param(name, marks=[CREEPS] if name == "held" else []) for name in HANDS])
 def test_maps_of_a_hand_at_rest_stay_honest(hand):
     """Of the voxels beside the skin: the log loss of whether the object reaches into them."""
     loss = np.empty((2, 2, len(SECONDS), len(SEEDS) * len(shapes.SHAPES)))
