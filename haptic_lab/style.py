@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import wraps
 from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
 
 import matplotlib
 import numpy as np
@@ -12,7 +14,18 @@ from matplotlib.colors import LinearSegmentedColormap, to_hex
 
 from haptic_env.shapes import SHAPES
 
-matplotlib.use("Agg")  # pictures are files; no window, no display needed
+P = ParamSpec("P")
+R = TypeVar("R")
+RC: Any = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10,
+    "axes.titleweight": "bold",
+    "legend.frameon": False,
+    "figure.dpi": 110,
+    "savefig.dpi": 160,
+}
 
 SPARE = ("#56B4E9", "#F0E442", "#999999", "#882255", "#44AA99", "#AA4499")  # for shapes to come
 LONGEST = 40  # letters of a title in a picture
@@ -78,15 +91,12 @@ def noise_colours(noises: Sequence[float]) -> dict[float, str]:
     return {noise: to_hex(shade) for noise, shade in zip(sorted(noises), shades, strict=True)}
 
 
-matplotlib.rcParams.update(
-    {
-        "font.size": 9,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.titlesize": 10,
-        "axes.titleweight": "bold",
-        "legend.frameon": False,
-        "figure.dpi": 110,
-        "savefig.dpi": 160,
-    }
-)
+def styled(function: Callable[P, R]) -> Callable[P, R]:
+    """`function`, whose pictures look as all of ours do, whatever else is drawn in this process."""
+
+    @wraps(function)
+    def drawing(*args: P.args, **keywords: P.kwargs) -> R:
+        with matplotlib.rc_context(RC):
+            return function(*args, **keywords)
+
+    return drawing

@@ -18,6 +18,7 @@ from haptic_lab.analysis import ablation, policy_comparison, reliability
 from haptic_lab.analysis.summary import parts, print_report, save_picture, summarise
 from haptic_lab.files import write_csv
 from haptic_lab.folder_lock import claimed
+from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, run, sweep
 from haptic_lab.sweeps.measures import MEASURES
 from haptic_lab.sweeps.options import SweepPlan, check, open_results
@@ -25,6 +26,7 @@ from haptic_lab.sweeps.results import Results
 from haptic_lab.terminal import make_console
 
 
+@styled
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     plan = check(__doc__, arguments)

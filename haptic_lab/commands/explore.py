@@ -22,7 +22,7 @@ from haptic_lab.exploration.settings import DEFAULTS, ExplorationSettings
 from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
-from haptic_lab.style import titles_of
+from haptic_lab.style import styled, titles_of
 from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
 from haptic_lab.warm_up import get_ready
 from haptic_lab.worlds import HANDS_OR_IDS, environment
@@ -96,6 +96,7 @@ def parse(
     return settings, found
 
 
+@styled
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     settings, recording = parse(arguments)

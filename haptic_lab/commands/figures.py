@@ -29,6 +29,7 @@ from haptic_lab.figures.explorations import ShownExploration, file_of, read, run
 from haptic_lab.figures.figure6 import TITLES
 from haptic_lab.figures.paper_figure import PRINT
 from haptic_lab.folder_lock import claimed
+from haptic_lab.style import styled
 from haptic_lab.sweeps import options
 from haptic_lab.sweeps.driver import WIDTH, make_files, progress_on, run, sweep
 from haptic_lab.sweeps.executors import workers
@@ -216,6 +217,7 @@ def _read(folder: Path) -> pd.DataFrame:
     return rows
 
 
+@styled
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     plan = parse(arguments)

@@ -19,7 +19,7 @@ from haptic_env.replay import KinematicReplay
 from haptic_lab import replay
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
 from haptic_lab.files import atomic
-from haptic_lab.style import OCCUPANCY
+from haptic_lab.style import OCCUPANCY, styled
 from haptic_lab.terminal import Parser
 from haptic_lab.trial import Trial, make_observers
 from observer import Belief, metrics
@@ -34,6 +34,7 @@ PICTURES = (".jpg", ".pdf", ".png", ".svg")
 LEAST = 0.15  # probability from which on a voxel is drawn; that of one that was never touched is 0.03 or 0.5
 
 
+@styled
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)

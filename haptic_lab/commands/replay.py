@@ -9,11 +9,13 @@ from pathlib import Path
 
 from haptic_lab.commands.explore import parse, run
 from haptic_lab.folder_lock import claimed
+from haptic_lab.style import styled
 
 EXAMPLE = """examples: haptic-slam replay inspect.npz --mesh cube.stl --out out/inspect
           haptic-slam replay glove.txt --hand adroit --shape sphere"""
 
 
+@styled
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     settings, recording = parse(arguments, "recording", __doc__, EXAMPLE)

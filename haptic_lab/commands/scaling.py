@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -22,9 +21,9 @@ from rich.table import Table
 
 from haptic_env import validate
 from haptic_env.grid import Grid
-from haptic_lab import style  # noqa: F401 - how pictures look
 from haptic_lab.benchmarks import timings
 from haptic_lab.files import write_table
+from haptic_lab.style import styled
 from haptic_lab.terminal import Parser
 from observer import HapticSLAM
 
@@ -87,7 +86,8 @@ def measure(chosen: list[ScalingPoint], steps: int, rounds: int, console: Consol
 
 def draw(rows: pd.DataFrame) -> Figure:
     """One panel for each axis, with the line of least squares."""
-    figure, panels = plt.subplots(1, len(AXES), figsize=(11, 2.7), layout="constrained")
+    figure = Figure(figsize=(11, 2.7), layout="constrained")
+    panels = figure.subplots(1, len(AXES))
     for panel, (axis, label) in zip(panels, AXES.items(), strict=True):
         mine = rows[rows["axis"] == axis]
         slope, start = np.polyfit(mine["value"], mine["ms"], 1)
@@ -99,6 +99,7 @@ def draw(rows: pd.DataFrame) -> Figure:
     return figure
 
 
+@styled
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_lab.files import atomic
-from haptic_lab.style import BETTER
+from haptic_lab.style import BETTER, styled
 
 
+@styled
 def draw(path: Path, steps: Array, rewards: Array, seconds: Array, right: NDArray[np.bool_], longest: float) -> None:
     """Draw to `path` what each of E evaluations found, after so many `steps` (E,), over the same K explorations: their
     `rewards` (E, K), and how many ended with the `right` name (E, K) before the `longest` time, by `seconds` (E, K)."""
