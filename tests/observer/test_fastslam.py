@@ -222,6 +222,8 @@ ALLOWED = (
     "files",
     "grid",
     "hand",
+    "hand_env",
+    "hand_of",
     "kernel_cache",
     "moved",
     "patches",

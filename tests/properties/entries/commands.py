@@ -157,7 +157,7 @@ FLAGS: dict[str, dict[str, Parameter]] = {
         "seed": words("3"),
         "recording": words("missing.npz"),
         "part": words("a"),
-        "calibration": words("missing.toml"),
+        "glove_calibration": words("missing.toml"),
         "out": words("out/a"),
     },
     "figures": {
