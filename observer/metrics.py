@@ -8,25 +8,25 @@ it is a probability, in [0, 1]: else all raise `ValueError`, which quotes it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import binary_dilation, generate_binary_structure
 from scipy.spatial import cKDTree
 from scipy.special import ndtr, ndtri
 
 from haptic_env import validate
 from haptic_env.arrays import Array
-from haptic_env.compiled import kernel
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.shapes.base import Solid
 from observer import edge
-from observer.kinematics import Tree, placed, placed_points, tree_of
-from observer.maps.capsules import lattice_of, voxel_of
+from observer.kinematics import placed_points
+from observer.swept_volume import LEAST_SPACING, posed
+from observer.swept_volume import neighbourhood as neighbourhood
+from observer.swept_volume import swept as swept
 
 OCCUPIED = 0.5
 IMPOSSIBLE = 1e-6  # probability below which the log loss takes all for the same
@@ -34,7 +34,6 @@ LATEST = 1e10  # seconds: a clock that counts from 1970
 MOST_BINS = 100_000
 WIDEST = 1e9  # rad: an angle that has been added up for years
 FAR = 1e6  # metres
-LEAST_SPACING = 0.0002  # metres: with less the skin has more points than fit into the memory
 TOUCH_TOLERANCE = 0.002  # metres: skin further from the surface than this rang falsely
 
 
@@ -125,7 +124,7 @@ def touched_places(
     """
     edge.world(hand=hand, solid=solid)
     skin = hand.patches.surface(validate.number("spacing", spacing, LEAST_SPACING, 1.0, unit="m"))
-    found, steps = [], list(_posed(hand, joint_angles, roots))
+    found, steps = [], list(posed(hand, joint_angles, roots))
     for (tree, angles), rang in zip(
         steps, validate.binary("contacts", contacts, (len(steps), len(hand.patches))), strict=True
     ):
@@ -189,35 +188,6 @@ def reachable(
     """(X, Y, Z): the voxels that the hand swept (`swept`), and their 26 neighbours: the skin could have felt what is
     there."""
     return neighbourhood(swept(hand, joint_angles, grid, roots))
-
-
-def swept(hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose] | None = None) -> NDArray[np.bool_]:
-    """(X, Y, Z): the voxels that a point inside a finger fell into at some step, along the true `joint_angles` (T, J),
-    at `roots` (T) if the hand moved as a whole."""
-    edge.world(hand=hand, grid=grid)
-    fine = validate.number("the grid's resolution", grid.resolution, LEAST_SPACING, unit="m")
-    inside = hand.patches.volume(0.75 * fine)
-    found = np.zeros(grid.shape, dtype=bool)
-    for tree, angles in _posed(hand, joint_angles, roots):
-        _mark(placed_points(tree, angles, inside.points, inside.link), lattice_of(grid), found)
-    return found
-
-
-@kernel()
-def _mark(points: Array, lattice: Any, found: NDArray[np.bool_]) -> None:
-    """Set `found` (X, Y, Z) where any of `points` (M, 3) m falls."""
-    for m in range(len(points)):
-        i, j, k, inside = voxel_of(lattice, points[m, 0], points[m, 1], points[m, 2])
-        if inside:
-            found[i, j, k] = True
-
-
-def neighbourhood(cells: NDArray[np.bool_], faces: bool = False) -> NDArray[np.bool_]:
-    """(X, Y, Z): `cells` and the 26 voxels about each, or only the 6 that share a face with it."""
-    marked = validate.binary("cells", cells)
-    if marked.ndim != 3:
-        raise ValueError(f"cells must be of shape (X, Y, Z), got shape {marked.shape}")
-    return binary_dilation(marked, generate_binary_structure(3, 1 if faces else 3))
 
 
 def reached_into(solid: Solid, grid: Grid) -> NDArray[np.bool_]:
@@ -318,17 +288,3 @@ def _gaussians(mean: ArrayLike, std: ArrayLike, truth: ArrayLike) -> list[Array]
     if (found[1] < 0).any():
         raise ValueError(f"std must not be negative, got {found[1].min():g}")
     return found
-
-
-def _posed(hand: Hand, joint_angles: ArrayLike, roots: Sequence[Pose] | None) -> Iterator[tuple[Tree, Array]]:
-    """At each step the tree of `hand` where it was, and its angles (J,)."""
-    tree, angles = tree_of(hand), validate.numbers("joint_angles", joint_angles, 2)
-    if angles.shape[1] != hand.joints:
-        raise ValueError(f"joint_angles must be of shape (T, {hand.joints}) in rad, got shape {angles.shape}")
-    if roots is not None:
-        validate.instance("roots", roots, Sequence, "a list of poses")
-    known = [None] * len(angles) if roots is None else list(roots)
-    if len(known) != len(angles):
-        raise ValueError(f"roots must be as many as steps, {len(angles)}, got {len(known)}")
-    for each, root in zip(angles, known, strict=True):
-        yield placed(tree, edge.root(root)), each
