@@ -168,7 +168,9 @@ class InformationGain(Guided):
         shape = self.shape
         tolerance = float(np.hypot(shape.tolerance, SPREAD))
         weight = shape.temper * self.every / shape.stride
-        told = lookahead.Told(tolerance, shape.surprise, weight, shape.said, shape.alike * tolerance, shape.press)
+        told = lookahead.LookaheadModel(
+            tolerance, shape.surprise, weight, shape.said, shape.alike * tolerance, shape.press
+        )
         left = np.empty((len(push), len(worlds)))
         side_by_side.run(
             lookahead.class_entropies,

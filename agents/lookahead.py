@@ -16,7 +16,7 @@ from haptic_env.arrays import Array
 from haptic_env.compiled import inner, kernel
 from haptic_env.hand import Hand
 from observer.kinematics import body_frames, point_jacobian
-from observer.novelty import Said, ends, repeated
+from observer.novelty import LinkHistory, ends, repeated
 from observer.shape.contact_likelihood import CLEAR, LEAST, link_likelihood, patch_gaps
 from observer.shape.distance_fields import distance_from, way_out
 
@@ -33,7 +33,7 @@ class Spheres(NamedTuple):
     radius: Array
 
 
-class Told(NamedTuple):
+class LookaheadModel(NamedTuple):
     """What weighs what would be felt: the `tolerance` m of a gap, the probability of a `surprise`, the `weight` that is
     the exponent of a look, what was `said` before: it is no news from `alike` m away (0: all of it is), and how deep
     what feels contact may `press`, m."""
@@ -41,7 +41,7 @@ class Told(NamedTuple):
     tolerance: float
     surprise: float
     weight: float
-    said: Said
+    said: LinkHistory
     alike: float
     press: float = 0.0
 

@@ -33,7 +33,7 @@ def looking_ahead(hand: Hand) -> None:
     of_hand = tree_of(hand), lookahead.spheres_of(hand), skin_of(hand)
     worlds = np.zeros(1, dtype=np.int64)
     asked = line, torques, 1, 1, worlds, log_weights, label, int(label.max()) + 1
-    told = lookahead.Told(0.002, shape.surprise, shape.temper, shape.said, 0.008)
+    told = lookahead.LookaheadModel(0.002, shape.surprise, shape.temper, shape.said, 0.008)
     lookahead.class_entropies(0, 1, *of_hand, solids, *asked, told, left)
     points, body = np.zeros((1, 3)), np.zeros(1, dtype=np.int64)
     lattice, map = lattice_of(Grid((0.0, 0.0, 0.0), 0.004, (2, 2, 2))), np.zeros((2, 2, 2))

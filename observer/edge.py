@@ -17,10 +17,13 @@ from haptic_env.arrays import Array
 from haptic_env.compiled import inner
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from haptic_env.moved import renamed
 from haptic_env.pose import Pose
 from haptic_env.sensors import FeltAngles
 from haptic_env.shapes import Solid
 from observer.belief import Belief, Transition
+
+__getattr__ = renamed(__name__, {"Told": "SensedStep"})
 
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
 LARGEST_ANGLE, LARGEST_VARIANCE = 1e3, 1e6  # rad and rad²: a pose that is believed is known better
@@ -35,7 +38,7 @@ WORLD: dict[str, tuple[type, str]] = {
 COUNT = 10**12  # of anything: far more than fits into the memory
 
 
-class Told(NamedTuple):
+class SensedStep(NamedTuple):
     """One turn: the `torque` (J,) commanded, the `joint_angles` (J,) rad and `contacts` (P,) felt."""
 
     torque: Array
@@ -53,10 +56,10 @@ class Followed(NamedTuple):
     root: Pose | None
 
 
-def told(hand: Hand, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> Told:
+def told(hand: Hand, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> SensedStep:
     """What an observer of `hand` is told at a step. Raises `ValueError` that names the joint for a torque beyond ± 1 of
     its limit, an angle beyond ± 4π rad, and what is not finite; and for contacts that are not 0 or 1."""
-    return Told(
+    return SensedStep(
         validate.array("torque", torque, (hand.joints,), bound=1.0, names=hand.joint_names),
         angles(hand, joint_angles),
         validate.binary("contacts", contacts, (len(hand.patches),)),

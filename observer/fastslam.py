@@ -26,13 +26,13 @@ from observer import threads as side_by_side
 from observer.belief import Belief, Transition
 from observer.gaussian import carried_on
 from observer.maps.contact_model import ContactModel
-from observer.maps.matching import MATCHING, Cloud, Felt, match, sweep
+from observer.maps.matching import MATCHING, Cloud, MapInput, match, sweep
 from observer.maps.novelty import MapNovelty
 from observer.maps.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
 from observer.pose.kalman import ContactDynamics
 from observer.pose.motions import MOTIONS
 from observer.sensing import Sensing
-from observer.shape.pose_correction import KnownSolids
+from observer.shape.pose_correction import PoseCorrection
 from observer.shape.posterior import ShapePosterior
 from observer.state import NOTHING, Diagnostics, FilterState, Waiting, belief_of
 
@@ -129,7 +129,7 @@ class HapticSLAM:
             validate.instance("solids", solids, ShapePosterior, "a ShapePosterior of what the object may be")
             if solids.hand.joint_names != hand.joint_names or len(solids.hand.patches) != len(hand.patches):
                 raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {solids.hand.name!r}")
-        self._known = None if solids is None else KnownSolids(solids, rate)
+        self._known = None if solids is None else PoseCorrection(solids, rate)
         self._sensing = Sensing(hand, self.grid, self.contact_model, self.in_hindsight)
         self._state: FilterState | None = None  # of the trial that is running
         self.on_part: Callable[[str], object] | None = None
@@ -269,7 +269,7 @@ class HapticSLAM:
 
     def _stand(
         self, state: FilterState, step: Waiting, proposal: Transition, centres: Array, ago: int
-    ) -> tuple[Felt, Cloud]:
+    ) -> tuple[MapInput, Cloud]:
         """What the step has to say to the maps, and where the proposals lie."""
         state.maps.before_change()
         self._done("settle")
@@ -277,7 +277,7 @@ class HapticSLAM:
         felt, stance = self._sensing.stand(state, step, proposal.mean, self.pose.covariance[lagged, lagged].copy())
         return felt, Cloud(stance, centres, proposal.rest, state.drawn[1])
 
-    def _match(self, state: FilterState, felt: Felt, cloud: Cloud) -> tuple[Array, NDArray[np.bool_]]:
+    def _match(self, state: FilterState, felt: MapInput, cloud: Cloud) -> tuple[Array, NDArray[np.bool_]]:
         """Match each particle's pose to its own map, and write the touches into that at the matched pose (4 and 5)."""
         search = MATCHING[self.matching](felt, cloud, self.n_candidates, state.maps, state.rng)
         self._done("gather")

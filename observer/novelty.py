@@ -21,6 +21,9 @@ from numpy.typing import NDArray
 
 from haptic_env.compiled import inner, kernel
 from haptic_env.hand import Hand
+from haptic_env.moved import renamed
+
+__getattr__ = renamed(__name__, {"Said": "LinkHistory"})
 
 APART = 3.0  # in units of what is alike: from places further apart nothing is said again
 
@@ -28,7 +31,7 @@ KEPT = 1024  # looks of a link that said something new; the oldest are forgotten
 LITTLE = 0.001  # share of what a link says that is not worth weighing
 
 
-class Said(NamedTuple):
+class LinkHistory(NamedTuple):
     """The `place` (L, M, 6) m of each look, both ends of the link's bone, and the `exponent` (L, M) with which it
     counts; what was felt, `contacts` (M, P), each link's in the columns of its patches, and how many of them did,
     `touches` (L, M). `looks` (L,): how many there were, the last one at (looks - 1) % M. The `length` (L,) m of the

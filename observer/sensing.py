@@ -13,8 +13,8 @@ from haptic_env.hand import Hand
 from observer.kinematics import placed, tree_of
 from observer.maps import capsules, hindsight, mean_frames
 from observer.maps.contact_model import ContactModel
-from observer.maps.matching import Felt
-from observer.maps.mean_frames import Stance
+from observer.maps.matching import MapInput
+from observer.maps.mean_frames import MeanFrames
 from observer.state import FilterState, Waiting
 
 
@@ -31,7 +31,7 @@ class Sensing:
         self._link = hand.patches.link
         self._watches = hand.link_group[self._link][:, None] == hand.link_group  # (P, L): whose patches a touch calls
 
-    def stand(self, state: FilterState, step: Waiting, pose: Array, covariance: Array) -> tuple[Felt, Stance]:
+    def stand(self, state: FilterState, step: Waiting, pose: Array, covariance: Array) -> tuple[MapInput, MeanFrames]:
         """What is felt at a `step` of which the pose (J,) is known with the `covariance` (J, J) rad², and how the hand
         stands there; takes note of it in `state`."""
         contacts, root = step
@@ -43,7 +43,7 @@ class Sensing:
             moment = hindsight.Moment(stance.position, stance.rotation, reach.place, contacts, touch, heard)
             state.moments.append(moment)
         state.contacts = contacts
-        felt = Felt(
+        felt = MapInput(
             tree,
             self.body,
             self._lattice,

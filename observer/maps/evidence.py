@@ -11,6 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.compiled import kernel
+from haptic_env.moved import renamed
+
+__getattr__ = renamed(__name__, {"Reach": "LinkEvidence"})
 
 QUANTUM = 0.05  # log-odds per unit of the int8 maps, which thus reach ±6.35
 LIMIT = 127
@@ -46,7 +49,7 @@ class Evidence(NamedTuple):
     depth: NDArray[np.float64]
 
 
-class Reach(NamedTuple):
+class LinkEvidence(NamedTuple):
     """What each link says of the cells about it at one step, given how surely its place is known (L links).
 
     `place` (L,) m: SD of its place along any one axis, as far as maps allow for it.
@@ -62,7 +65,7 @@ class Reach(NamedTuple):
     fall: NDArray[np.float64]
     felt: NDArray[np.float64]
 
-    def of(self, links: NDArray[np.bool_]) -> Reach:
+    def of(self, links: NDArray[np.bool_]) -> LinkEvidence:
         """The same where only `links` (L,) sweep anything away."""
         if links.all():
             return self
@@ -71,7 +74,7 @@ class Reach(NamedTuple):
 
 @kernel()
 def reach_of(body, evidence, place):
-    """The `Reach` of the links of `body`, the SD of their places being `place` (L,) m.
+    """The `LinkEvidence` of the links of `body`, the SD of their places being `place` (L,) m.
 
     If the cell at depth d beneath the skin were occupied, the link could not be there: what speaks for it is only the
     probability Φ(-d / SD) that it is elsewhere. The log of that, in quanta, is looked up from the other side: how deep
@@ -94,4 +97,4 @@ def reach_of(body, evidence, place):
                 break
             free[link, b] = lost
             carved[link] = np.sqrt((b + 1) * bin[link]) * (1.0 - 1e-12)  # rounding leads to no bin beyond the last
-    return Reach(place, free, bin, carved, fall, felt)
+    return LinkEvidence(place, free, bin, carved, fall, felt)

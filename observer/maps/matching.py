@@ -12,17 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
+from haptic_env.moved import renamed
 from observer import threads
 from observer.gaussian import lower_factor
 from observer.kinematics import Tree
 from observer.maps import free_space, per_particle, scan_matching, suspects
 from observer.maps.capsules import Body, Lattice
-from observer.maps.evidence import Evidence, Reach
-from observer.maps.mean_frames import Stance
+from observer.maps.evidence import Evidence, LinkEvidence
+from observer.maps.mean_frames import MeanFrames
 from observer.maps.occupancy import Maps
 
+__getattr__ = renamed(__name__, {"Felt": "MapInput"})
 
-class Felt(NamedTuple):
+
+class MapInput(NamedTuple):
     """What one step has to say to the maps: `contacts` (P,) and `touch` (P,), the weight of each patch's touch;
     `watched` (L,): the links whose patches have a say in the pose; and what it says of the cells about a link."""
 
@@ -30,7 +33,7 @@ class Felt(NamedTuple):
     body: Body
     lattice: Lattice
     evidence: Evidence
-    reach: Reach
+    reach: LinkEvidence
     contacts: NDArray[np.bool_]
     touch: Array
     watched: NDArray[np.bool_]
@@ -40,7 +43,7 @@ class Cloud(NamedTuple):
     """Where the particles' proposals lie: `centres` (N, J) from the mean pose, that of `stance`, each with the
     covariance `rest` (J, J); `spread` (J, J): factor of the covariance of all that is uncertain of the pose."""
 
-    stance: Stance
+    stance: MeanFrames
     centres: Array
     rest: Array
     spread: Array
@@ -55,10 +58,10 @@ class Search(NamedTuple):
     about: Array | None = None
 
 
-def mean_search(felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator) -> Search | None:
+def mean_search(felt: MapInput, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator) -> Search | None:
     """Every particle takes the mean of its candidates by likelihood, which come from all that is uncertain of the
     pose, in pairs about the centre: where the map has nothing to say nothing moves. What the pose's uncertainty does
-    to the maps is in `Reach`, the same for all, so that sweeps are said once. None where no contact is."""
+    to the maps is in `LinkEvidence`, the same for all, so that sweeps are said once. None where no contact is."""
     particles, joints = cloud.centres.shape
     tree, body, lattice, evidence, reach, contacts, touch, watched = felt
     stance = cloud.stance
@@ -88,7 +91,7 @@ def mean_search(felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.r
     return Search(scan_matching.match_and_touch, arguments, stance.pose)
 
 
-def sample_search(felt: Felt, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator) -> Search:
+def sample_search(felt: MapInput, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator) -> Search:
     """Every particle takes one of its candidates, drawn by likelihood from its proposal, and has the whole of its map
     at its own pose."""
     particles, joints = cloud.centres.shape
@@ -117,7 +120,7 @@ def match(search: Search | None, cloud: Cloud, poses: Array, number: int) -> tup
     return log_likelihood, moved
 
 
-def sweep(felt: Felt, stance: Stance, maps: Maps, carve: bool) -> None:
+def sweep(felt: MapInput, stance: MeanFrames, maps: Maps, carve: bool) -> None:
     """Take note of what the hand came near, and `carve` the free space out of what all particles have in common; where
     that is not asked for, each has carved its own."""
     if not carve:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.hand import Hand
-from observer.maps.mean_frames import Stance
-from observer.novelty import Said, note
+from observer.maps.mean_frames import MeanFrames
+from observer.novelty import LinkHistory, note
 
 ALIKE = 0.6  # voxels: what a link says of them from places further apart is news to a map
 FEW, MOSTLY = 0.05, 0.5  # share of it that is not worth weighing, and that from which on a map takes all in
@@ -28,9 +28,9 @@ class MapNovelty:
 
     def reset(self) -> None:
         """Start a trial: all is news."""
-        self._said, self._news = Said.nothing(self._hand), np.ones(len(self._hand.links))
+        self._said, self._news = LinkHistory.nothing(self._hand), np.ones(len(self._hand.links))
 
-    def heard(self, stance: Stance, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def heard(self, stance: MeanFrames, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(L,) whether a map takes in what each link of a hand that stands so says, feeling `contacts` (P,)."""
         if self._share:
             body = self._hand.link_bodies

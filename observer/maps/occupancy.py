@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.grid import Grid
+from haptic_env.moved import renamed
 from observer.maps.cells import flagged, mark, mean_probability, settle, spread
+
+__getattr__ = renamed(__name__, {"Then": "LazyMean", "Change": "UndoRecord"})
 
 FIRST_SLOTS = 256
 
@@ -40,7 +43,7 @@ class OccupancySnapshot:
         return {"_compute": None, "_value": self.value()}
 
 
-class Change:
+class UndoRecord:
     """A change of the mean: what was `before` (C,) at its `cells` (C,), and the change `after` it, None while it has
     not happened. Whoever holds a change can go back to the time before it."""
 
@@ -49,10 +52,10 @@ class Change:
     def __init__(self) -> None:
         self.cells: NDArray[np.int64] = np.empty(0, dtype=np.int64)
         self.before: Array = np.empty(0)
-        self.after: Change | None = None
+        self.after: UndoRecord | None = None
 
 
-class Then:
+class LazyMean:
     """The mean of `maps` by `weights` (N,) as it is now, whenever it is called.
 
     Nothing is copied until then: it keeps what changes, which is little, and undoes it.
@@ -105,8 +108,8 @@ class Maps:
         self._told = np.zeros(count, dtype=np.int8)
         self._probability = probability
         self._mean = np.full(grid.shape, 0.5)
-        self._next = Change()
-        self._last: weakref.ref[Then] | None = None
+        self._next = UndoRecord()
+        self._last: weakref.ref[LazyMean] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """A copy goes on as this one would, bit for bit; the last snapshot, which stays this one's, is settled."""
@@ -148,11 +151,11 @@ class Maps:
         """The mean of the maps by `weights` (N,)."""
         then = self._held()
         if then is None:
-            then = Then(self, weights)
+            then = LazyMean(self, weights)
             self._last = weakref.ref(then)
         return OccupancySnapshot(then)
 
-    def refresh(self, weights: Array) -> tuple[Array, Change]:
+    def refresh(self, weights: Array) -> tuple[Array, UndoRecord]:
         """The mean (X, Y, Z) by `weights` (N,), which changes with the maps, and its next change."""
         cells = flagged(self.stale)  # all of which the hand came near
         cells = np.concatenate([cells, spread(cells, self._mean.shape, self._told)])
@@ -160,11 +163,11 @@ class Maps:
         entry = self.common[cells].astype(np.int64) + self.own[0, where]  # any particle's, where they do not differ
         mean = self._probability[entry + 128]
         mean[differs] = mean_probability(where[differs], self.own, weights, self._probability)
-        change, self._next = self._next, Change()
+        change, self._next = self._next, UndoRecord()
         change.cells, change.before, change.after = cells, self._mean.flat[cells], self._next
         self._mean.flat[cells] = mean
         self.stale[cells] = False
         return self._mean, self._next
 
-    def _held(self) -> Then | None:
+    def _held(self) -> LazyMean | None:
         return None if self._last is None else self._last()

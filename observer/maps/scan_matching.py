@@ -22,12 +22,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.compiled import inner, kernel, part
+from haptic_env.moved import renamed
 from observer.kinematics import _moved, _moving, twists
 from observer.maps.evidence import LEAST
 from observer.maps.suspects import _share
 
+__getattr__ = renamed(__name__, {"Scan": "ScoredSkin"})
 
-class Scan(NamedTuple):
+
+class ScoredSkin(NamedTuple):
     """Points of the skin that scan matching scores, patch by patch: those of the i-th are `begin[i]` up to
     `begin[i + 1]`, and `felt[i]` says whether it feels contact. `place` (3, S) in voxels, at the mean pose; `gain`
     (A, 3, S) voxels per radian of the joints `active` (A,)."""
@@ -41,7 +44,7 @@ class Scan(NamedTuple):
 
 @kernel()
 def scan(tree, body, lattice, stance, contacts, watched, solid, reach):
-    """The `Scan` of the patches of the `watched` (L,) links at the `stance` of the mean pose.
+    """The `ScoredSkin` of the patches of the `watched` (L,) links at the `stance` of the mean pose.
 
     Of a silent patch only points within `reach` voxels of a cell that is `solid` (V,) to any particle: silence speaks
     of what is known to be occupied alone.
@@ -90,7 +93,7 @@ def scan(tree, body, lattice, stance, contacts, watched, solid, reach):
         for a in range(len(active)):
             for m in range(count):
                 near_gain[a, i, m] = gain[a, i, m]
-    return Scan(begin[: segments + 1], felt[:segments], near_place, near_gain, active)
+    return ScoredSkin(begin[: segments + 1], felt[:segments], near_place, near_gain, active)
 
 
 @part()

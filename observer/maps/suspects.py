@@ -11,17 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.compiled import inner, kernel, part
+from haptic_env.moved import renamed
 from haptic_env.patches import patch_at, row_at
 from observer.kinematics import _moved, _moving, twists
 from observer.maps.capsules import from_bone, ringing, room, voxel_box, voxel_span
 from observer.maps.evidence import LIMIT, QUANTUM
 from observer.maps.noisy_or import evidence as evidence_of
 
+__getattr__ = renamed(__name__, {"Suspects": "TouchCauses"})
+
 FARTHEST = 2.5  # SDs beyond the shell, where a cell's part in a touch ends
 FADE = np.exp(-0.5 * ((np.arange(256) + 0.5) / 256 * FARTHEST) ** 2)  # of it, by the SDs beyond the shell
 
 
-class Suspects(NamedTuple):
+class TouchCauses(NamedTuple):
     """Cells that the touches may be due to, patch by patch: those of the i-th are `begin[i]` up to `begin[i + 1]`,
     `weight[i]` is the weight of its touch and `fall[i]` m what a cell's part in it fades over. `cell` (C,); `height`
     (C,) m above the skin at the mean pose; `slope` (A, C) m per radian of the joints `active` (A,)."""
@@ -86,7 +89,7 @@ def gather(
 
 @kernel()
 def suspects_of(tree, body, lattice, evidence, reach, stance, contacts, touch, margin):
-    """The `Suspects` of all `contacts` (P,) at the `stance` of the mean pose, `touch` (P,) being the weights of the
+    """The `TouchCauses` of all `contacts` (P,) at the `stance` of the mean pose, `touch` (P,) being the weights of the
     touches.
 
     Cells up to `margin` m too high or too low are among them, for the pose of a particle is not the mean.
@@ -151,7 +154,7 @@ def suspects_of(tree, body, lattice, evidence, reach, stance, contacts, touch, m
             weight[patches], fall[patches] = touch[patch], reach.fall[link]
             patches += 1
             begin[patches] = done
-    return Suspects(begin[: patches + 1], weight[:patches], fall[:patches], cell, above, slope, active)
+    return TouchCauses(begin[: patches + 1], weight[:patches], fall[:patches], cell, above, slope, active)
 
 
 @part()

@@ -17,12 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
+from haptic_env.moved import renamed
 from observer.gaussian import mixture
+
+__getattr__ = renamed(__name__, {"Partners": "JointPairs"})
 
 HALF = np.sqrt(0.5)
 
 
-class Partners:
+class JointPairs:
     """The directions, the evidence for each, and what they tell of the joints."""
 
     def __init__(self, joints: int, together: float, temper: float) -> None:

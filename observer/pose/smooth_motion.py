@@ -29,7 +29,7 @@ from observer.gaussian import mixture
 from observer.pose import interacting_models
 from observer.pose.gating import Gate, Gated, Heard
 from observer.pose.interacting_models import PRESENT
-from observer.pose.joint_pairs import Partners
+from observer.pose.joint_pairs import JointPairs
 
 NOTHING = 1e8  # rad²: variance of a reading that tells of nothing
 ANYWHERE = 2.0  # rad: SD of where a joint is before it was felt
@@ -109,7 +109,7 @@ class KinematicPose(Gated):
         self.hand = hand
         self.lag = lag
         self.smooth = SmoothMotion() if smooth is None else smooth
-        self.partners = Partners(hand.joints, self.smooth.together, self.smooth.temper)
+        self.partners = JointPairs(hand.joints, self.smooth.together, self.smooth.temper)
         step = 1.0 / control_hz
         self._transition = self.smooth.transition(step)
         squares = np.square(self.smooth.speeds)

@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
+from haptic_env.moved import renamed
+
+__getattr__ = renamed(__name__, {"Habit": "NullModel"})
 
 
-class Habit:
+class NullModel:
     """Touch without any object: each patch begins to feel contact, or ceases to, at a rate that is learned from the
     trial itself. What no candidate explains better than this is none of them.
 

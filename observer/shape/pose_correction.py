@@ -20,6 +20,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env.moved import renamed
 from haptic_env.pose import Pose
 from observer.belief import Belief
 from observer.gaussian import mixture
@@ -29,12 +30,14 @@ from observer.shape.posterior import ShapePosterior
 from observer.shape.skin import skin_of
 from observer.shape.surface_conditioning import take_in
 
-Felt = tuple[NDArray[np.bool_], Pose | None]  # contacts (P,) of a step, and where the hand as a whole was
+__getattr__ = renamed(__name__, {"KnownSolids": "PoseCorrection"})
+
+StepContacts = tuple[NDArray[np.bool_], Pose | None]  # contacts (P,) of a step, and where the hand as a whole was
 AFTER = 0.06  # s: contacts up to so much later are taken in
 UNLIKELY = 0.02  # hypotheses less probable than this share of the best one are left out
 
 
-class KnownSolids:
+class PoseCorrection:
     """Corrects the lagged pose of beliefs by what was felt, for the solids that the object may be.
 
     It stands in place of what the maps say of that pose. Maps and naming know nothing of it: neither is to confirm what
@@ -53,9 +56,9 @@ class KnownSolids:
     def reset(self, seed: int | None = None) -> None:
         """Start a trial."""
         self.shape.reset(seed)
-        self._before: list[Felt] = []
+        self._before: list[StepContacts] = []
 
-    def correct(self, belief: Belief, pose: PoseSource, felt: Iterable[Felt]) -> Belief:
+    def correct(self, belief: Belief, pose: PoseSource, felt: Iterable[StepContacts]) -> Belief:
         """`belief` with its lagged pose as contacts leave it; `felt` at that step and at the later ones, of `pose`."""
         self.shape.update(belief)
         steps = [*self._before, *islice(felt, 1 + self.after)]

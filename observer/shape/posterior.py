@@ -33,11 +33,11 @@ from observer import edge
 from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
 from observer.kinematics import link_frames, link_spread, placed, tree_of
-from observer.novelty import LITTLE, Said, note
+from observer.novelty import LITTLE, LinkHistory, note
 from observer.shape.contact_likelihood import contact_likelihood, resample, weigh
 from observer.shape.hypotheses import Hypotheses, Variants, far_of
 from observer.shape.misfit import Misfit
-from observer.shape.null_model import Habit
+from observer.shape.null_model import NullModel
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
 
@@ -139,10 +139,10 @@ class ShapePosterior:
         self._poses = np.tile(self.hand.rest_pose[self._parts.joint], (self.samples, 1)).astype(np.float64)
         self._weights = np.full((len(self._parts.column), len(self._units), self.samples), 1.0 / self.samples)
         self._likelihood = np.empty_like(self._weights)
-        self.said = Said.nothing(self.hand)
+        self.said = LinkHistory.nothing(self.hand)
         self._misfit.reset()
         self._news = np.ones(len(self._lengths))
-        self._habit = Habit(len(self.hand.patches))
+        self._habit = NullModel(len(self.hand.patches))
         self._moved: Transition | None = None  # how the pose moved since the samples did
         self._steps = 0
         self._posterior = self._share()

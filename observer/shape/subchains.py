@@ -14,11 +14,14 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
+from haptic_env.moved import renamed
+
+__getattr__ = renamed(__name__, {"Parts": "Subchains"})
 
 Index = NDArray[np.int64]
 
 
-class Parts(NamedTuple):
+class Subchains(NamedTuple):
     """Which joint each column of a sample is (`joint`, (C,)) and whose copy (`part`, (C,)); `column` (G, J): where each
     part finds each joint, its own copy if it has one."""
 
@@ -33,7 +36,7 @@ class Parts(NamedTuple):
         return result
 
 
-def parts_of(hand: Hand) -> Parts:
+def parts_of(hand: Hand) -> Subchains:
     """The parts of `hand`, in the numbering of its `joint_group` and `link_group`; for a hand whose fingers share no
     joint the columns are its joints."""
     group = hand.joint_group
@@ -42,4 +45,4 @@ def parts_of(hand: Hand) -> Parts:
     part, joint = np.nonzero(chains)
     own = {(int(g), int(j)): c for c, (g, j) in enumerate(zip(part, joint, strict=True))}
     column = np.array([[own.get((g, j), own[int(group[j]), j]) for j in range(hand.joints)] for g in range(count)])
-    return Parts(joint.astype(np.int64), part.astype(np.int64), column.astype(np.int64))
+    return Subchains(joint.astype(np.int64), part.astype(np.int64), column.astype(np.int64))

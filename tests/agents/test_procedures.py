@@ -244,7 +244,7 @@ def test_what_tells_candidates_apart_leaves_less_entropy():
     push = np.array([-close, close]) * hand.torque_limits
     tree, spheres, skin = tree_of(hand), lookahead.spheres_of(hand), skin_of(hand)
     line = _line(hand, np.zeros(hand.joints))
-    told = lookahead.Told(tolerance=0.002, surprise=0.001, weight=0.2, said=shape.said, alike=0.008)
+    told = lookahead.LookaheadModel(tolerance=0.002, surprise=0.001, weight=0.2, said=shape.said, alike=0.008)
     asked = tree, spheres, skin, solids, line, push, 5, 5, np.array([0, 1]), log_weights, label, 2
     left, again = np.empty((2, 2, 2))
     lookahead.class_entropies(0, 2, *asked, told, left)

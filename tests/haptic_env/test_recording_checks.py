@@ -20,10 +20,10 @@ from tests.haptic_env.movements import closing
 WHOLE = closing()
 JOINTS = len(WHOLE.joint_names)
 CUBE = shapes.make("cube", (0.04,) * 3)
-Change = Callable[[np.ndarray], np.ndarray]
+UndoRecord = Callable[[np.ndarray], np.ndarray]
 
 
-def changed(what: str, change: Change) -> dict[str, Any]:
+def changed(what: str, change: UndoRecord) -> dict[str, Any]:
     """Of `closing`, with one of its arrays changed."""
     arrays = {
         "time": WHOLE.time,
@@ -37,7 +37,7 @@ def changed(what: str, change: Change) -> dict[str, Any]:
     return arrays
 
 
-def at(frame: Any, value: float) -> Change:
+def at(frame: Any, value: float) -> UndoRecord:
     def change(array: np.ndarray) -> np.ndarray:
         array[frame] = value
         return array
@@ -45,7 +45,7 @@ def at(frame: Any, value: float) -> Change:
     return change
 
 
-WRONG: list[tuple[str, Change, str]] = [
+WRONG: list[tuple[str, UndoRecord, str]] = [
     ("joint_angles", np.rad2deg, "joint_angles of .*_flexion is .* beyond 12.57 rad; .* are these degrees"),
     ("joint_angles", at((7, 2), 1e300), r"joint_angles of thumb_pip_flexion is 1e\+300 at frame 7, beyond 12.57 rad"),
     ("joint_angles", at((7, 2), np.nan), "joint_angles of thumb_pip_flexion is nan at frame 7, which is not finite"),
@@ -84,7 +84,7 @@ WRONG: list[tuple[str, Change, str]] = [
 
 
 @pytest.mark.parametrize(("what", "change", "told"), WRONG)
-def test_what_no_hand_does_is_refused_with_its_frame(tmp_path: Path, what: str, change: Change, told: str) -> None:
+def test_what_no_hand_does_is_refused_with_its_frame(tmp_path: Path, what: str, change: UndoRecord, told: str) -> None:
     arrays = changed(what, change)
     np.savez(tmp_path / "it.npz", joint_names=WHOLE.joint_names, **arrays)
     with pytest.raises(ValueError, match=rf"it\.npz: .*(?:{told})"):

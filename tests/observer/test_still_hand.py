@@ -10,8 +10,8 @@ import pytest
 from haptic_env.hand import Hand
 from observer import Belief, ContactModel, HapticSLAM, PoseOnly, ShapePosterior
 from observer.kinematics import link_frames, tree_of
-from observer.novelty import LITTLE, Said, note
-from observer.shape.null_model import Habit
+from observer.novelty import LITTLE, LinkHistory, note
+from observer.shape.null_model import NullModel
 
 UNKNOWN = {"size_jitter": 0.2, "yaw_jitter": 45.0, "position_jitter": 0.005, "variants": 24}
 
@@ -46,7 +46,7 @@ def _reference(hand, poses, contacts, alike, temper):
 
 def _news(hand, poses, contacts, alike, temper, said=None):
     """(T, L), and what is then said."""
-    said = Said.nothing(hand) if said is None else said
+    said = LinkHistory.nothing(hand) if said is None else said
     tree, reach = tree_of(hand), np.full(len(hand.links), alike)
     told = np.empty((len(poses), len(hand.links)))
     for row, pose, felt in zip(told, poses, contacts, strict=True):
@@ -93,7 +93,7 @@ def test_a_link_that_moves_says_something_new_beside_one_that_rests(two_finger):
 
 
 def test_the_oldest_looks_are_forgotten(two_finger):
-    said = Said.nothing(two_finger, kept=8)
+    said = LinkHistory.nothing(two_finger, kept=8)
     poses = two_finger.rest_pose + np.linspace(0.0, 2.0, 9)[:, None]
     contacts = np.zeros((9, len(two_finger.patches)), dtype=bool)
     _news(two_finger, poses[:8], contacts[:8], 0.001, 1.0, said)
@@ -151,7 +151,7 @@ def test_a_habit_takes_in_the_share_that_is_news():
     """Twice a half is the whole, for rates that are known; nothing is learned of what is no news."""
     rng = np.random.default_rng(0)
     contacts = rng.random((20, 5)) < 0.3
-    habit, deaf = Habit(5), Habit(5)
+    habit, deaf = NullModel(5), NullModel(5)
     habit.BEGIN = habit.CEASE = (1e9, 2e9)
     habit._counts = np.array([habit.BEGIN, habit.CEASE])
     for felt in contacts:
@@ -159,7 +159,7 @@ def test_a_habit_takes_in_the_share_that_is_news():
         deaf.update(felt, np.zeros(5))
     assert habit.log_likelihood == pytest.approx(0.5 * 20 * 5 * np.log(0.5))
     assert deaf.log_likelihood == 0.0
-    np.testing.assert_array_equal(deaf._counts, [Habit.BEGIN, Habit.CEASE])
+    np.testing.assert_array_equal(deaf._counts, [NullModel.BEGIN, NullModel.CEASE])
 
 
 # What it does to maps

@@ -206,7 +206,7 @@ def test_silent_points_are_left_out_only_where_nothing_is_known_to_be_occupied(t
     assert nothing.felt.all()
     whole = step.match()[0]
     maps = (step.maps.common, step.maps.slot, step.maps.own, step.maps.touched, step.maps.solid)
-    none = suspects.Suspects(
+    none = suspects.TouchCauses(
         np.zeros(1, dtype=np.int64), *np.zeros((2, 0)), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 0)),
         np.zeros(0, dtype=np.int64),
     )  # fmt: skip

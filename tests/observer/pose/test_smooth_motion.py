@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from haptic_env import hands
 from observer import HapticSLAM
-from observer.pose.joint_pairs import Partners
+from observer.pose.joint_pairs import JointPairs
 from observer.pose.smooth_motion import ANYWHERE, KinematicPose, SmoothMotion
 
 STEP = 0.02
@@ -180,7 +180,7 @@ def test_joints_that_move_together_are_found_and_help(hand) -> None:
     assert np.mean(together[:, moving] ** 2) < 0.75 * np.mean(alone[:, moving] ** 2)
     assert np.mean(together**2) < np.mean(alone**2)
     assert 0.85 < np.mean(np.abs(in_spreads) < 1.645) < 0.97
-    partners = Partners(hand.joints, together=0.8, temper=0.4)
+    partners = JointPairs(hand.joints, together=0.8, temper=0.4)
     assert partners.weights()[0] == pytest.approx([0.2, *[0.8 / (hand.joints - 1)] * (hand.joints - 1)])
 
 
@@ -194,7 +194,7 @@ def test_joints_that_move_each_for_itself_lose_little_by_looking_for_partners(ha
 
 
 def test_the_weight_of_a_partner_is_bayes_rule_for_two_joints() -> None:
-    partners = Partners(2, together=0.5, temper=1.0)
+    partners = JointPairs(2, together=0.5, temper=1.0)
     np.testing.assert_allclose(partners.along(np.array([1.0, 3.0])), [1.0, 3.0, 4.0 / np.sqrt(2), -2.0 / np.sqrt(2)])
     partners.learn(np.log([0.2, 0.5, 0.3, 0.8]))
     paired = 0.3 * 0.8 / (0.3 * 0.8 + 0.2 * 0.5)
@@ -213,7 +213,7 @@ def test_the_weight_of_a_partner_is_bayes_rule_for_two_joints() -> None:
 
 @pytest.mark.parametrize(("joints", "together"), [(1, 0.8), (4, 0.0)])
 def test_without_partners_joints_are_what_they_are(joints: int, together: float) -> None:
-    partners = Partners(joints, together, temper=0.4)
+    partners = JointPairs(joints, together, temper=0.4)
     assert partners.count == joints
     mean, covariance = np.arange(2.0 * joints).reshape(joints, 2), np.tile(np.eye(2), (joints, 1, 1))
     partners.learn(np.zeros(joints))

@@ -16,7 +16,7 @@ from observer.kinematics import link_frames, tree_of
 from observer.shape.contact_likelihood import contact_likelihood, patch_gaps, resample, weigh
 from observer.shape.distance_fields import FIELD_RESOLUTION, field_distance, solids_of
 from observer.shape.hypotheses import Variants
-from observer.shape.null_model import Habit
+from observer.shape.null_model import NullModel
 from observer.shape.skin import SKIN_SPACING, skin_of
 from observer.shape.subchains import parts_of
 
@@ -352,12 +352,12 @@ def test_habit_is_the_exact_evidence_of_a_chain_whose_rates_are_unknown():
     """The Beta integral in closed form, whatever the order of the steps."""
     rng = np.random.default_rng(0)
     contacts = rng.random((30, 6)) < 0.3
-    habit = Habit(6)
+    habit = NullModel(6)
     for row in contacts:
         habit.update(row)
     before = np.vstack([np.zeros(6, dtype=bool), contacts[:-1]])
     expected = 0.0
-    for had, (of, among) in ((~before, Habit.BEGIN), (before, Habit.CEASE)):
+    for had, (of, among) in ((~before, NullModel.BEGIN), (before, NullModel.CEASE)):
         changed, stayed = (had & (contacts != before)).sum(), (had & (contacts == before)).sum()
         expected += betaln(of + changed, among - of + stayed) - betaln(of, among - of)
     assert habit.log_likelihood == pytest.approx(expected)
