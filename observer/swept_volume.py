@@ -48,10 +48,10 @@ def _mark(points: Array, lattice: Any, found: NDArray[np.bool_]) -> None:
 
 def neighbourhood(cells: NDArray[np.bool_], faces: bool = False) -> NDArray[np.bool_]:
     """(X, Y, Z): `cells` and the 26 voxels about each, or only the 6 that share a face with it."""
-    marked = validate.binary("cells", cells)
+    marked, few = validate.binary("cells", cells), validate.boolean("faces", faces)
     if marked.ndim != 3:
         raise ValueError(f"cells must be of shape (X, Y, Z), got shape {marked.shape}")
-    return binary_dilation(marked, generate_binary_structure(3, 1 if faces else 3))
+    return binary_dilation(marked, generate_binary_structure(3, 1 if few else 3))
 
 
 def posed(hand: Hand, joint_angles: ArrayLike, roots: Sequence[Pose] | None) -> Iterator[tuple[Tree, Array]]:

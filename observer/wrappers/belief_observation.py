@@ -85,6 +85,10 @@ class BeliefFeatures:
         """The numbers (D,) after `step` steps; `contacts` (P,) felt now, `posterior` (C,) of the labels. Raises
         `ValueError` for what is none of these."""
         felt = validate.binary("contacts", contacts, (self._patches,))
+        if isinstance(posterior, np.ndarray) and posterior.shape != (self._labels,):
+            raise ValueError(
+                f"posterior must be of shape ({self._labels},), one for each of the labels, got shape {posterior.shape}"
+            )
         names = validate.array("posterior", posterior, (self._labels,), bound=1.0)
         seconds = validate.integer("step", step, 0, 10**12) * self._step_seconds
         turns = [2 * np.pi * hz * seconds for hz in CLOCKS_HZ]

@@ -345,3 +345,8 @@ def test_roots_that_are_no_poses_are_refused(roots):
     hand = hands.make("two_finger")
     with pytest.raises(ValueError, match="root"):
         metrics.swept(hand, np.zeros((2, hand.joints)), GRID, roots)
+
+
+def test_which_neighbours_are_meant_is_said_by_a_truth_value() -> None:
+    with pytest.raises(ValueError, match=r"^faces must be True or False, got array"):
+        metrics.neighbourhood(np.zeros((2, 2, 2), dtype=bool), faces=np.array([]))  # type: ignore[arg-type]
