@@ -128,8 +128,8 @@ def _as_made(hand: Hand, given: Belief) -> bool:
     flat, square, felt = (hand.joints,), (hand.joints, hand.joints), given.lagged_contacts
     moved = given.transition
     assert moved is not None
-    arrays = (*moved, given.lagged_covariance)
-    for each, shape in zip(arrays, (flat, square, flat, square, square), strict=True):
+    arrays = (*moved, given.lagged_covariance, given.lagged_joint_angles)
+    for each, shape in zip(arrays, (flat, square, flat, square, square, flat), strict=True):
         if type(each) is not np.ndarray or each.dtype != np.float64 or each.shape != shape or not each.flags.carray:
             return False
     if type(felt) is not np.ndarray or felt.dtype != np.bool_ or felt.shape != (len(hand.patches),):
@@ -137,13 +137,14 @@ def _as_made(hand: Hand, given: Belief) -> bool:
     return _believable(*arrays)
 
 
-@inner(types.boolean(ANGLES, SQUARE, ANGLES, SQUARE, SQUARE))
-def _believable(mean: Array, follow: Array, before: Array, rest: Array, covariance: Array) -> bool:
+@inner(types.boolean(ANGLES, SQUARE, ANGLES, SQUARE, SQUARE, ANGLES))
+def _believable(mean: Array, follow: Array, before: Array, rest: Array, covariance: Array, pose: Array) -> bool:
     """Whether all is finite and no angle or variance is beyond its largest."""
     inside = True
     for i in range(len(mean)):
         inside &= abs(mean[i]) <= LARGEST_ANGLE
         inside &= abs(before[i]) <= LARGEST_ANGLE
+        inside &= abs(pose[i]) <= validate.LARGEST
         for j in range(len(mean)):
             inside &= abs(follow[i, j]) <= validate.LARGEST
             inside &= abs(rest[i, j]) <= LARGEST_VARIANCE

@@ -415,6 +415,7 @@ WRONG = {name: [np.nan, None, "x", np.zeros(3)] for name in ("lagged_covariance"
     name: [np.nan, "x", np.zeros(3)]  # None while the lag fills up, and of a hand that does not move as a whole
     for name in ("lagged_contacts", "lagged_root", "transition")
 }
+WRONG["lagged_joint_angles"] = [np.full(8, np.nan), np.full(8, np.inf), np.zeros(3)]
 
 
 @pytest.fixture(scope="module")
