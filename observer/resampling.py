@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env.compiled import kernel
+from haptic_env.compiled import kernel, part
 
 
 @kernel()
@@ -15,6 +15,20 @@ def effective_sample_size(weights):
     for weight in weights:
         total += weight * weight
     return 1.0 / total
+
+
+@part()
+def exponentiate(score):
+    """Turn log `score` (K,) into weights, the largest of which is 1; returns the largest and the least of the logs, and
+    the sum of the weights."""
+    best = least = score[0]
+    for c in range(len(score)):
+        best, least = max(best, score[c]), min(least, score[c])
+    total = 0.0
+    for c in range(len(score)):
+        score[c] = np.exp(score[c] - best)
+        total += score[c]
+    return best, least, total
 
 
 @kernel()

@@ -85,7 +85,7 @@ def sweep(
 
 @kernel()
 def sweep_free(tree, body, lattice, evidence, reach, stance, contacts, carve, common, slot, seen, stale):
-    """Cells inside a link at the `stance` of the mean pose are free, the surer the deeper (`Reach.free`), but for those
+    """Cells inside a link at the `stance` of the mean pose are free, the surer the deeper (`reach.free`), but for those
     about the skin of a patch that feels contact: if `carve`, they lose log-odds in `common` (V,), down to -LIMIT. Of
     those that particles keep, returns the slots (W,) and what they have to lose (W,); see `lose`.
 

@@ -16,6 +16,8 @@ from observer.maps.capsules import from_bone, ringing, room, voxel_box, voxel_sp
 from observer.maps.cells import any_of
 from observer.maps.evidence import LEAST, LIMIT, QUANTUM
 from observer.maps.noisy_or import evidence as evidence_of
+from observer.maps.suspects import touched_links
+from observer.resampling import exponentiate
 
 
 @kernel(fastmath=True)
@@ -79,7 +81,7 @@ def _write(
 ):
     """Update one map with what was felt at one pose: `cells`, `owner` and `hits` are scratch.
 
-    Cells inside a link are free, the surer the deeper (`Reach.free`), but for those about the skin of a patch that
+    Cells inside a link are free, the surer the deeper (`reach.free`), but for those about the skin of a patch that
     feels contact, which share its evidence. `rings`: of `ringing`.
     """
     res = lattice.resolution
@@ -192,10 +194,7 @@ def advance(
     """
     candidates, joints = normals.shape[1:]
     matching = any_of(watched)
-    touched = np.zeros(len(body.radius), dtype=np.bool_)
-    for patch in range(len(contacts)):
-        touched[body.patch_link[patch]] |= contacts[patch]
-    most, rings = room(body, lattice, reach.felt, touched), ringing(body, contacts)
+    most, rings = room(body, lattice, reach.felt, touched_links(body, contacts)), ringing(body, contacts)
     for n in range(begin, end):
         position = np.empty((len(tree.parent), 3))
         rotation = np.empty((len(tree.parent), 3, 3))
@@ -214,13 +213,7 @@ def advance(
                 score[c] = evidence.temper * _log_likelihood(
                     body, lattice, evidence, tree.link_body, position, rotation, contacts, watched, flat
                 )
-        best = least = score[0]
-        for c in range(candidates):
-            best, least = max(best, score[c]), min(least, score[c])
-        total = 0.0
-        for c in range(candidates):
-            score[c] = np.exp(score[c] - best)
-            total += score[c]
+        best, least, total = exponentiate(score)
         log_mean[n] = best + np.log(total / candidates)
         chosen, reached = 0, score[0]
         while reached < uniform[n] * total and chosen < candidates - 1:

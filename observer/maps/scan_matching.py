@@ -26,6 +26,7 @@ from haptic_env.moved import renamed
 from observer.kinematics import _moved, _moving, twists
 from observer.maps.evidence import LEAST
 from observer.maps.suspects import _share
+from observer.resampling import exponentiate
 
 __getattr__ = renamed(__name__, {"Scan": "ScoredSkin"})
 
@@ -225,13 +226,7 @@ def match_and_touch(
                 for j in range(i + 1):
                     away[h, i] += spread[i, j] * normals[n, h, j]
         _score(scan, lattice, evidence, deviations[n], away, common, slot, own, n, place, shift, cell, score)
-        best = least = score[0]
-        for c in range(candidates):
-            best, least = max(best, score[c]), min(least, score[c])
-        total = 0.0
-        for c in range(candidates):
-            score[c] = np.exp(score[c] - best)
-            total += score[c]
+        best, least, total = exponentiate(score)
         log_mean[n] = best + np.log(total / candidates)
         moved[n] = best - least > np.log(2.0)
         for i in range(joints):
