@@ -31,6 +31,7 @@ from observer.maps.novelty import MapNovelty
 from observer.maps.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
 from observer.pose.kalman import ContactDynamics
 from observer.pose.motions import MOTIONS
+from observer.pose.tracking import TracksPose
 from observer.sensing import Sensing
 from observer.shape.pose_correction import PoseCorrection
 from observer.shape.posterior import ShapePosterior
@@ -48,7 +49,7 @@ AS_WRITTEN: dict[str, Any] = {
 }
 
 
-class HapticSLAM:
+class HapticSLAM(TracksPose):
     """The observer: from efference copies, noisy joint angles and contacts to pose and shape."""
 
     def __init__(
@@ -207,26 +208,10 @@ class HapticSLAM:
         ]
 
     @property
-    def sigma_deg(self) -> float:
-        """Degrees: SD of the noise of felt angles as the observer believes it. May be set, in mid-trial too: it holds
-        from the next step on. Raises `ValueError` for a value out of range."""
-        return float(np.rad2deg(self.pose.sigma))
-
-    @sigma_deg.setter
-    def sigma_deg(self, sigma_deg: float) -> None:
-        self.pose.sigma = edge.sigma(sigma_deg)
-
-    @property
     def particle_maps(self) -> NDArray[np.int8]:
         """(N, T) log-odds of the particles' own cells in units of `observer.maps.evidence.QUANTUM`, as they are kept:
         not to be changed. Raises `ValueError` outside a trial."""
         return self._running().maps.own
-
-    @property
-    def set_aside(self) -> NDArray[np.int64]:
-        """(J,) how many felt angles of the trial no hand can have, so that they were set aside, or taken without whole
-        turns (`observer.pose.gating`)."""
-        return self.pose.set_aside
 
     def _assimilate(self, state: FilterState, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""

@@ -19,9 +19,10 @@ from observer.belief import Belief, Transition
 from observer.fastslam import LAG_SECONDS, RESOLUTION
 from observer.maps.occupancy import OccupancySnapshot
 from observer.pose.kalman import ContactDynamics, PoseFilter
+from observer.pose.tracking import TracksPose
 
 
-class PoseOnly:
+class PoseOnly(TracksPose):
     """`HapticSLAM` without a map: its Gaussian over the pose is the same, the occupancy stays 0.5 everywhere.
 
     Naming the object needs no more (`ShapePosterior`), so that a policy which looks at no map is trained with it. With
@@ -89,20 +90,6 @@ class PoseOnly:
         elif self._belief.transition is not None:
             self._belief = self._now(self.lag)  # what was told is not told twice
         return self._belief
-
-    @property
-    def sigma_deg(self) -> float:
-        """Degrees: SD of the noise of felt angles, as `HapticSLAM.sigma_deg`; may be set."""
-        return float(np.rad2deg(self.pose.sigma))
-
-    @sigma_deg.setter
-    def sigma_deg(self, sigma_deg: float) -> None:
-        self.pose.sigma = edge.sigma(sigma_deg)
-
-    @property
-    def set_aside(self) -> NDArray[np.int64]:
-        """(J,) odd readings of the trial, as `HapticSLAM.set_aside`."""
-        return self.pose.set_aside
 
     def flush(self) -> list[Belief]:
         """End the trial: beliefs about the steps that still waited for the lag."""

@@ -1,0 +1,31 @@
+"""What any observer tells of the source of its pose."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from observer import edge
+from observer.pose.source import PoseSource
+
+
+class TracksPose:
+    """An observer whose `pose` is a source of its own, J joints."""
+
+    pose: PoseSource
+
+    @property
+    def sigma_deg(self) -> float:
+        """Degrees: SD of the noise of felt angles as the observer believes it. May be set, in mid-trial too: it holds
+        from the next step on. Raises `ValueError` for a value out of range."""
+        return float(np.rad2deg(self.pose.sigma))
+
+    @sigma_deg.setter
+    def sigma_deg(self, sigma_deg: float) -> None:
+        self.pose.sigma = edge.sigma(sigma_deg)
+
+    @property
+    def set_aside(self) -> NDArray[np.int64]:
+        """(J,) how many felt angles of the trial no hand can have, so that they were set aside, or taken without whole
+        turns (`observer.pose.gating`)."""
+        return self.pose.set_aside
