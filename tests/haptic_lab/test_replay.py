@@ -101,6 +101,20 @@ SETTINGS: dict[str, Any] = {
 }
 
 
+def explore_refuses(arguments: list[str], told: str, capsys: pytest.CaptureFixture) -> None:
+    """`explore` ends with code 2 on these `arguments`, and says what is `told` in one line, whether it returns the code
+    or exits with it."""
+    code = None
+    try:
+        code = explore.main(arguments)
+    except SystemExit as ended:
+        code = ended.code  # type: ignore[assignment]
+    error = capsys.readouterr().err
+    assert code == 2
+    assert told in error
+    assert error.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
@@ -123,15 +137,7 @@ def test_settings_of_a_stranger_are_checked(
     felt = ObserverInputs(np.zeros((40, 8)), whole.joint_angles, np.zeros((40, 50), bool))
     played = replace(whole, root=None, object=None, felt=felt, settings={**SETTINGS, **changes})
     recordings.write(tmp_path / "it.npz", played)
-    code = None
-    try:
-        code = explore.main(["--recording", str(tmp_path / "it.npz"), "--out", str(tmp_path / "out")])
-    except SystemExit as ended:
-        code = ended.code  # type: ignore[assignment]
-    error = capsys.readouterr().err
-    assert code == 2
-    assert told in error
-    assert error.count("\n") == 1
+    explore_refuses(["--recording", str(tmp_path / "it.npz"), "--out", str(tmp_path / "out")], told, capsys)
 
 
 @pytest.mark.parametrize(
@@ -147,15 +153,7 @@ def test_settings_of_a_stranger_are_checked(
 def test_what_does_not_fit_is_one_clear_line(
     tmp_path: Path, captured: str, arguments: list[str], told: str, capsys: pytest.CaptureFixture
 ) -> None:
-    code = None
-    try:
-        code = explore.main(["--recording", captured, "--out", str(tmp_path / "out"), *arguments])
-    except SystemExit as ended:
-        code = ended.code  # type: ignore[assignment]
-    error = capsys.readouterr().err
-    assert code == 2
-    assert told in error
-    assert error.count("\n") == 1
+    explore_refuses(["--recording", captured, "--out", str(tmp_path / "out"), *arguments], told, capsys)
 
 
 @pytest.mark.parametrize(
