@@ -1,8 +1,8 @@
 """The pose of the hand as one Gaussian: an extended Kalman filter with a fixed lag, which knows what contact does.
 
 Everything here is the same for all particles, so it is computed once. Shapes: J joints, D = 2J numbers of state
-(q, v), T steps of lag. The filter keeps (q, v) of now and the angles of each of the last T steps in one vector of
-D + T·J numbers, so that every measurement corrects the past as well: an exact fixed-lag smoother of the linearised
+(q, v), E numbers of errors that last (`observer.pose.angle_noise`), T steps of lag. The filter keeps (q, v) and the
+errors of now and the angles of each of the last T steps in one vector of D + E + T·J numbers, so that every measurement corrects the past as well: an exact fixed-lag smoother of the linearised
 model (Anderson & Moore 1979, Optimal Filtering, section 7.3).
 
 A patch that feels contact says three things without any map. (1) A force acts there: unknown in size, mostly along
@@ -25,10 +25,12 @@ from haptic_env.hand import Hand
 from haptic_env.patches import Patches
 from observer.kinematics import tree_of
 from observer.pose import kalman_updates
+from observer.pose.angle_noise import AngleNoise, FoundSigma, Offset, summed
 from observer.pose.forward_model import ForwardModel
-from observer.pose.gating import Gate, Gated, take_in
+from observer.pose.gating import Gate, Gated, Heard, take_in
 
 SKIN_SPACING = 0.001  # metres
+EXACTLY = 1e-10  # rad² and (rad/s)²: variance of a start that is known
 RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a filter that was lost
 MANY = 256  # patches in contact: with more, what they say of the joints' speeds is put together first
 
@@ -69,9 +71,11 @@ class PoseFilter(Gated):
         control_hz: float,
         lag: int,
         dynamics: ContactDynamics,
+        noise: AngleNoise | None = None,
         velocity_noise: float = 0.6,
     ) -> None:
-        """`sigma` rad; `motor_noise` a fraction; `velocity_noise` rad/s a step for what the model leaves out."""
+        """`sigma` rad; `motor_noise` a fraction; `noise`: what else is wrong with the felt angles (None: nothing);
+        `velocity_noise` rad/s a step for what the model leaves out."""
         self.hand = hand
         self.joints = hand.joints
         self.lag = lag
@@ -84,21 +88,37 @@ class PoseFilter(Gated):
         self._axes, share = _normals(hand.patches)
         self._forces = np.sqrt(dynamics.normal_force**2 * share + dynamics.tangential_force**2 * (1 - share))
         self._speeds = np.sqrt(dynamics.normal_speed**2 * share + dynamics.tangential_speed**2 * (1 - share))
-        self._gate = Gate(hand, sigma, 1.0 / control_hz)
+        self.noise = AngleNoise(hand.joints, 1.0 / control_hz) if noise is None else noise
+        self._errors, self._kinds = len(self.noise.decay), self.noise.kinds(2 * hand.joints, hand.joints)
+        self._gate = Gate(hand, sigma, 1.0 / control_hz, self.noise.sd)
+        self._sigma_told = sigma
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
-        """Start at the rest pose, at rest, known exactly, whatever is `felt`."""
-        self._begin(self.hand.rest_pose, 1e-10, 1e-10)
+        """Start at the rest pose, at rest, as exactly as it is known; `felt` (J,) rad tells of the offsets, if any."""
+        start = max(self.noise.start_variance, EXACTLY)
+        self._begin(self.hand.rest_pose, start, EXACTLY, self.noise.start_variance)
         self.log_evidence = 0.0  # log density of the angles felt so far
         self._contacts = np.zeros(len(self.hand.patches), dtype=bool)
         self._gate.reset()
+        self._found = FoundSigma() if self.noise.finds_sigma else None
+        self.sigma = self._sigma_told if self._found is None else self._found.sigma
+        if felt is not None and (self._errors or start > EXACTLY):
+            expected = self._expected()
+            nothing = np.zeros((0, 2 * self.joints)), np.zeros(0)
+            self._feel(felt, self._gate.judge(felt, *expected), expected, *nothing)
 
-    def _begin(self, angles: Array, variance: float, of_speed: float) -> None:
-        joints = self.joints
-        self.mean = np.concatenate([angles, np.zeros(joints), np.tile(angles, self.lag)])
+    def _begin(self, angles: Array, variance: float, of_speed: float, shared: float = 0.0) -> None:
+        """Start at `angles` (J,) rad: `shared` is the part of their `variance` that those of the past share."""
+        joints, lagged = self.joints, self.lag + 1
+        present = 2 * joints + self._errors
+        self.mean = np.concatenate([angles, np.zeros(present - joints), np.tile(angles, self.lag)])
         self.covariance = np.zeros((self.mean.size, self.mean.size))
-        self.covariance[np.diag_indices(self.mean.size)] = variance
+        poses = [*range(joints), *range(present, self.mean.size)]
+        self.covariance[np.ix_(poses, poses)] = np.kron(np.full((lagged, lagged), shared), np.eye(joints))
+        self.covariance[poses, poses] = variance
+        errors = np.arange(2 * joints, present)
+        self.covariance[errors, errors] = self.noise.prior
         speeds = np.arange(joints, 2 * joints)
         self.covariance[speeds, speeds] = of_speed
 
@@ -111,23 +131,54 @@ class PoseFilter(Gated):
             gain, torque, self.model.torque_limits, self.motor_noise, self.velocity_noise
         )
         rows, speeds = self._contact_effects(prediction.state[:joints], gain, contacts, noise)
-        kalman_updates.shift(self.mean, self.covariance, prediction.state, prediction.transition, noise, joints)
-        heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
+        kalman_updates.shift(
+            self.mean,
+            self.covariance,
+            prediction.state,
+            prediction.transition,
+            noise,
+            self.noise.decay,
+            self.noise.fresh,
+        )
+        expected = self._expected()
+        self._feel(joint_angles, self._gate.judge(joint_angles, *expected), expected, rows, speeds)
+        if self._gate.lost(self.mean, self.covariance, 2 * joints + self._errors):
+            self.log_evidence = before  # what it said of this step may be no number
+            self._begin(self._gate.at_last(self.mean[:joints], joint_angles), RESTART_ANGLE, RESTART_SPEED)
+        self._contacts = contacts
+
+    def _feel(
+        self, felt: Array, heard: Heard | None, expected: tuple[Array, Array], rows: Array, speeds: Array
+    ) -> None:
+        """Condition on the `felt` angles (J,) rad, of which some may not be `heard`, and on velocities, `rows`
+        (M, 2J), that are 0 with the SDs `speeds` (M,)."""
+        white = self.noise.variance(self.sigma, *expected)
         self.log_evidence += kalman_updates.condition(
             self.mean,
             self.covariance,
             rows,
             np.zeros(len(rows)),
             speeds**2,
-            joint_angles if heard is None else np.zeros(0),
-            self.sigma**2,
+            felt if heard is None else np.zeros(0),
+            white,
+            self._errors,
         )
         if heard is not None:
-            self.log_evidence += take_in(self.mean, self.covariance, heard, self.sigma**2)
-        if self._gate.lost(self.mean, self.covariance, 2 * joints):
-            self.log_evidence = before  # what it said of this step may be no number
-            self._begin(self._gate.at_last(self.mean[:joints], joint_angles), RESTART_ANGLE, RESTART_SPEED)
-        self._contacts = contacts
+            self.log_evidence += take_in(self.mean, self.covariance, heard, white, self._kinds)
+        if self._found is not None:
+            mean, variance = self._expected()
+            angles, told = (felt, slice(None)) if heard is None else (heard.angles, heard.joints)
+            self._found.learn((angles - mean)[told], variance[told])
+            self.sigma = self._found.sigma
+
+    def _expected(self) -> tuple[Array, Array]:
+        """The angles (J,) rad that would be felt without white noise: mean and variance."""
+        return summed(self.mean, self.covariance, [slice(0, self.joints), *self._kinds])
+
+    @property
+    def offset(self) -> Offset:
+        """What is known of the felt angles' offsets now."""
+        return Offset.of(self.mean, self.covariance, self._kinds, self.joints)
 
     @property
     def angles(self) -> Array:
@@ -136,7 +187,7 @@ class PoseFilter(Gated):
 
     def lagged(self, steps: int) -> slice:
         """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
-        start = 0 if steps == 0 else (steps + 1) * self.joints
+        start = 0 if steps == 0 else (steps + 1) * self.joints + self._errors
         return slice(start, start + self.joints)
 
     def _contact_effects(self, q: Array, gain: Array, contacts: NDArray[np.bool_], noise: Array) -> tuple[Array, Array]:
