@@ -141,7 +141,7 @@ class HapticSLAM(TracksPose):
             motor_noise=motor,
             control_hz=rate,
             lag=self.lag + 1,  # the proposal needs the step before the lagged one as well
-            dynamics=ContactDynamics() if dynamics is None else dynamics,
+            dynamics=dynamics,
             noise=noise,
         )
         self.in_hindsight = validate.boolean("in_hindsight", in_hindsight) and matching == "mean"

@@ -73,7 +73,7 @@ class PoseOnly(TracksPose):
             motor_noise=validate.number("motor_noise", motor_noise, 0.0, 1.0),
             control_hz=rate,
             lag=self.lag + self.stride,
-            dynamics=ContactDynamics() if dynamics is None else dynamics,
+            dynamics=dynamics,
             noise=noise,
         )
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)

@@ -91,7 +91,9 @@ class AngleNoise:
         )
         self.lasting = tuple(each for each in felt.noises if isinstance(each, sensors.Lasting))
         self._white = tuple(each for each in felt.noises if not isinstance(each, sensors.Lasting))
-        self.start_variance = np.deg2rad(validate.number("start_std_deg", start_std_deg, 0.0, 90.0, unit="degrees")) ** 2
+        self.start_variance = (
+            np.deg2rad(validate.number("start_std_deg", start_std_deg, 0.0, 90.0, unit="degrees")) ** 2
+        )
         self.finds_sigma = finds_sigma
         self.decay = np.repeat([each.decay for each in self.lasting], joints).astype(np.float64)
         self.fresh = np.repeat([each.step_sd**2 for each in self.lasting], joints).astype(np.float64)
@@ -195,4 +197,3 @@ class FoundSigma:
     def sigma(self) -> float:
         """Rad: the present estimate."""
         return float(np.sqrt(self.rate / self.shape))
-

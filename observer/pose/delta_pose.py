@@ -50,7 +50,7 @@ class DeltaPose(Gated):
         motor_noise: float,
         control_hz: float,
         lag: int,
-        dynamics: ContactDynamics,
+        dynamics: ContactDynamics | None = None,
         noise: AngleNoise | None = None,
     ) -> None:
         """`sigma` rad, `motor_noise` a fraction; `noise`: what else is wrong with the felt angles (None: nothing);

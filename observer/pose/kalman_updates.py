@@ -1,7 +1,8 @@
 """The compiled parts of the pose filter: move on, condition, and what contacts do. All work in place.
 
-Shapes: J joints, D = 2J numbers of state (q, v), E numbers of errors that last, S = D + E + T·J numbers of the filter
-with T steps of lag, M measurements, P patches, B bodies. Loops over the last axis are plain, so that they vectorise without reordering sums.
+Shapes: J joints, D numbers of state, (q, v) and, where forces last, the joints' torques by them, E numbers of errors
+that last, S = D + E + T·J numbers of the filter with T steps of lag, M measurements, P patches, B bodies. Loops over the
+last axis are plain, so that they vectorise without reordering sums.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from observer.kinematics import body_frames, point_jacobian
 
 @kernel()
 def process_noise(gain, torque, limits, motor_noise, velocity_noise):
-    """Covariance (D, D) of what a step adds: motor noise, a fraction of the `torque` (J,), itself a fraction of its
-    `limits` (J,), through `gain` (D, J), and `velocity_noise` in rad/s."""
+    """Covariance (2J, 2J) of what a step adds: motor noise, a fraction of the `torque` (J,), itself a fraction of its
+    `limits` (J,), through `gain` (2J, J), and `velocity_noise` in rad/s."""
     present, joints = gain.shape
     noise = np.zeros((present, present))
     effort = np.empty(present)
@@ -31,11 +32,11 @@ def process_noise(gain, torque, limits, motor_noise, velocity_noise):
 
 
 @kernel()
-def shift(mean, covariance, state, transition, noise, decay, fresh):
+def shift(mean, covariance, state, transition, noise, joints, decay, fresh):
     """Move the lagged angles on by one step, then predict: `state` (D,), `transition` and `noise` (D, D); of each error
     that lasts `decay` (E,) is left, and a variance `fresh` (E,) is added."""
     size, dynamic = mean.size, len(state)
-    joints, present = dynamic // 2, dynamic + len(decay)
+    present = dynamic + len(decay)
     if size > present:
         # Of the present state with the angles that are kept: now's, then the older ones.
         kept = np.empty((present, size - present))
@@ -97,21 +98,21 @@ def _decay(mean, covariance, transition, decay, fresh):
 
 
 @kernel()
-def condition(mean, covariance, rows, value, variance, felt, felt_variance, errors):
-    """Condition on what is measured: first M `rows` (M, D) of the state with `value` (M,) and `variance` (M,), then
-    what is `felt` (J,) with `felt_variance` (J,): the present angles and the `errors` that last, E numbers after the
-    D. Leaves the covariance exactly symmetric.
+def condition(mean, covariance, rows, value, variance, felt, felt_variance, first_error, errors):
+    """Condition on what is measured: first M `rows` (M, 2J) of (q, v) with `value` (M,) and `variance` (M,), then what
+    is `felt` (J,) with `felt_variance` (J,): the present angles and the errors that last, `errors` numbers from
+    `first_error` on. Leaves the covariance exactly symmetric.
 
     Returns the log density of `felt` given the rows before it. With S = L·Lᵀ the covariance of all that is measured
     and W = L⁻¹ times their covariance with the state, P ← P - Wᵀ·W: as one measurement after another.
     """
-    first, joints, size, dynamic = len(value), len(felt), mean.size, rows.shape[1]
+    first, joints, size, end = len(value), len(felt), mean.size, first_error + errors
     count = first + joints
     w = np.zeros((count, size))
     residual = np.empty(count)
     for m in range(first):
         residual[m] = value[m]
-        for d in range(dynamic):
+        for d in range(rows.shape[1]):
             if rows[m, d] != 0.0:
                 residual[m] -= rows[m, d] * mean[d]
                 add(rows[m, d], covariance[d], w[m])
@@ -119,18 +120,18 @@ def condition(mean, covariance, rows, value, variance, felt, felt_variance, erro
         residual[first + j] = felt[j] - mean[j]
         for i in range(size):
             w[first + j, i] = covariance[j, i]
-        for e in range(dynamic + j, dynamic + errors, joints):
+        for e in range(first_error + j, end, joints):
             residual[first + j] -= mean[e]
             add(1.0, covariance[e], w[first + j])
     total = np.empty((count, count))
     for m in range(count):
         for n in range(min(first, m + 1)):
             total[m, n] = 0.0
-            for d in range(dynamic):
+            for d in range(rows.shape[1]):
                 total[m, n] += rows[n, d] * w[m, d]
         for n in range(first, m + 1):
             total[m, n] = w[m, n - first]
-            for e in range(dynamic + n - first, dynamic + errors, joints):
+            for e in range(first_error + n - first, end, joints):
                 total[m, n] += w[m, e]
         total[m, m] += variance[m] if m < first else felt_variance[m - first]
     log_density = 0.0
@@ -177,11 +178,12 @@ def _downdate(covariance, w):
 
 
 @kernel()
-def contact_effects(tree, q, gain, body, point, axes, force, felt, noise, along):
+def contact_effects(tree, q, gain, body, point, axes, force, lasting, felt, noise, along):
     """Add to `noise` (D, D) what unknown forces on the F patches `felt` do, and fill `along` (F, 3, J), the speed of
-    their skin along each axis by joint speed.
+    their skin along each axis by joint speed. To forces that last, which move the joints from the next step on, a step
+    adds `lasting` times as much.
 
-    `gain` (D, J) by joint torque; for each patch (P,): `body`, `point` (P, 3) m and `axes` (P, 3, 3), rows, in the
+    `gain` (2J, J) by joint torque; for each patch (P,): `body`, `point` (P, 3) m and `axes` (P, 3, 3), rows, in the
     body's frame, and `force` (P, 3) N, the SD along each axis.
     """
     joints = len(q)
@@ -213,4 +215,11 @@ def contact_effects(tree, q, gain, body, point, axes, force, felt, noise, along)
                     pushed[i] += gain[i, j] * along[f, a, j]
                 pushed[i] *= force[patch, a]
             for i in range(2 * joints):
-                add(pushed[i], pushed, noise[i])
+                add(pushed[i], pushed, noise[i, : 2 * joints])
+            if lasting > 0.0:
+                for i in range(joints):
+                    add(
+                        along[f, a, i] * (lasting * force[patch, a]) ** 2,
+                        along[f, a],
+                        noise[2 * joints + i, 2 * joints :],
+                    )

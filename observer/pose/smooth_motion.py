@@ -231,5 +231,5 @@ class KinematicPose(Gated):
             covariance + np.swapaxes(covariance, 1, 2)
         )
         if self.noise.lasting:  # it has followed the angles as they are felt
-            angles = np.r_[: joints, PRESENT * joints : state * joints]
+            angles = np.r_[:joints, PRESENT * joints : state * joints]
             self.covariance[np.ix_(angles, angles)] += np.kron(self._lasting, np.eye(joints))
