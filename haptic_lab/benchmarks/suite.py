@@ -39,8 +39,17 @@ STAGES = {  # and whether it deals with the present step or with the lagged one
 
 @dataclass(frozen=True)
 class BenchSize:
-    """How much is measured: few and many particles, coarse and fine grids (voxels along an edge), steps of the
-    recording, seconds of the whole trial, megabytes that are copied."""
+    """How much is measured.
+
+    Attributes:
+        few: particles of the small observer.
+        many: of the large one.
+        coarse: voxels along the longest edge of the small grid.
+        fine: of the large one.
+        steps: of the recording.
+        seconds: of the whole trial.
+        megabytes: that are copied, to measure the memory.
+    """
 
     few: int = 200
     many: int = 1000
@@ -56,7 +65,20 @@ QUICK = BenchSize(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, me
 
 @dataclass(frozen=True)
 class BenchSettings:
-    """What the command line asks for."""
+    """What the command line asks for.
+
+    Attributes:
+        env: id of the environment.
+        shape: that is explored.
+        sigma: noise of the felt angles, degrees.
+        seed: of the exploration.
+        rounds: repetitions of everything.
+        quick: `QUICK` in place of `BenchSize()`.
+        json: file for the figures.
+
+    Raises:
+        ValueError: for a value out of its range.
+    """
 
     env: str
     shape: str
@@ -80,7 +102,16 @@ Values = dict[str, Any]  # by name: (T,) seconds, or one number
 
 
 def rounds(measurements: list[Callable[[], Values]], count: int, console: Console) -> Values:
-    """Take every measurement once a round; by name, all rounds stacked: (rounds, T) or (rounds,)."""
+    """Take every measurement once a round, so that what else the machine does meets all of them.
+
+    Args:
+        measurements: each returns values by name.
+        count: of the rounds.
+        console: says how far it is.
+
+    Returns:
+        All rounds stacked, by name: (rounds, T) or (rounds,).
+    """
     found: dict[str, list[Any]] = {}
     with console.status("") as status:
         for turn in range(count):
@@ -95,6 +126,11 @@ class Bench:
     """Everything that is measured, and the figures that follow from it."""
 
     def __init__(self, settings: BenchSettings) -> None:
+        """Record the exploration, and make the observers that are measured on it.
+
+        Args:
+            settings: of the benchmark.
+        """
         self.settings = settings
         self.size = size = QUICK if settings.quick else BenchSize()
         self.cores = cpu_count()
@@ -123,7 +159,11 @@ class Bench:
             self._observe(self.whole, None, False)
 
     def measurements(self) -> list[Callable[[], Values]]:
-        """What one round takes."""
+        """List what one round takes.
+
+        Returns:
+            Functions for `rounds`.
+        """
         asked, size = self.settings, self.size
         trial = asked.env, asked.shape, asked.sigma, size.seconds, size.few, asked.seed
         others: list[Callable[[], Values]] = [
@@ -143,8 +183,7 @@ class Bench:
         return timings.stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
 
     def _observed(self) -> Iterator[tuple[tuple[BenchRecording, HapticSLAM], int | None, bool]]:
-        """What is observed on how many threads (None: as a user has it who says nothing), and whether each core has
-        another process that never rests."""
+        """Who is observed, on how many threads (None: nothing is said), and whether beside other busy processes."""
         for what in (*((self.recording, slam) for slam in self.slams.values()), *([self.whole] if self.whole else ())):
             for threads in self.threads:
                 yield from ((what, threads, busy) for busy in (False, True))
@@ -155,7 +194,14 @@ class Bench:
             return {_slam(recording, slam, threads, busy): timings.observe(slam, recording, threads)}
 
     def figures(self, console: Console) -> list[BenchRow]:
-        """Measure all rounds."""
+        """Measure all rounds.
+
+        Args:
+            console: says how far it is.
+
+        Returns:
+            The rows of the table, in its order.
+        """
         size = self.size
         found = rounds(self.measurements(), self.settings.rounds, console)
         touched = {

@@ -28,7 +28,14 @@ from haptic_lab.terminal import make_console
 
 @styled
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
     plan = check(__doc__, arguments)
     with claimed(Path(plan.out)):
         results = open_results(plan)
@@ -38,7 +45,13 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def report(plan: SweepPlan, results: Results, console: Console) -> None:
-    """Put the table in order, and write and print what it says."""
+    """Put the table in order, and write and print what it says.
+
+    Args:
+        plan: of the sweep.
+        results: its table, which may hold a part of the trials.
+        console: to print to.
+    """
     results.rewrite()
     if not results.trials:
         return

@@ -34,8 +34,14 @@ BEHIND, HAND_BEHIND, OBJECT, BEFORE, HAND_BEFORE, MARKS = 1, 2, 3, 4, 5, 6  # wh
 
 @dataclass(frozen=True)
 class IsometricView:
-    """From where the scene is seen: `azimuth` about z from +x, and `elevation`, degrees; `half` of the picture's width
-    and height, and where its `middle` is, mm."""
+    """From where a scene is seen, without perspective.
+
+    Attributes:
+        half: of the picture's width and height, mm.
+        middle: of the picture, mm from the scene's.
+        azimuth: degrees about z from +x.
+        elevation: degrees above the horizon.
+    """
 
     half: tuple[float, float]
     middle: tuple[float, float] = (0.0, 0.0)
@@ -44,7 +50,14 @@ class IsometricView:
 
     @classmethod
     def around(cls, grid: Grid) -> IsometricView:
-        """All that the hand may reach."""
+        """See all that the hand may reach.
+
+        Args:
+            grid: of the map.
+
+        Returns:
+            The view.
+        """
         edge = float(grid.extent.max()) * MM
         return cls(half=(0.6 * edge, 0.47 * edge), middle=(0.0, 0.015 * edge))
 
@@ -63,11 +76,22 @@ class IsometricView:
         return u - across, u + across, v - up, v + up
 
     def project(self, points: ArrayLike) -> Array:
-        """(..., 3): where `points` (..., 3) appear, and their depth."""
+        """Find where points appear.
+
+        Args:
+            points: (..., 3) mm from the middle of the grid.
+
+        Returns:
+            (..., 3) mm: to the right, up, and towards the eye.
+        """
         return np.asarray(points) @ self.axes.T
 
     def pixels(self) -> tuple[Array, Array]:
-        """The middles of the columns (W,) and of the rows (H,)."""
+        """Find where pixels are.
+
+        Returns:
+            The middles of the columns (W,) and of the rows (H,), mm.
+        """
         left, right, bottom, top = self.extent
         return np.arange(left + 0.5 * PIXEL, right, PIXEL), np.arange(bottom + 0.5 * PIXEL, top, PIXEL)
 
@@ -76,7 +100,14 @@ NEAR = IsometricView(half=(44.0, 40.0))  # the object alone
 
 
 def prepare(axes: Axes, view: IsometricView, title: str = "", scale: float = 20.0) -> None:
-    """Make `axes` an empty scene with a bar of `scale` mm."""
+    """Make an empty scene with a bar that says how large it is.
+
+    Args:
+        axes: to draw into.
+        view: of the scene.
+        title: of the panel.
+        scale: mm, length of the bar.
+    """
     left, right, bottom, top = view.extent
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", title=title, xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
@@ -89,14 +120,32 @@ def prepare(axes: Axes, view: IsometricView, title: str = "", scale: float = 20.
 def draw_scene(
     axes: Axes, occupancy: Array, grid: Grid, solid: Solid, view: IsometricView, title: str = "", scale: float = 20.0
 ) -> None:
-    """The map over the true shape."""
+    """Draw the map over the true shape.
+
+    Args:
+        axes: to draw into.
+        occupancy: (X, Y, Z) probabilities.
+        grid: of the map.
+        solid: the true shape.
+        view: of the scene.
+        title: of the panel.
+        scale: mm, length of the bar.
+    """
     prepare(axes, view, title, scale)
     draw_solid(axes, solid, grid, view)
     draw_map(axes, occupancy, grid, view, solid)
 
 
 def draw_solid(axes: Axes, solid: Solid, grid: Grid, view: IsometricView, opacity: float = 0.5) -> None:
-    """The true shape, shaded, with its outline."""
+    """Draw the true shape, shaded, with its outline.
+
+    Args:
+        axes: to draw into.
+        solid: the true shape.
+        grid: whose centre is the scene's middle.
+        view: of the scene.
+        opacity: in [0, 1].
+    """
     depth, shade, gap = _seen(solid, tuple(grid.centre.tolist()), view)
     image = np.ones((*depth.shape, 4))
     image[..., :3] = np.array(to_rgb(TRUTH)) * shade[..., None]
@@ -108,8 +157,16 @@ def draw_solid(axes: Axes, solid: Solid, grid: Grid, view: IsometricView, opacit
 def draw_voxels(
     axes: Axes, chosen: NDArray[np.bool_], colours: Array, grid: Grid, view: IsometricView, solid: Solid | None = None
 ) -> None:
-    """The voxels `chosen` (X, Y, Z) as cubes of `colours` (X, Y, Z, 3). Those behind the front of `solid` are seen
-    through it."""
+    """Draw voxels as cubes.
+
+    Args:
+        axes: to draw into.
+        chosen: (X, Y, Z) which are drawn.
+        colours: (X, Y, Z, 3) in [0, 1].
+        grid: of the voxels.
+        view: of the scene.
+        solid: through which those behind its front are seen; None: nothing is in front.
+    """
     cells = np.argwhere(chosen)
     if len(cells) == 0:
         return
@@ -141,7 +198,15 @@ def draw_voxels(
 
 
 def draw_map(axes: Axes, occupancy: Array, grid: Grid, view: IsometricView, solid: Solid | None = None) -> None:
-    """The voxels of `occupancy` (X, Y, Z) that are more probably solid than not, the darker the surer."""
+    """Draw the voxels that are more probably solid than not, the darker the surer.
+
+    Args:
+        axes: to draw into.
+        occupancy: (X, Y, Z) probabilities.
+        grid: of the map.
+        view: of the scene.
+        solid: as `draw_voxels`'s.
+    """
     shown = OCCUPANCY(np.clip(2 * occupancy - 1, 0.05, 1.0))
     draw_voxels(axes, occupancy > 0.5, shown[..., :3], grid, view, solid)
 
@@ -155,7 +220,17 @@ def draw_hand(
     solid: Solid | None = None,
     opacity: float = 1.0,
 ) -> None:
-    """The hand in all `poses` (D, J) rad at once: each pixel is as opaque as a finger is probably there."""
+    """Draw a hand in many poses at once: each pixel is as opaque as a finger is probably there.
+
+    Args:
+        axes: to draw into.
+        hand: that is drawn.
+        poses: (D, J) rad.
+        grid: whose centre is the scene's middle.
+        view: of the scene.
+        solid: that hides what is behind it; None: nothing does.
+        opacity: in [0, 1], of a pixel where a finger surely is.
+    """
     behind, before = _cloud(hand, poses, grid, view, solid)
     for (cover, light), level in ((behind, HAND_BEHIND), (before, HAND_BEFORE)):
         image = np.ones((*cover.shape, 4))
@@ -165,7 +240,15 @@ def draw_hand(
 
 
 def draw_hand_outline(axes: Axes, hand: Hand, pose: Array, grid: Grid, view: IsometricView) -> None:
-    """The outline of the hand at `pose` (J,) rad."""
+    """Draw the outline of a hand.
+
+    Args:
+        axes: to draw into.
+        hand: that is drawn.
+        pose: (J,) rad.
+        grid: whose centre is the scene's middle.
+        view: of the scene.
+    """
     (_, _), (cover, _) = _cloud(hand, pose[None], grid, view, None)
     axes.contour(*view.pixels(), cover, levels=[0.5], colors=[OUTLINE], linewidths=0.8, linestyles="--", zorder=MARKS)
 
@@ -220,8 +303,19 @@ def _capsule(
 
 @lru_cache(maxsize=32)
 def _seen(solid: Solid, centre: tuple[float, float, float], view: IsometricView) -> tuple[Array, Array, Array]:
-    """Depth (H, W) of the front of `solid`, -inf beside it, how lit it is (H, W), and how far each line of sight passes
-    it (H, W): spheres are marched along it (Hart 1996, The Visual Computer 12, 527-545)."""
+    """March spheres along each line of sight.
+
+    Args:
+        solid: that is seen.
+        centre: m, middle of the scene.
+        view: of the scene.
+
+    Returns:
+        Depth of its front, -inf beside it, how lit it is, and how far each line of sight passes it; each (H, W).
+
+    References:
+        Hart 1996, The Visual Computer 12, 527-545.
+    """
     columns, rows = view.pixels()
     right, up, towards = view.axes
     start = columns[None, :, None] * right + rows[:, None, None] * up

@@ -37,6 +37,13 @@ class HeldOutEvaluation(EvalCallback):
     """Evaluates on the same explorations each time, so that only the policy makes a difference."""
 
     def __init__(self, env: VecEnv, preset: Preset, out: Path) -> None:
+        """Say when to evaluate, and where the table goes.
+
+        Args:
+            env: with the sizes of evaluation.
+            preset: of the run.
+            out: its folder.
+        """
         super().__init__(
             env,
             n_eval_episodes=preset.episodes,
@@ -62,8 +69,16 @@ class HeldOutEvaluation(EvalCallback):
         return go_on
 
     def restore(self, path: Path, best: float, decisions: int) -> None:
-        """Go on from what was evaluated within the first `decisions`; raises `ValueError` where `path` is no such
-        table."""
+        """Go on from the evaluations of a run that was stopped.
+
+        Args:
+            path: of their table.
+            best: mean reward of the best model, -inf where there was none.
+            decisions: of the checkpoint from which the run goes on; later evaluations are forgotten.
+
+        Raises:
+            ValueError: for a file that is no such table.
+        """
         self.best_mean_reward = best
         if not path.exists():
             return
@@ -93,6 +108,15 @@ class SaveCheckpoints(BaseCallback):
     def __init__(
         self, evaluation: HeldOutEvaluation, preset: Preset, folder: Path, seconds: float, stop: InterruptGuard
     ) -> None:
+        """Save nothing yet.
+
+        Args:
+            evaluation: whose best is kept with a checkpoint.
+            preset: of the run.
+            folder: of all checkpoints.
+            seconds: that the run has taken before.
+            stop: tells of a Ctrl-C.
+        """
         super().__init__()
         self.evaluation, self.folder, self.before, self.stop = evaluation, folder, seconds, stop
         self.began = time.monotonic()
@@ -126,7 +150,17 @@ class SaveCheckpoints(BaseCallback):
 
 
 class TrainingRun(NamedTuple):
-    """What a run is made of, before it begins; `seconds` and `best` are of what a checkpoint had behind it."""
+    """What a run is made of, before it begins.
+
+    Attributes:
+        preset: how it trains.
+        out: its folder.
+        env: in which it learns.
+        held_out: in which it is evaluated.
+        model: that learns.
+        evaluation: watches it.
+        seconds: that the run has taken before, setting up included.
+    """
 
     preset: Preset
     out: Path
@@ -143,8 +177,21 @@ class TrainingRun(NamedTuple):
 
 
 def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console: Console) -> TrainingRun:
-    """Everything for a run from the last whole checkpoint in `out` on, in `jobs` processes; raises `ValueError` where
-    the preset or what is in `out` makes no sense, and has written nothing then."""
+    """Set up a run from the last whole checkpoint on. Where it raises, it has written nothing.
+
+    Args:
+        preset: how it trains.
+        jobs: as `make_vector`'s.
+        out: its folder.
+        stop: tells of a Ctrl-C.
+        console: says where it goes on.
+
+    Returns:
+        The run.
+
+    Raises:
+        ValueError: where the preset or what is in `out` makes no sense.
+    """
     torch.set_num_threads(1)
     found, broken = checkpoints.newest(out / CHECKPOINTS)
     began = time.monotonic()
@@ -175,7 +222,16 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console:
 
 
 def train(ready: TrainingRun, stop: InterruptGuard, console: Console) -> int:
-    """Train to the end; returns the exit code."""
+    """Train to the end, and keep what came of it.
+
+    Args:
+        ready: the run.
+        stop: tells of a Ctrl-C.
+        console: shows how it goes.
+
+    Returns:
+        Exit code; 130 where Ctrl-C stopped it.
+    """
     preset, model, out = ready.preset, ready.model, ready.out
     save = SaveCheckpoints(ready.evaluation, preset, out / CHECKPOINTS, ready.seconds, stop)
     left = preset.steps // preset.world.hold - model.num_timesteps
@@ -200,15 +256,31 @@ def train(ready: TrainingRun, stop: InterruptGuard, console: Console) -> int:
 
 
 def keep(model: BaseAlgorithm, out: Path, name: str) -> None:
-    """Write `model` for use (.npz, which runs nothing when it is read) and as Stable-Baselines3 saves it (.zip)."""
+    """Write a model for use (.npz, which runs nothing when it is read) and as Stable-Baselines3 saves it (.zip).
+
+    Args:
+        model: that has learnt.
+        out: folder for both files.
+        name: of both.
+    """
     agents.export(model, out / f"{name}.npz")
     with atomic(out / f"{name}.zip") as place:
         model.save(place)
 
 
 def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
-    """`OF_EVALUATIONS` by name: decisions (N,), and of each of E explorations (N, E) reward, decisions and whether it
-    was right; raises `ValueError` where the file is no such table."""
+    """Read the table of evaluations.
+
+    Args:
+        path: of the .npz file.
+
+    Returns:
+        `OF_EVALUATIONS` by name: decisions (N,), and of each of E explorations (N, E) reward, decisions and whether it
+        was right.
+
+    Raises:
+        ValueError: for a file that is no such table.
+    """
     kept = reading.npz(path)
     found = {name: kept[name] for name in OF_EVALUATIONS if name in kept}
     count = found["timesteps"].shape if "timesteps" in found else ()

@@ -38,30 +38,62 @@ class WorkersLostError(Exception):
 
 
 class Workers(Protocol):
-    """Who runs the calls; `told` says it."""
+    """Who runs the calls.
+
+    Attributes:
+        told: says it, in words.
+    """
 
     @property
     def told(self) -> str: ...
 
     def share(self, value: Any) -> Any:
-        """What stands for `value` among the arguments of calls."""
+        """Send once what many calls need.
+
+        Args:
+            value: that they need.
+
+        Returns:
+            What stands for it among the arguments of calls.
+        """
 
     def run(self, work: Callable[..., Any], calls: Iterable[Call]) -> Iterator[Any]:
-        """What `work` returns for each of `calls`, in the order in which they finish.
+        """Run calls.
 
-        Raises what `work` raises, `WorkersLostError`, and `ValueError` for a worker that must not take part.
+        Args:
+            work: what is called, and importable where it runs.
+            calls: arguments of each call.
+
+        Returns:
+            What each call returns, in the order in which they finish. It raises what `work` raises, `WorkersLostError`,
+            and `ValueError` for a worker that must not take part.
         """
 
 
 def workers(jobs: int, cluster: str | None) -> AbstractContextManager[Workers]:
-    """`jobs` processes of this machine, or the cluster at that address."""
+    """Find who runs the calls.
+
+    Args:
+        jobs: processes of this machine.
+        cluster: address of a dask scheduler, to ask in place of these.
+
+    Returns:
+        The workers, within a context.
+    """
     return local_workers(jobs) if cluster is None else cluster_workers(cluster)
 
 
 @contextmanager
 def local_workers(jobs: int) -> Iterator[Workers]:
-    """`jobs` processes; where anything goes wrong, Ctrl-C included, they end at once, and so they do where this process
-    ends, however it does."""
+    """Start processes; where anything goes wrong, Ctrl-C included, they end at once, and so they do where this process
+    ends, however it does.
+
+    Args:
+        jobs: how many.
+
+    Yields:
+        The workers.
+    """
     executor = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _prepare)
     try:
         yield LocalWorkers(executor, jobs)
@@ -77,15 +109,39 @@ class LocalWorkers:
     """Processes of this machine."""
 
     def __init__(self, executor: Executor, jobs: int) -> None:
+        """Take processes that are there.
+
+        Args:
+            executor: that runs them.
+            jobs: how many there are.
+        """
         self._executor, self._ahead = executor, 4 * jobs
         self.told = f"{jobs} processes of this machine" if jobs > 1 else "a process of this machine"
 
     def share(self, value: Any) -> Any:
-        """`value` itself."""
+        """Share nothing: a call has its own copy.
+
+        Args:
+            value: for calls.
+
+        Returns:
+            The same.
+        """
         return value
 
     def run(self, work: Callable[..., Any], calls: Iterable[Call]) -> Iterator[Any]:
-        """As `Workers.run`."""
+        """Run calls, as `Workers.run`.
+
+        Args:
+            work: what is called.
+            calls: arguments of each call.
+
+        Yields:
+            What each returns.
+
+        Raises:
+            WorkersLostError: where a process died.
+        """
         waiting, under_way = iter(calls), set[Future[Any]]()
         try:
             while True:
@@ -103,9 +159,16 @@ class LocalWorkers:
 
 @contextmanager
 def cluster_workers(address: str) -> Iterator[Workers]:
-    """The workers of the dask scheduler at `address`, now and later; they stay when this ends.
+    """Ask the workers of a dask scheduler, those of now and later ones; they stay when this ends.
 
-    Raises `ValueError` where none answers.
+    Args:
+        address: of the scheduler.
+
+    Yields:
+        The workers.
+
+    Raises:
+        ValueError: where no scheduler answers.
     """
     import distributed
     from distributed.utils import silence_logging_cmgr
@@ -130,16 +193,40 @@ class ClusterWorkers:
     """
 
     def __init__(self, client: Any) -> None:
+        """Take a client that is connected.
+
+        Args:
+            client: of dask.
+        """
         self._client = client
         count = len(client.scheduler_info(n_workers=-1)["workers"])
         self.told = f"the workers of {client.scheduler.address} ({count} now; further ones may join)"
 
     def share(self, value: Any) -> Any:
-        """A future of `value`: it is sent once, handed from worker to worker, and made again when it is lost."""
+        """Send once what many calls need; it is handed from worker to worker, and made again when it is lost.
+
+        Args:
+            value: that is pickled.
+
+        Returns:
+            A future of it.
+        """
         return self._client.submit(bytes, pickle.dumps(value), pure=False)
 
     def run(self, work: Callable[..., Any], calls: Iterable[Call]) -> Iterator[Any]:
-        """As `Workers.run`."""
+        """Run calls, as `Workers.run`.
+
+        Args:
+            work: what is called.
+            calls: arguments of each call, which are pickled.
+
+        Yields:
+            What each returns.
+
+        Raises:
+            WorkersLostError: where the connection is lost, or worker after worker died.
+            ValueError: for a worker that cannot import what it must run.
+        """
         import distributed
 
         waiting, checked, carry = iter(calls), partial(_checked, signature(), work), _carrier()
@@ -179,9 +266,10 @@ async def _knock(address: str) -> None:
 
 
 def _carrier() -> Callable[..., Any]:
-    """What runs pickled work in a worker. A function within a function is itself sent whole, not by its name, so that
-    nothing of this project need be importable before it runs."""
+    """What runs pickled work in a worker."""
 
+    # A function within a function is itself sent whole, not by its name, so that nothing of this project need be
+    # importable before it runs.
     def carry(*pickled: bytes) -> Any:
         import pickle
 
@@ -207,8 +295,17 @@ def _checked(expected: dict[str, str], work: Callable[..., Any], *call: Any) -> 
 
 
 def stamped(place: str, work: Callable[..., Any], *call: Any) -> Any:
-    """`work`, and in the file `place` a line: when it began and ended, what it took of the processor, and what the
-    whole process took meanwhile, in seconds."""
+    """Call something, and add a line to a file: when it began and ended, what it took of the processor, and what the
+    whole process took meanwhile, in seconds.
+
+    Args:
+        place: path of the file.
+        work: what is called.
+        *call: its arguments.
+
+    Returns:
+        What it returns.
+    """
     clocks = time.perf_counter, time.thread_time, time.process_time
     begin = [clock() for clock in clocks]
     result = work(*call)

@@ -42,9 +42,18 @@ Options = Mapping[str, argparse.Action]
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """What a command line asks for: `trials` of each of `settings.shapes` under each of the `conditions`, which are in
-    their order, by `jobs` processes or the `cluster` at an address, into the folder `out`; `ablation` and `calibration`
-    say what is made of the table."""
+    """What a command line asks for.
+
+    Attributes:
+        settings: what all trials share.
+        conditions: under which objects are explored, in their order.
+        trials: of each of the shapes, under each condition.
+        out: folder for the results.
+        jobs: processes of this machine.
+        cluster: address of a dask scheduler, asked in place of these.
+        ablation: whether the table compares variants of the observer.
+        calibration: whether it is shown how sure observers are and may be.
+    """
 
     settings: SweepSettings
     conditions: tuple[Condition, ...]
@@ -57,13 +66,29 @@ class SweepPlan:
 
 
 def parse(description: str | None, arguments: list[str] | None) -> tuple[SweepPlan, Results]:
-    """`check` and `open_results`."""
+    """Read and check the command line, and open the table; ends the program with code 2 where either makes no sense.
+
+    Args:
+        description: of the command, for its help.
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        The plan, and its table.
+    """
     plan = check(description, arguments)
     return plan, open_results(plan)
 
 
 def check(description: str | None, arguments: list[str] | None) -> SweepPlan:
-    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written."""
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written.
+
+    Args:
+        description: of the command, for its help.
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        The plan.
+    """
     parser, options = make_parser(description)
     file: dict[str, Any] = {}
     given = parser.parse_args(arguments)
@@ -78,7 +103,15 @@ def check(description: str | None, arguments: list[str] | None) -> SweepPlan:
 
 
 def check_values(values: Mapping[str, Any], *, trust: bool = False) -> SweepPlan:
-    """The same, where another command says what its flags would: `values` by their keys, and `trust`."""
+    """Check what another command says that the flags would; ends the program with code 2 where it makes no sense.
+
+    Args:
+        values: of flags, by their keys; the others are as usual.
+        trust: whether a policy may run code when it is read.
+
+    Returns:
+        The plan.
+    """
     parser, options = make_parser(None)
     several = {name for name, option in options.items() if option.nargs in ("+", "*")}
     lists = {
@@ -95,7 +128,15 @@ def _planned(given: argparse.Namespace) -> SweepPlan:
 
 
 def open_results(plan: SweepPlan) -> Results:
-    """The table of `plan`, as far as it is there; ends the program where its folder holds that of other settings."""
+    """Open the table of a plan, as far as it is there; ends the program with code 2 where its folder holds that of
+    other settings.
+
+    Args:
+        plan: of the sweep.
+
+    Returns:
+        The table.
+    """
     try:
         folder = Path(plan.out)
         (folder / "exemplars").mkdir(parents=True, exist_ok=True)
@@ -108,7 +149,14 @@ def open_results(plan: SweepPlan) -> Results:
 
 
 def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Options]:
-    """The parser, and by its key each option that a file may set."""
+    """Make what reads the command line.
+
+    Args:
+        description: of the command, for its help.
+
+    Returns:
+        The parser, and by its key each option that a file may set.
+    """
     parser = Parser(description=description, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
         "--config", type=as_path, metavar="FILE", help="TOML: any of these, first_seed = 20 for --first-seed 20"
@@ -181,7 +229,16 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
 
 
 def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: Mapping[str, Any]) -> argparse.Namespace:
-    """Flags win over --quick, that over the file, that over the defaults."""
+    """Read flags, which win over --quick, that over the file, that over the defaults.
+
+    Args:
+        parser: of `make_parser`.
+        arguments: of the command line; None: those of this process.
+        file: what `read` returns.
+
+    Returns:
+        All options.
+    """
     parser.set_defaults(**file)
     given = parser.parse_args(arguments)
     if given.ablation and "observers" not in file:
@@ -192,7 +249,15 @@ def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: M
 
 
 def read(path: Path, options: Options) -> dict[str, Any]:
-    """What the TOML file at `path` sets, each of the right type; else raises `ValueError`, or `OSError`."""
+    """Read the file of --config.
+
+    Args:
+        path: of the TOML file.
+        options: of `make_parser`.
+
+    Returns:
+        What it sets, each of the right type; raises `ValueError` for another one, and `OSError`.
+    """
     return {name: _typed(name, value, options) for name, value in reading.toml(path).items()}
 
 
@@ -214,7 +279,17 @@ def _typed(name: str, value: Any, options: Options) -> Any:
 
 
 def planned(given: argparse.Namespace) -> SweepPlan:
-    """What `given`, all options of the parser, ask for; raises `ValueError` for what makes no sense."""
+    """Check all options.
+
+    Args:
+        given: of the parser.
+
+    Returns:
+        What they ask for.
+
+    Raises:
+        ValueError: for what makes no sense.
+    """
     told = {each.name: getattr(given, each.name) for each in fields(SweepSettings)}
     told["env"] = environment(given.env)
     told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
