@@ -25,7 +25,7 @@ from haptic_env.recordings import ObserverInputs, Recording, Track, checks
 from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh
-from haptic_lab.trial import Exploration
+from haptic_lab.records import Exploration
 from haptic_lab.worlds import Candidates, candidates_of
 from observer import ContactModel, ShapePosterior
 

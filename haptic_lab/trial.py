@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -21,7 +21,7 @@ from haptic_env import hand_env
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from haptic_env.shapes import Solid
+from haptic_lab.records import BeliefTrace, Exploration, SensorReading, StepInput
 from haptic_lab.worlds import solid_of
 from observer import Belief, ObserverWrapper, ShapePosterior
 from observer.variants import Observer, make_observer
@@ -29,95 +29,6 @@ from observer.wrappers.observer_wrapper import check_rate
 
 GUIDE = "one_particle"  # of a policy that reads beliefs: names and poses need no more
 TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
-
-
-class SensorReading(NamedTuple):
-    """What was true and what was felt at one step.
-
-    Attributes:
-        true_angles: (J,) rad.
-        felt_angles: (J,) rad.
-        contacts: (P,).
-    """
-
-    true_angles: Array
-    felt_angles: Array
-    contacts: NDArray[np.bool_]
-
-
-class StepInput(NamedTuple):
-    """One step as observers are told of it.
-
-    Attributes:
-        torque: (J,) fractions.
-        contacts: (P,).
-        root: where the hand as a whole was, if it moves.
-        told: (J,) rad that each observer feels, by its name.
-    """
-
-    torque: NDArray[np.floating[Any]]
-    contacts: NDArray[np.int8]
-    root: Pose | None
-    told: Mapping[str, Array]
-
-
-@dataclass(frozen=True)
-class Exploration:
-    """What happened.
-
-    Attributes:
-        hand: that explored.
-        solid: that was explored.
-        seconds: (T,).
-        torques: (T, J) fractions.
-        felt_angles: (T, J) rad.
-        true_angles: (T, J) rad.
-        contacts: (T, P).
-        start: the reset.
-        roots: (T), where the hand as a whole was, if it moved.
-    """
-
-    hand: Hand
-    solid: Solid
-    seconds: Array
-    torques: Array
-    felt_angles: Array
-    true_angles: Array
-    contacts: NDArray[np.bool_]
-    start: SensorReading
-    roots: tuple[Pose, ...] | None = None
-
-
-@dataclass
-class BeliefTrace:
-    """What one observer believed.
-
-    Attributes:
-        labels: (C,), none where it was not asked to name the object.
-        joint_angles: (T, J) rad, online.
-        joint_std: (T, J) rad, online.
-        lagged_joint_angles: (T, J) rad, of the same steps once the lag has passed.
-        lagged_joint_std: (T, J) rad, of those.
-        n_eff: (T,).
-        posterior: (T, C).
-        belief: the last one.
-        growing: (X, Y, Z) occupancy of the belief before the flush.
-    """
-
-    labels: tuple[str, ...]
-    joint_angles: Array
-    joint_std: Array
-    lagged_joint_angles: Array
-    lagged_joint_std: Array
-    n_eff: Array
-    posterior: Array
-    belief: Belief
-    growing: Array
-
-    @property
-    def name(self) -> str:
-        """The label that the observer finds most probable in the end."""
-        return self.labels[int(np.argmax(self.posterior[-1]))]
 
 
 @dataclass

@@ -5,20 +5,18 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from joblib import cpu_count
 from rich.console import Console
 
-import haptic_env
-from haptic_env import shapes, validate
 from haptic_lab.benchmarks import end_to_end, timings
+from haptic_lab.benchmarks.recording import BenchRecording, make_slam, record
+from haptic_lab.benchmarks.settings import QUICK, BenchSettings, BenchSize
+from haptic_lab.benchmarks.stages import stages
 from haptic_lab.benchmarks.table import BenchRow, beyond, number, of_steps, spread
-from haptic_lab.benchmarks.timings import BenchRecording
 from observer import HapticSLAM, ShapePosterior
 
 PROCESS = ("import", "make", "first step", "first step into the maps")
@@ -35,67 +33,6 @@ STAGES = {  # and whether it deals with the present step or with the lagged one
     "proposal, belief and checks": False,
     "classify (ShapePosterior.update)": False,
 }
-
-
-@dataclass(frozen=True)
-class BenchSize:
-    """How much is measured.
-
-    Attributes:
-        few: particles of the small observer.
-        many: of the large one.
-        coarse: voxels along the longest edge of the small grid.
-        fine: of the large one.
-        steps: of the recording.
-        seconds: of the whole trial.
-        megabytes: that are copied, to measure the memory.
-    """
-
-    few: int = 200
-    many: int = 1000
-    coarse: int = 32
-    fine: int = 64
-    steps: int = 120
-    seconds: float = 10.0
-    megabytes: int = 256
-
-
-QUICK = BenchSize(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16)
-
-
-@dataclass(frozen=True)
-class BenchSettings:
-    """What the command line asks for.
-
-    Attributes:
-        env: id of the environment.
-        shape: that is explored.
-        sigma: noise of the felt angles, degrees.
-        seed: of the exploration.
-        rounds: repetitions of everything.
-        quick: `QUICK` in place of `BenchSize()`.
-        json: file for the figures.
-
-    Raises:
-        ValueError: for a value out of its range.
-    """
-
-    env: str
-    shape: str
-    sigma: float
-    seed: int
-    rounds: int
-    quick: bool
-    json: str | None
-
-    def __post_init__(self) -> None:
-        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
-        validate.choice("--shape", self.shape, shapes.SHAPES)
-        validate.number("--sigma", self.sigma, high=90.0, above=0.0, unit="degrees")
-        validate.integer("--seed", self.seed, 0, 2**32 - 1)
-        validate.integer("--rounds", self.rounds, 1, 1000)
-        if self.json is not None and not Path(self.json).parent.is_dir():
-            raise ValueError(f"--json must be a file in a folder that exists, got {self.json!r}")
 
 
 Values = dict[str, Any]  # by name: (T,) seconds, or one number
@@ -135,16 +72,16 @@ class Bench:
         self.size = size = QUICK if settings.quick else BenchSize()
         self.cores = cpu_count()
         self.threads: list[int | None] = [None, *sorted({1, min(2, self.cores)})]
-        self.recording = timings.record(settings.env, settings.shape, settings.sigma, settings.seed, size.steps)
+        self.recording = record(settings.env, settings.shape, settings.sigma, settings.seed, size.steps)
         self.slams = {
-            (particles, voxels): timings.make_slam(self.recording, particles, voxels)
+            (particles, voxels): make_slam(self.recording, particles, voxels)
             for voxels in (size.coarse, size.fine)
             for particles in (size.few, size.many)
         }
         self.shape = ShapePosterior(self.recording.hand)
         self.whole: tuple[BenchRecording, HapticSLAM] | None = None
         try:
-            recording = timings.record(WHOLE_HAND, settings.shape, settings.sigma, settings.seed, size.steps)
+            recording = record(WHOLE_HAND, settings.shape, settings.sigma, settings.seed, size.steps)
             self.whole = recording, HapticSLAM(recording.hand, settings.sigma, size.few)
         except ImportError as error:
             self.missing = str(error)
@@ -180,7 +117,7 @@ class Bench:
         return [each for some in itertools.zip_longest(passes, others) for each in some if each is not None]
 
     def _stages(self) -> Values:
-        return timings.stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
+        return stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
 
     def _observed(self) -> Iterator[tuple[tuple[BenchRecording, HapticSLAM], int | None, bool]]:
         """Who is observed, on how many threads (None: nothing is said), and whether beside other busy processes."""

@@ -10,24 +10,18 @@ import math
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
-import gymnasium as gym
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-import agents
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
-from haptic_env.grid import Grid
-from haptic_env.hand import Hand
 from haptic_lab.benchmarks import reference
-from observer import HapticSLAM, ShapePosterior
-from observer.fastslam import PARTS
+from haptic_lab.benchmarks.recording import BenchRecording
+from observer import HapticSLAM
 from observer.kinematics import Tree, body_frames, tree_of
 
 LINE = 64  # bytes that the memory hands out at once
@@ -39,74 +33,6 @@ print(flush=True)
 while True:
     pass
 """
-
-
-@dataclass(frozen=True)
-class BenchRecording:
-    """An exploration.
-
-    Attributes:
-        env: in which it was made.
-        hand: that explored.
-        seed: of the exploration.
-        sigma_deg: noise of the felt angles, degrees.
-        torques: (T, J) commanded, fractions.
-        controls: (T, J) with motor noise, fractions.
-        felt: (T, J) rad.
-        contacts: (T, P).
-    """
-
-    env: gym.Env[Any, Any]
-    hand: Hand
-    seed: int
-    sigma_deg: float
-    torques: NDArray[np.float32]
-    controls: Array
-    felt: NDArray[np.float32]
-    contacts: NDArray[np.bool_]
-
-    @property
-    def touching(self) -> NDArray[np.bool_]:
-        """(T,) whether any patch felt contact."""
-        return np.asarray(self.contacts.any(axis=1))
-
-    def lagged(self, lag: int) -> NDArray[np.bool_]:
-        """Tell at which steps a touch enters the maps.
-
-        Args:
-            lag: steps of the observer.
-
-        Returns:
-            (T,) whether any patch felt contact at the step that enters the maps `lag` steps later.
-        """
-        return np.concatenate([np.zeros(lag, dtype=bool), self.touching[: len(self.touching) - lag]])
-
-
-def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int, **keywords: Any) -> BenchRecording:
-    """Explore with random torques.
-
-    Args:
-        env_id: registered, such as "HapticSLAM/TwoFinger-v0".
-        shape: that is explored.
-        sigma_deg: noise of the felt angles, degrees.
-        seed: of the exploration.
-        steps: T.
-        **keywords: of the environment.
-
-    Returns:
-        What was commanded and felt.
-    """
-    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=3600.0, **keywords)
-    base: Any = env.unwrapped
-    observation, _ = env.reset(seed=seed)
-    policy, state = agents.make("random_torque", env, seed=seed), None
-    rows = []
-    for _ in range(steps):
-        torque, state = policy.predict(observation, state)
-        observation, *_ = env.step(torque)
-        felt, contacts = observation["joint_angles"], observation["contacts"].astype(bool)
-        rows.append((torque, base._data.ctrl.copy(), felt, contacts))
-    return BenchRecording(env, base.hand, seed, sigma_deg, *(np.array(each) for each in zip(*rows, strict=True)))
 
 
 def environment(recording: BenchRecording, turn: int = 0) -> dict[str, Array]:
@@ -141,22 +67,6 @@ def environment(recording: BenchRecording, turn: int = 0) -> dict[str, Array]:
                 mujoco.mj_step(model, data, base.substeps)
                 bare[k] = clock() - start
     return {"env.step": whole, "mj_step": bare}
-
-
-def make_slam(recording: BenchRecording, particles: int, voxels: int) -> HapticSLAM:
-    """Make the observer that is timed.
-
-    Args:
-        recording: of whose hand.
-        particles: N.
-        voxels: along the longest edge of the hand's workspace.
-
-    Returns:
-        The observer.
-    """
-    hand = recording.hand
-    grid = Grid.around(hand.grasp_centre, hand.workspace, float(hand.workspace.max()) / voxels)
-    return HapticSLAM(hand, recording.sigma_deg, particles, grid=grid)
 
 
 def pose_filter(slam: HapticSLAM, recording: BenchRecording) -> Array:
@@ -222,87 +132,6 @@ def observe(slam: HapticSLAM, recording: BenchRecording, threads: int | None) ->
         took[k] = clock() - start
     del belief
     return took
-
-
-class Stopwatch:
-    """Seconds that went by until each named part was done, summed until `read`."""
-
-    def __init__(self, names: Iterable[str]) -> None:
-        """Begin at nothing.
-
-        Args:
-            names: of the parts.
-        """
-        self.spent = dict.fromkeys(names, 0.0)
-        self.last = clock()
-
-    def start(self) -> None:
-        """What comes next begins now."""
-        self.last = clock()
-
-    def done(self, part: str) -> None:
-        """Count what has gone by since the last part was done.
-
-        Args:
-            part: which it belongs to.
-        """
-        now = clock()
-        self.spent[part] += now - self.last
-        self.last = now
-
-    def read(self) -> dict[str, float]:
-        """Read the clock, and set it back.
-
-        Returns:
-            Seconds of each part since the last time.
-        """
-        spent, self.spent = self.spent, dict.fromkeys(self.spent, 0.0)
-        return spent
-
-
-def stages(slam: HapticSLAM, shape: ShapePosterior, recording: BenchRecording) -> dict[str, Array]:
-    """Time each stage of a turn of the observer and its classifier, on one thread.
-
-    The forward model predicts once more before each step, from the same state, to be timed by itself.
-
-    Args:
-        slam: the observer.
-        shape: its classifier.
-        recording: what both are told.
-
-    Returns:
-        (T,) s of each stage, by its name.
-    """
-    slam.threads = 1
-    watch, rows, joints = Stopwatch((*PARTS, "model", "rest", "classify")), [], recording.hand.joints
-    belief = slam.reset(seed=0)
-    shape.reset(seed=0)
-    slam.on_part = watch.done
-    try:
-        for torque, felt, contacts in zip(recording.torques, recording.felt, recording.contacts, strict=True):
-            state, command = slam.pose.mean[: 2 * joints].copy(), torque.astype(np.float64)
-            watch.start()
-            slam.pose.model.predict(state, command)  # type: ignore[attr-defined]
-            watch.done("model")
-            belief = slam.step(torque, felt, contacts)
-            watch.done("rest")
-            shape.update(belief)
-            watch.done("classify")
-            rows.append(watch.read())
-    finally:
-        slam.on_part = None
-    del belief
-    took = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    return {
-        "forward model": took["model"],
-        "pose filter and lag, without it": np.maximum(took["pose"] - took["model"], 0.0),
-        "match and touch, every particle": took["match"],
-        "geometry, sweeps, random numbers": took["gather"] + took["map"],
-        "occupancy of the belief that is held": took["settle"],
-        "weigh and resample": took["weigh"] + took["resample"],
-        "proposal, belief and checks": took["predict"] + took["belief"] + took["rest"],
-        "classify (ShapePosterior.update)": took["classify"],
-    }
 
 
 @kernel()

@@ -13,7 +13,8 @@ from pathlib import Path
 from rich.console import Console
 
 from haptic_env import shapes
-from haptic_lab.benchmarks.suite import Bench, BenchSettings
+from haptic_lab.benchmarks.settings import BenchSettings
+from haptic_lab.benchmarks.suite import Bench
 from haptic_lab.benchmarks.table import machine, table
 from haptic_lab.files import write_json
 from haptic_lab.terminal import Parser

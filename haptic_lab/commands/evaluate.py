@@ -21,7 +21,8 @@ from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, run, sweep
 from haptic_lab.sweeps.measures import MEASURES
-from haptic_lab.sweeps.options import SweepPlan, check, open_results
+from haptic_lab.sweeps.options import check, open_results
+from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.results import Results
 from haptic_lab.terminal import make_console
 

@@ -34,7 +34,7 @@ from haptic_lab.sweeps import options
 from haptic_lab.sweeps.driver import WIDTH, make_files, progress_on, run, sweep
 from haptic_lab.sweeps.executors import workers
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES
-from haptic_lab.sweeps.options import SweepPlan
+from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.results import KEY, Results
 from haptic_lab.sweeps.tasks import STREAM, SweepTask
 from haptic_lab.terminal import Parser, as_path, make_console, refuse

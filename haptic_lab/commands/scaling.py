@@ -22,6 +22,7 @@ from rich.table import Table
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_lab.benchmarks import timings
+from haptic_lab.benchmarks.recording import record
 from haptic_lab.files import write_table
 from haptic_lab.style import styled
 from haptic_lab.terminal import Parser
@@ -90,7 +91,7 @@ def measure(chosen: list[ScalingPoint], steps: int, rounds: int, console: Consol
         A row for each of `chosen`: `axis`, `value`, and the median `ms` of its steps.
     """
     recordings = {
-        around: timings.record(ENV, "cube", 3.0, 0, steps, patches_around=around)
+        around: record(ENV, "cube", 3.0, 0, steps, patches_around=around)
         for around in sorted({each.around for each in chosen})
     }
     least: dict[ScalingPoint, Any] = {}

@@ -31,9 +31,11 @@ from rich.table import Table
 from haptic_env import validate
 from haptic_lab.files import atomic
 from haptic_lab.sweeps import options
+from haptic_lab.sweeps.cluster import cluster_workers
 from haptic_lab.sweeps.driver import sweep
-from haptic_lab.sweeps.executors import Workers, cluster_workers, stamped, workers
+from haptic_lab.sweeps.executors import stamped, workers
 from haptic_lab.sweeps.worker import run_trials
+from haptic_lab.sweeps.workers import Workers
 from haptic_lab.terminal import Parser
 
 EXAMPLE = "example: haptic-slam scheduling --trials 10 --out out/scheduling"

@@ -15,8 +15,8 @@ from haptic_lab.exploration.settings import OBSERVER, RAW
 from haptic_lab.exploration.summary import object_of
 from haptic_lab.files import atomic
 from haptic_lab.panels import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
+from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import OBSERVER_COLOURS, as_drawn, titles_of
-from haptic_lab.trial import BeliefTrace, Exploration
 from observer import metrics
 
 

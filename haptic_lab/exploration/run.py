@@ -14,7 +14,8 @@ from haptic_env.recordings import Recording
 from haptic_lab import replay
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
-from haptic_lab.trial import BeliefTrace, Exploration, Trial, guided, make_observers
+from haptic_lab.records import BeliefTrace, Exploration
+from haptic_lab.trial import Trial, guided, make_observers
 from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior
 from observer.variants import Observer

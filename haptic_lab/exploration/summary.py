@@ -12,8 +12,8 @@ from rich.text import Text
 
 from haptic_lab import replay
 from haptic_lab.exploration.settings import OBSERVER, RAW, ExplorationSettings
+from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import colours_of, titles_of
-from haptic_lab.trial import BeliefTrace, Exploration
 from observer import metrics
 
 WITHIN = ((1, "1 voxel"), (2, "2 voxels"))

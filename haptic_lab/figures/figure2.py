@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
 from haptic_lab.figures.explorations import ShownExploration
-from haptic_lab.figures.isometric import IsometricView
+from haptic_lab.figures.isometric_view import NEAR, IsometricView
 from haptic_lab.figures.paper_figure import WIDTH, Find, PaperFigure, Wanted
 from haptic_lab.panels import AXES, EMPTY, MM, TICKS
 from haptic_lab.style import FREE, HAND, OCCUPANCY, OUTLINE, TRUTH
@@ -69,7 +69,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
         isometric.draw_hand(axes, hand, poses, grid, view, solid)
         isometric.draw_hand_outline(axes, hand, showing.true_angles[step], grid, view)
     title = f"(c) the map after {showing.seconds[step]:.0f} s"
-    isometric.draw_scene(panels[1, 0], occupancy, grid, solid, isometric.NEAR, title)
+    isometric.draw_scene(panels[1, 0], occupancy, grid, solid, NEAR, title)
     _section(panels[1, 1], occupancy, showing)
     figure.legend(
         handles=[

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
 from haptic_lab.figures.figure2 import map_table
-from haptic_lab.figures.isometric import NEAR
+from haptic_lab.figures.isometric_view import NEAR
 from haptic_lab.figures.paper_figure import WIDTH, Find, PaperFigure, Wanted
 from haptic_lab.style import OCCUPANCY
 

@@ -11,7 +11,7 @@ from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
 from haptic_lab.figures.figure2 import map_table
 from haptic_lab.figures.figure4 import probability_bar
-from haptic_lab.figures.isometric import NEAR
+from haptic_lab.figures.isometric_view import NEAR
 from haptic_lab.figures.paper_figure import WIDTH, Find, PaperFigure, Wanted
 from haptic_lab.style import as_drawn, colours_of, titles_of
 

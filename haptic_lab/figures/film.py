@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
 from haptic_lab.figures.explorations import FRAMES_PER_SECOND, ShownExploration
-from haptic_lab.figures.isometric import IsometricView
+from haptic_lab.figures.isometric_view import IsometricView
 from haptic_lab.figures.paper_figure import Film, Find, PaperFigure, Wanted
 from haptic_lab.style import OBSERVER_COLOURS, as_drawn, colours_of, titles_of
 from observer import metrics

@@ -14,12 +14,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from haptic_env import hand_of
 from haptic_lab.conditions import Condition
 from haptic_lab.files import atomic
-from haptic_lab.sweeps.executors import Workers, WorkersLostError, workers
-from haptic_lab.sweeps.options import SweepPlan
+from haptic_lab.sweeps.executors import workers
+from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.tasks import SweepTask, bundles, exemplar_tasks
 from haptic_lab.sweeps.worker import run_exemplars, run_trials
+from haptic_lab.sweeps.workers import Workers, WorkersLostError
 from haptic_lab.warm_up import get_ready
 
 WIDTH = 120  # of what is printed to a file

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
-from haptic_lab.trial import BeliefTrace, Exploration
+from haptic_lab.records import BeliefTrace, Exploration
 from observer import metrics
 
 AFTER_SECONDS = (2, 5, 10)  # when the name is asked for

@@ -4,12 +4,9 @@
 from __future__ import annotations
 
 import argparse
-import importlib.util
-import itertools
-import math
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -17,16 +14,17 @@ from joblib import cpu_count
 
 import agents
 from haptic_env import reading, shapes, validate
-from haptic_lab.conditions import DEFAULTS, FACTORS, TRUST, Condition, check_policy
+from haptic_lab.conditions import DEFAULTS, TRUST
+from haptic_lab.sweeps.plan import SweepPlan, planned
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns
-from haptic_lab.sweeps.tasks import SweepSettings, files_of
+from haptic_lab.sweeps.tasks import files_of
 from haptic_lab.terminal import Parser, as_path, refuse
-from haptic_lab.worlds import HANDS_OR_IDS, environment
+from haptic_lab.worlds import HANDS_OR_IDS
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
-from observer.variants import ABLATION, FULL, VARIANTS, WITHOUT_MAP
+from observer.variants import ABLATION, VARIANTS, WITHOUT_MAP
 
 EXAMPLE = """examples: haptic-slam evaluate --shapes cube sphere --sigmas 3 5 --trials 20 --out out/two_shapes
           haptic-slam evaluate --bias-deg 0 2 --contact-miss 0 0.1 --seconds 5 10 --out out/product
@@ -36,33 +34,7 @@ NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the pap
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
 KINDS: dict[Any, str] = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
 TRUSTED = ["--trust"]
-MOST_CONDITIONS = 10_000
 Options = Mapping[str, argparse.Action]
-
-
-@dataclass(frozen=True)
-class SweepPlan:
-    """What a command line asks for.
-
-    Attributes:
-        settings: what all trials share.
-        conditions: under which objects are explored, in their order.
-        trials: of each of the shapes, under each condition.
-        out: folder for the results.
-        jobs: processes of this machine.
-        cluster: address of a dask scheduler, asked in place of these.
-        ablation: whether the table compares variants of the observer.
-        calibration: whether it is shown how sure observers are and may be.
-    """
-
-    settings: SweepSettings
-    conditions: tuple[Condition, ...]
-    trials: int
-    out: str
-    jobs: int
-    cluster: str | None
-    ablation: bool
-    calibration: bool
 
 
 def parse(description: str | None, arguments: list[str] | None) -> tuple[SweepPlan, Results]:
@@ -276,51 +248,3 @@ def _typed(name: str, value: Any, options: Options) -> Any:
     except OverflowError as error:
         raise ValueError(f"{name} must be {KINDS[kind]} that a float can be, got {values!r}") from error
     return values if several else values[0]
-
-
-def planned(given: argparse.Namespace) -> SweepPlan:
-    """Check all options.
-
-    Args:
-        given: of the parser.
-
-    Returns:
-        What they ask for.
-
-    Raises:
-        ValueError: for what makes no sense.
-    """
-    told = {each.name: getattr(given, each.name) for each in fields(SweepSettings)}
-    told["env"] = environment(given.env)
-    told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
-    settings = SweepSettings(**told)
-    flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}
-    values = {name: sorted(set(getattr(given, flag))) for name, flag in flags.items()}
-    for name, several in values.items():
-        if not several:
-            raise ValueError(f"--{flags[name].replace('_', '-')} must have a value, got []")
-    if math.prod(map(len, values.values())) > MOST_CONDITIONS:
-        counts = ", ".join(f"{len(several)} of {flags[name]}" for name, several in values.items() if len(several) > 1)
-        raise ValueError(f"a sweep has {MOST_CONDITIONS} combinations at most, these are more: {counts}")
-    product = itertools.product(*values.values())
-    conditions = tuple(Condition(**dict(zip(FACTORS, each, strict=True))) for each in product)
-    for policy in values["policy"]:
-        check_policy(policy, given.trust)
-    most = values["sigma_deg"][-1] * settings.believed_sigma
-    validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
-    validate.integer("--trials", given.trials, 1, 100_000)
-    validate.integer("--jobs", given.jobs, 1, 1024)
-    if given.ablation and FULL not in given.observers:
-        raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")
-    if given.cluster is not None and importlib.util.find_spec("distributed") is None:
-        raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")
-    return SweepPlan(
-        settings,
-        conditions,
-        given.trials,
-        given.out,
-        given.jobs,
-        given.cluster,
-        ablation=given.ablation,
-        calibration=given.calibration,
-    )

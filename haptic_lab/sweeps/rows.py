@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from haptic_env import reading
+from haptic_lab.records import BeliefTrace
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES, OF_MAPS
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import KEY, listed
 from haptic_lab.sweeps.tasks import STREAM, SweepSettings, SweepTask
-from haptic_lab.trial import BeliefTrace
 from observer import variants
 from observer.classifiers import CLASSIFIERS, MapClassifier
 

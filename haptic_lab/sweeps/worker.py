@@ -12,10 +12,11 @@ import gymnasium as gym
 import numpy as np
 
 from haptic_env import hand_of
+from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.sweeps.measures import GroundTruth, measures_of
 from haptic_lab.sweeps.rows import Exemplars, row_of
 from haptic_lab.sweeps.tasks import SweepSettings, SweepTask
-from haptic_lab.trial import TRUE_POSE, BeliefTrace, Exploration, Trial, guided, make_observers
+from haptic_lab.trial import TRUE_POSE, Trial, guided, make_observers
 from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior
 
