@@ -210,8 +210,8 @@ class HapticSLAM(TracksPose):
 
     @property
     def particle_maps(self) -> NDArray[np.int8]:
-        """(N, T) log-odds of the particles' own cells in units of `observer.maps.contact_model.QUANTUM`, as they are kept:
-        not to be changed. Raises `ValueError` outside a trial."""
+        """(N, T) log-odds of the particles' own cells in units of `maps.contact_model.QUANTUM`, as they are kept: not to
+        be changed. Raises `ValueError` outside a trial."""
         return self._running().maps.own
 
     def _assimilate(self, state: FilterState, ago: int) -> Belief:
