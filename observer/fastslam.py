@@ -210,7 +210,7 @@ class HapticSLAM(TracksPose):
 
     @property
     def particle_maps(self) -> NDArray[np.int8]:
-        """(N, T) log-odds of the particles' own cells in units of `maps.contact_model.QUANTUM`, as they are kept: not to
+        """(N, T) log-odds of the particles' own cells in units of `contact_model.QUANTUM`, as they are kept: not to
         be changed. Raises `ValueError` outside a trial."""
         return self._running().maps.own
 
