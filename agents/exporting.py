@@ -10,7 +10,8 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from agents.network import ACTIVATIONS, Array, Cell, Layer, Memory, Network
+from agents.layers import ACTIVATIONS, Array, Cell, Layer
+from agents.network import Memory, Network
 from agents.normalization import Normalization
 from haptic_env import validate
 from haptic_env.files import atomic

@@ -26,7 +26,13 @@ FELT = 0.001  # metres: a patch this near would feel contact (points of the skin
 
 
 class Spheres(NamedTuple):
-    """The links as spheres (B,): their `body`, how far `along` its bone (m), and their `radius` (m)."""
+    """The links as spheres, B of them.
+
+    Attributes:
+        body: (B,) on which each is.
+        along: (B,) m, how far along its bone.
+        radius: (B,) m.
+    """
 
     body: NDArray[np.int64]
     along: Array
@@ -34,9 +40,16 @@ class Spheres(NamedTuple):
 
 
 class LookaheadModel(NamedTuple):
-    """What weighs what would be felt: the `tolerance` m of a gap, the probability of a `surprise`, the `weight` that is
-    the exponent of a look, what was `said` before: it is no news from `alike` m away (0: all of it is), and how deep
-    what feels contact may `press`, m."""
+    """What weighs what would be felt.
+
+    Attributes:
+        tolerance: m, of a gap.
+        surprise: probability of a contact that no hypothesis explains.
+        weight: exponent of a look.
+        said: what was felt before.
+        alike: m, from there a contact is no news; 0: all of it is.
+        press: m, how deep what feels contact may.
+    """
 
     tolerance: float
     surprise: float
@@ -47,8 +60,16 @@ class LookaheadModel(NamedTuple):
 
 
 class Line(NamedTuple):
-    """The forward model about now: x ← `drift` + `transition` (x - `state`) + `gain` (τ - τ₀), N·m, in one control step
-    from `state` (D,); `gain` (D, J); joints stay within `low` and `high` (J,) rad."""
+    """The forward model about now: x ← `drift` + `transition` (x - `state`) + `gain` (τ - τ₀), in one control step.
+
+    Attributes:
+        state: (D,) rad and rad/s, x now.
+        drift: (D,), x after a step under τ₀.
+        transition: (D, D).
+        gain: (D, J) per N·m.
+        low: (J,) rad, below which no joint gets.
+        high: (J,) rad.
+    """
 
     state: Array
     drift: Array
@@ -59,7 +80,14 @@ class Line(NamedTuple):
 
 
 def spheres_of(hand: Hand) -> Spheres:
-    """The links of `hand` as `ALONG` spheres each."""
+    """Put spheres along the links of a hand.
+
+    Args:
+        hand: with links.
+
+    Returns:
+        `ALONG` spheres for each link, from one end of its bone to the other.
+    """
     share = np.tile(np.linspace(0.0, 1.0, ALONG), len(hand.links))
     return Spheres(
         np.repeat(hand.link_bodies, ALONG).astype(np.int64),
@@ -113,7 +141,18 @@ def _hold_out(tree, spheres, solids, h, line, x, position, rotation, jacobian, m
 
 @kernel()
 def roll(tree, spheres, solids, h, line, torque, every, looks):
-    """Fill `looks` (T, J) rad with the pose after each `every` steps under `torque` (J,) N·m, if `h` were there."""
+    """Move the hand under one torque, if one hypothesis were there.
+
+    Args:
+        tree: of the hand's joints.
+        spheres: that the object stops.
+        solids: distance fields of the hypotheses.
+        h: the hypothesis.
+        line: the forward model.
+        torque: (J,) N·m, beyond those of now.
+        every: control steps from one look to the next.
+        looks: (T, J) rad, filled with the pose at each look.
+    """
     joints, size = len(line.low), len(line.state)
     x, free, moved = line.state.copy(), np.empty(size), np.empty(size)
     position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
@@ -212,11 +251,25 @@ def class_entropies(
     told,
     out,
 ):
-    """Fill `out` (M, K), from `begin` to `end`, with bits: the entropy of the labels that is left after each of the
-    `torques` (M, J) N·m (beyond those of now) was held for T = `looks` times `every` steps, were each of `worlds` (K,)
-    the true hypothesis.
+    """Predict how uncertain the label will be, for torques that are held for T = `looks` times `every` steps.
 
-    `log_weights` (H,) and `label` (H,) of the hypotheses; `told` weighs what would be felt.
+    Args:
+        begin: first of the torques that are looked at.
+        end: the one after the last.
+        tree: of the hand's joints.
+        spheres: that the object stops.
+        skin: of the hand.
+        solids: distance fields of the hypotheses.
+        line: the forward model.
+        torques: (M, J) N·m, beyond those of now.
+        every: control steps from one look to the next.
+        looks: T.
+        worlds: (K,) hypotheses, each taken for the true one.
+        log_weights: (H,) of the hypotheses.
+        label: (H,) of the hypotheses.
+        labels: C.
+        told: weighs what would be felt.
+        out: (M, K) bits, filled from `begin` to `end`: the entropy that is left.
     """
     for m in range(begin, end):
         poses = np.empty((looks, len(line.low)))

@@ -7,83 +7,25 @@ of Stable-Baselines3. Shapes: D numbers of an observation, L of the last hidden 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
 from agents import spaces_json
+from agents.layers import ACTIVATIONS, Array, Cell, Layer, times
 from agents.normalization import Normalization
 from haptic_env import reading, validate
 
-Array = NDArray[np.float32]
 Memory = tuple[NDArray[Any] | None, ...]
 KIND, VERSION = "haptic-slam policy", 1
 NOISES = ("none", "constant", "by state", "lasting")
 LARGEST = 256 * reading.MIB
 LEAST_LOG_STD, MOST_LOG_STD = -20.0, 2.0  # of the noise that the state decides (Haarnoja et al. 2018, SAC)
-
-
-def _times(matrix: Array, x: Array) -> Array:
-    """Not by BLAS, whose threads would cost a small product more than they save, and might sum in another order."""
-    return np.einsum("ij,j->i", matrix, x)
-
-
-def _elu(x: Array) -> Array:
-    return np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0)))
-
-
-def _sigmoid(x: Array) -> Array:
-    return np.float32(0.5) * (np.tanh(np.float32(0.5) * x) + np.float32(1.0))
-
-
-ACTIVATIONS: dict[str, Callable[[Array], Array]] = {
-    "ELU": _elu,
-    "LeakyReLU": lambda x: np.where(x > 0.0, x, np.float32(0.01) * x),
-    "ReLU": lambda x: np.maximum(x, np.float32(0.0)),
-    "SiLU": lambda x: x * _sigmoid(x),
-    "Sigmoid": _sigmoid,
-    "Tanh": np.tanh,
-}
-
-
-class Layer(NamedTuple):
-    """A linear map.
-
-    Attributes:
-        weight: (out, in).
-        bias: (out,).
-    """
-
-    weight: Array
-    bias: Array
-
-    def __call__(self, x: Array) -> Array:
-        return _times(self.weight, x) + self.bias
-
-
-class Cell(NamedTuple):
-    """A layer of long short-term memory as torch has it: four gates, in, forget, cell, out.
-
-    Attributes:
-        given: from the input, (4H, D).
-        fed_back: from the last output, (4H, H).
-
-    References:
-        Hochreiter & Schmidhuber 1997, Neural Computation 9, 1735-1780.
-    """
-
-    given: Layer
-    fed_back: Layer
-
-    def __call__(self, x: Array, h: Array, c: Array) -> tuple[Array, Array]:
-        gate_in, forget, cell, out = np.split(self.given(x) + self.fed_back(h), 4)
-        c = _sigmoid(forget) * c + _sigmoid(gate_in) * np.tanh(cell)
-        return _sigmoid(out) * np.tanh(c), c
 
 
 @dataclass(frozen=True)
@@ -174,7 +116,7 @@ class Network:
 
     def _noise(self, x: Array, lasting: NDArray[Any] | None, rng: np.random.Generator) -> Array:
         if lasting is not None:
-            return _times(lasting.T, x)
+            return times(lasting.T, x)
         fresh = rng.standard_normal(len(self.mean.bias), dtype=np.float32)
         if isinstance(self.log_std, Layer):
             return np.exp(np.clip(self.log_std(x), LEAST_LOG_STD, MOST_LOG_STD)) * fresh

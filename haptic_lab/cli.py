@@ -41,7 +41,11 @@ EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --out out/p
 
 
 def run(command: str) -> NoReturn:
-    """Run one of `COMMANDS` with the arguments of this process, and end it with the command's exit code."""
+    """Run a command, and end this process with its exit code.
+
+    Args:
+        command: one of `COMMANDS`; it reads the arguments of this process.
+    """
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules are loaded Ctrl-C ends it without a word
     if command in ONE_CORE:
         for name, value in THREADS.items():

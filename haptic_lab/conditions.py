@@ -15,8 +15,15 @@ _DEFAULTS = {name: each.default for name, each in inspect.signature(ExploreEnv).
 
 
 def check_policy(name: str, trust: bool) -> None:
-    """Raise `ValueError` unless `name` is a policy, or the path of a model that can be read and, where it may run code,
-    is to be trusted."""
+    """Check the policy that a command is told of.
+
+    Args:
+        name: of a policy, or the path of a model.
+        trust: whether a model may run code when it is read.
+
+    Raises:
+        ValueError: for neither, or a model that cannot be read or is not to be trusted.
+    """
     agents.find(name, "--policy")
     if agents.is_model(name):
         try:
@@ -27,7 +34,23 @@ def check_policy(name: str, trust: bool) -> None:
 
 @dataclass(frozen=True)
 class Condition:
-    """Noise, policy and duration of an exploration; the noises are the environment's keyword arguments."""
+    """What may vary in a sweep; the noises are the environment's keyword arguments.
+
+    Attributes:
+        sigma_deg: SD of the white noise of felt angles, degrees.
+        bias_deg: SD of the constant offset of each joint, degrees.
+        drift_deg: SD of the slow error of each joint, degrees.
+        drift_seconds: time constant of the drift.
+        proportional: SD of the noise as a fraction of the angle.
+        motor_noise: SD as a fraction of the commanded torque.
+        contact_miss: probability that a touch is not felt.
+        contact_false_alarm: probability that one is felt that is none.
+        policy: name, or path of a model.
+        seconds: how long is explored.
+
+    Raises:
+        ValueError: for a value out of its range.
+    """
 
     sigma_deg: float
     bias_deg: float = _DEFAULTS["bias_deg"]

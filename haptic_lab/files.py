@@ -18,7 +18,17 @@ if TYPE_CHECKING:
 
 
 def write_table(folder: Path, name: str, table: pd.DataFrame, picture: Figure) -> list[str]:
-    """Write `table` as `name`.csv and its `picture` as `name`.png to `folder`; returns their names."""
+    """Write a table, and a picture of it.
+
+    Args:
+        folder: to write to.
+        name: of both files.
+        table: for NAME.csv.
+        picture: for NAME.png.
+
+    Returns:
+        The names of the files.
+    """
     write_csv(folder / f"{name}.csv", table)
     with atomic(folder / f"{name}.png") as place:
         picture.savefig(place)
@@ -26,25 +36,47 @@ def write_table(folder: Path, name: str, table: pd.DataFrame, picture: Figure) -
 
 
 def write_csv(path: Path, table: pd.DataFrame) -> None:
-    """Write `table` as CSV, in UTF-8."""
+    """Write a table as CSV, in UTF-8.
+
+    Args:
+        path: of the file.
+        table: its rows, without their index.
+    """
     with atomic(path) as place:
         table.to_csv(place, index=False, encoding="utf-8", lineterminator="\n")
 
 
 def write_json(path: Path, content: Any) -> None:
-    """Write `content` as JSON; what is not finite becomes null."""
+    """Write JSON.
+
+    Args:
+        path: of the file.
+        content: of dicts, lists, texts and numbers; what is not finite becomes null.
+    """
     with atomic(path) as place:
         write_text(place, json.dumps(_plain(content), indent=2, allow_nan=False) + "\n")
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write `text` in UTF-8, its lines ending as they are, whatever the machine's own ways."""
+    """Write text in UTF-8, its lines ending as they are, whatever the machine's own ways.
+
+    Args:
+        path: of the file.
+        text: all of it.
+    """
     path.write_text(text, encoding="utf-8", newline="")
 
 
 def part_of_name(value: Any) -> str:
-    """`value` as a part of a file's name: words and numbers as they are; of anything else, such as a path, the last
-    part in ASCII, and a digest, as another folder may have a file of that name."""
+    """Make a part of a file's name.
+
+    Args:
+        value: a word, a number, or anything else, such as a path.
+
+    Returns:
+        Words and numbers as they are; of anything else the last part in ASCII, and a digest, as another folder may have
+        a file of that name.
+    """
     text = str(value)
     if not isinstance(value, str) or re.fullmatch(r"\w{1,40}", text, re.ASCII):
         return text

@@ -20,11 +20,17 @@ NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)  # what
 
 @contextmanager
 def claimed(folder: Path) -> Iterator[None]:
-    """`folder`, which is made where it is not there, for this command alone.
+    """Keep a folder for this command alone; it is made where it is not there.
 
     Ends the program with code 2 where another command has it, or nothing can be written to it. The lock is the
     operating system's: it is gone with the process, however that ends. What a killed command left half-written goes,
     and so does a folder that was made here and stayed empty.
+
+    Args:
+        folder: for the results.
+
+    Yields:
+        Nothing, once the folder is claimed.
     """
     made = [each for each in (folder, *folder.parents) if not os.path.exists(each)]
     lock = FileLock(folder / LOCK, timeout=0, fallback_to_soft=False)

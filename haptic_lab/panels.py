@@ -42,9 +42,21 @@ def draw_map(
     angles: Any = None,
     root: Pose | None = None,
 ) -> Any:
-    """The map seen from `side`, one of `SIDES`: the most probable voxel along each line of sight, space that fingers
-    have been in, the outline of the true `solid`, and `hand` at `angles` (J,) rad and `root`. Returns the image
-    that a colour bar needs.
+    """Draw the map from one side: the most probable voxel along each line of sight, space that fingers have been in,
+    the outline of the true object, and the hand.
+
+    Args:
+        axes: to draw into.
+        occupancy: (X, Y, Z) probabilities.
+        grid: of the map.
+        solid: the true object.
+        side: one of `SIDES`.
+        hand: that is drawn; None: none is.
+        angles: (J,) rad, its pose.
+        root: where the hand as a whole is, if it moves.
+
+    Returns:
+        The image that a colour bar needs.
     """
     across, up = SIDES[side]
     (depth,) = {0, 1, 2} - {across, up}
@@ -74,7 +86,11 @@ def draw_map(
 
 
 def map_legend() -> list[Any]:
-    """What the colours of `draw_map` mean, as handles of a legend."""
+    """Say what the colours of `draw_map` mean.
+
+    Returns:
+        Handles of a legend.
+    """
     return [
         Line2D([], [], color=OUTLINE, linewidth=1.8, label="the true shape"),
         Patch(color=OCCUPANCY(0.6), label="probably solid"),
@@ -90,7 +106,15 @@ def draw_pose_error(
     touching: ArrayLike,
     sigma_deg: float,
 ) -> None:
-    """`errors`: label → error (T,) degrees and its colour; `touching` (T,) steps are shaded."""
+    """Draw pose errors through time.
+
+    Args:
+        axes: to draw into.
+        seconds: (T,).
+        errors: label → error (T,) degrees and its colour.
+        touching: (T,) steps that are shaded.
+        sigma_deg: noise of the felt angles, degrees.
+    """
     top = max(float(error.max()) for error, _ in errors.values()) * 1.05 + 0.1
     axes.fill_between(seconds, 0, top, where=touching, color="#EEEEEE", step="mid", linewidth=0, label="touching")
     for label, (error, colour) in errors.items():
@@ -108,7 +132,15 @@ def draw_pose_error(
 
 
 def draw_posterior(axes: Axes, seconds: Array, posterior: Array, labels: Sequence[str], truth: str) -> None:
-    """`posterior` (T, C) of `labels`; the curve of the `truth` is the thick one."""
+    """Draw the posterior of the name through time.
+
+    Args:
+        axes: to draw into.
+        seconds: (T,).
+        posterior: (T, C).
+        labels: (C,).
+        truth: the label whose curve is the thick one.
+    """
     colours, titles = colours_of(labels), titles_of(labels)
     for column, label in enumerate(labels):
         really, title = label == truth, as_drawn(titles[label])

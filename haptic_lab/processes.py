@@ -25,7 +25,11 @@ def end_with_parent() -> None:
 
 @contextmanager
 def deaf() -> Iterator[None]:
-    """What is started meanwhile does not hear Ctrl-C, which a terminal sends to all; this process hears it after."""
+    """Start processes that do not hear Ctrl-C, which a terminal sends to all; this process hears it after.
+
+    Yields:
+        Nothing; what is started meanwhile is deaf.
+    """
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return

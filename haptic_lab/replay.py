@@ -25,7 +25,7 @@ from haptic_env.recordings import ObserverInputs, Recording, Track, checks
 from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh
-from haptic_lab.trial import Exploration
+from haptic_lab.records import Exploration
 from haptic_lab.worlds import Candidates, candidates_of
 from observer import ContactModel, ShapePosterior
 
@@ -41,10 +41,19 @@ SINKING_NAMER: dict[str, Any] = {"press": 0.05, "tolerance": 0.003}
 
 @dataclass(frozen=True)
 class ExplorationSession:
-    """An environment, who moves the hand in it, what the object may be and who names it, and keywords of the
-    observers, `told` of all of them and `informed` of the one that is no bracket; `followed`: the recording at the
-    control rate, of a hand that moved as a whole; `simulated`: whether the object is one that was named, of which the
-    recording tells nothing, so that what was felt of it is simulated."""
+    """What is explored, by whom.
+
+    Attributes:
+        env: the environment.
+        policy: moves the hand in it.
+        candidates: what the object may be.
+        namer: names it.
+        told: keywords of all observers.
+        informed: further keywords, of the one that is no bracket.
+        followed: the recording at the control rate, of a hand that moved as a whole.
+        simulated: whether the object is one that was named, of which the recording tells nothing, so that what was felt
+            of it is simulated.
+    """
 
     env: gym.Env[Any, Any]
     policy: str | Policy
@@ -62,9 +71,20 @@ class ExplorationSession:
 
 
 def load(path: str, part: str | None, calibration: str | None, hand: str | None) -> Recording:
-    """The recording in `path`; a glove's with the `calibration` file, or the one that comes for `hand`.
+    """Read a recording.
 
-    Raises `ValueError` for what is wrong with it, `OSError` where it cannot be read.
+    Args:
+        path: of the file, .npz or a glove's .txt.
+        part: which recording, of a file that holds several.
+        calibration: path of a glove's calibration; None: the one that comes for `hand`.
+        hand: that a glove moves, by its name.
+
+    Returns:
+        The recording.
+
+    Raises:
+        ValueError: for what is wrong with it.
+        OSError: where it cannot be read.
     """
     meaning = None
     if Path(path).suffix.lower() == ".txt":
@@ -76,7 +96,17 @@ def load(path: str, part: str | None, calibration: str | None, hand: str | None)
 
 
 def environment_of(recording: Recording) -> str:
-    """The id of the environment whose hand has the joints of `recording`; raises `ValueError` where none has."""
+    """Find the environment whose hand a recording is of.
+
+    Args:
+        recording: with the names of joints.
+
+    Returns:
+        Its id.
+
+    Raises:
+        ValueError: where no hand has these joints.
+    """
     names, known = set(recording.joint_names), []
     for env_id, name in haptic_env.ENVIRONMENTS.items():
         try:
@@ -96,8 +126,19 @@ def environment_of(recording: Recording) -> str:
 
 
 def session(settings: Any, recording: Recording, render_mode: str | None = None) -> ExplorationSession:
-    """The replay of `recording` with `ExplorationSettings`, drawn as `render_mode` says where the hand is simulated;
-    raises `ValueError` where they do not fit."""
+    """Set up the replay of a recording.
+
+    Args:
+        settings: `ExplorationSettings`.
+        recording: that the hand repeats.
+        render_mode: of an environment that simulates the hand.
+
+    Returns:
+        What is explored, by whom.
+
+    Raises:
+        ValueError: where they do not fit together.
+    """
     if recording.felt is not None:
         return _playback(settings, recording)
     if recording.root is not None and recording.object is not None:
@@ -118,8 +159,7 @@ def _playback(settings: Any, recording: Recording) -> ExplorationSession:
 
 
 def _explored(recording: Recording) -> tuple[Solid, bool]:
-    """The object of an exploration, and whether the hand moved as a whole; raises `ValueError` for settings that do not
-    tell, as those that explore.py writes do."""
+    """The object of an exploration, and whether the hand moved as a whole, by the settings that it was kept with."""
     told = recording.settings.get("object")
     try:
         if not isinstance(told, dict) or set(told) != set(OBJECT):
@@ -152,8 +192,7 @@ def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> 
 
 
 def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosterior, dict[str, Any], dict[str, Any]]:
-    """What the object may be, who names it, the keywords of observers that have no torques and map in the object's
-    frame, and of one that may infer the pose from what the object may be."""
+    """What the object may be, who names it, and what observers of a hand that is followed are told and informed of."""
     size = np.full(3, np.mean(solid.size))
     candidates = {name: [shapes.make(name, size, solid.position)] for name in shapes.SHAPES}
     grid = Grid.around(solid.position, np.asarray(solid.size) + 2.0 * MARGIN, VOXEL)
@@ -186,8 +225,16 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
 
 
 def as_recording(exploration: Exploration, settings: Mapping[str, Any], followed: Recording | None) -> Recording:
-    """What `exploration` was, to be played back; `followed`: the recording that its hand followed, where it moved as a
-    whole."""
+    """Keep an exploration, to be played back.
+
+    Args:
+        exploration: what happened.
+        settings: of the exploration, as JSON can say them.
+        followed: the recording that its hand followed, where it moved as a whole.
+
+    Returns:
+        The recording.
+    """
     hand, solid, steps = exploration.hand, exploration.solid, len(exploration.seconds) + 1
     start = exploration.start
 

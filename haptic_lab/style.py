@@ -59,7 +59,14 @@ OCCUPANCY = LinearSegmentedColormap.from_list(
 
 
 def colours_of(labels: Iterable[str]) -> dict[str, str]:
-    """A colour for each of `labels`, shapes or mesh files: each shape's is always the same."""
+    """Choose colours; that of a shape is always the same.
+
+    Args:
+        labels: shapes or mesh files.
+
+    Returns:
+        A colour for each label, "#RRGGBB".
+    """
     spare = itertools.cycle(SPARE)
     fixed = {name: KNOWN.get(name) or next(spare) for name in SHAPES}
     return {label: fixed.get(label) or next(spare) for label in labels}
@@ -69,7 +76,14 @@ SHAPE_COLOURS = colours_of(SHAPES)
 
 
 def titles_of(labels: Iterable[str]) -> dict[str, str]:
-    """What to call each of `labels`, shapes or mesh files: of a file's path as much as tells it from the others."""
+    """Choose what to call objects.
+
+    Args:
+        labels: shapes or mesh files.
+
+    Returns:
+        A title for each label: of a file's path as much as tells it from the others.
+    """
     ways = {each: (each,) * 3 if each in SHAPES else (Path(each).stem, Path(each).name, each) for each in labels}
     titles = {}
     for label, mine in ways.items():
@@ -79,20 +93,41 @@ def titles_of(labels: Iterable[str]) -> dict[str, str]:
 
 
 def as_drawn(title: str) -> str:
-    """`title` as a picture can show it: short enough, dollars are no mathematics, and no legend leaves it out."""
+    """Make a title that a picture can show.
+
+    Args:
+        title: any text.
+
+    Returns:
+        The same, short enough, in which dollars are no mathematics, and which no legend leaves out.
+    """
     short = title if len(title) <= LONGEST else f"{title[: LONGEST // 2]}…{title[-LONGEST // 2 :]}"
     plain = short.replace("$", r"\$")
     return f" {plain}" if plain.startswith("_") else plain
 
 
 def noise_colours(noises: Sequence[float]) -> dict[float, str]:
-    """A colour for each of `noises` (degrees), the darker the more."""
+    """Choose colours for noises, the darker the more.
+
+    Args:
+        noises: degrees.
+
+    Returns:
+        A colour for each noise, "#RRGGBB".
+    """
     shades = matplotlib.colormaps["viridis"](np.linspace(0.8, 0.1, len(noises)))
     return {noise: to_hex(shade) for noise, shade in zip(sorted(noises), shades, strict=True)}
 
 
 def styled(function: Callable[P, R]) -> Callable[P, R]:
-    """`function`, whose pictures look as all of ours do, whatever else is drawn in this process."""
+    """Make pictures look as all of ours do, whatever else is drawn in this process.
+
+    Args:
+        function: that draws.
+
+    Returns:
+        The same, in our style.
+    """
 
     @wraps(function)
     def drawing(*args: P.args, **keywords: P.kwargs) -> R:

@@ -34,24 +34,46 @@ class Renamed(argparse.Action):
 
 
 def tell_error(message: str) -> None:
-    """Say what is wrong, in one line."""
+    """Say what is wrong, in one line.
+
+    Args:
+        message: of any lines.
+    """
     tell("error", message)
 
 
 def tell(kind: str, message: str) -> None:
-    """Say `message` on stderr in one line, as an "error" or a "warning"."""
+    """Say something on stderr, in one line.
+
+    Args:
+        kind: "error" or "warning".
+        message: of any lines.
+    """
     sys.stderr.write(f"{Path(sys.argv[0]).name}: {kind}: {' '.join(message.splitlines())}\n")
 
 
 def refuse(message: str) -> NoReturn:
-    """End the program with code 2, and say why in one line."""
+    """End the program with code 2, and say why in one line.
+
+    Args:
+        message: of any lines.
+    """
     tell_error(message)
     sys.exit(2)
 
 
 def as_path(text: str) -> str:
-    """The type of a flag that names a file or a folder: `~` is the home folder, also where the shell leaves it as it
-    is; raises `argparse.ArgumentTypeError` for what is no path, or can neither be printed nor be written as UTF-8."""
+    """Take the value of a flag that names a file or a folder.
+
+    Args:
+        text: as it was typed; `~` is the home folder, also where the shell leaves it as it is.
+
+    Returns:
+        The path.
+
+    Raises:
+        argparse.ArgumentTypeError: for what is no path, or can neither be printed nor be written as UTF-8.
+    """
     if not text.strip() or any(unicodedata.category(each) in NOT_IN_PATHS for each in text):
         raise argparse.ArgumentTypeError(f"must be a path of printable characters, got {text!r}")
     found = os.path.expanduser(text)
@@ -61,13 +83,24 @@ def as_path(text: str) -> str:
 
 
 def make_console(width: int | None = None) -> Console:
-    """Where a command prints, `width` wide where that is no terminal. Names are shown as they are: in a file's name
-    brackets are no markup, and colons no emoji."""
+    """Make what a command prints on. Names are shown as they are: in a file's name brackets are no markup, and colons
+    no emoji.
+
+    Args:
+        width: in characters, where it is no terminal.
+
+    Returns:
+        The console.
+    """
     return Console(width=None if sys.stdout.isatty() else width, markup=False, emoji=False)
 
 
 def program(main: Callable[[], int]) -> NoReturn:
-    """Run `main`, and end the program with its exit code; with 130 where Ctrl-C ended it."""
+    """Run a command, and end the program.
+
+    Args:
+        main: returns the exit code; where Ctrl-C ends it that is 130.
+    """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # it was closed before the start
             setattr(sys, name, io.StringIO())

@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -21,7 +21,7 @@ from haptic_env import hand_env
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from haptic_env.shapes import Solid
+from haptic_lab.records import BeliefTrace, Exploration, SensorReading, StepInput
 from haptic_lab.worlds import solid_of
 from observer import Belief, ObserverWrapper, ShapePosterior
 from observer.variants import Observer, make_observer
@@ -31,69 +31,16 @@ GUIDE = "one_particle"  # of a policy that reads beliefs: names and poses need n
 TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
 
 
-class SensorReading(NamedTuple):
-    """One step: `true_angles` and `felt_angles` (J,) rad, `contacts` (P,)."""
-
-    true_angles: Array
-    felt_angles: Array
-    contacts: NDArray[np.bool_]
-
-
-class StepInput(NamedTuple):
-    """One step as it is told: `torque` (J,) fractions, `contacts` (P,), where the hand as a whole was, and the angles
-    (J,) rad that each observer feels, by its name."""
-
-    torque: NDArray[np.floating[Any]]
-    contacts: NDArray[np.int8]
-    root: Pose | None
-    told: Mapping[str, Array]
-
-
-@dataclass(frozen=True)
-class Exploration:
-    """What happened: `seconds` (T,), `torques` (T, J) fractions, `felt_angles` and `true_angles` (T, J) rad,
-    `contacts` (T, P), and the `solid` that was explored; `start`: the reset; `roots` (T): where the hand as a
-    whole was, if it moved."""
-
-    hand: Hand
-    solid: Solid
-    seconds: Array
-    torques: Array
-    felt_angles: Array
-    true_angles: Array
-    contacts: NDArray[np.bool_]
-    start: SensorReading
-    roots: tuple[Pose, ...] | None = None
-
-
-@dataclass
-class BeliefTrace:
-    """What one observer believed.
-
-    `joint_angles` and `joint_std` (T, J) rad online; `lagged_joint_angles` and `lagged_joint_std` (T, J) rad of the
-    same steps, once the lag has passed; `n_eff` (T,); `posterior` (T, C) of `labels`, none where the observer was not
-    asked to name the object; the last `belief`; `growing` (X, Y, Z), the occupancy of the belief before the flush.
-    """
-
-    labels: tuple[str, ...]
-    joint_angles: Array
-    joint_std: Array
-    lagged_joint_angles: Array
-    lagged_joint_std: Array
-    n_eff: Array
-    posterior: Array
-    belief: Belief
-    growing: Array
-
-    @property
-    def name(self) -> str:
-        """The label that the observer finds most probable in the end."""
-        return self.labels[int(np.argmax(self.posterior[-1]))]
-
-
 @dataclass
 class ObserverRun:
-    """An observer at work, what it tells about the shape, and a record of both."""
+    """An observer at work, what it tells about the shape, and a record of both.
+
+    Attributes:
+        observer: that is told what was felt.
+        shape: names the object from its beliefs; None: nobody does.
+        beliefs: of each step: mean (J,) rad, SD (J,) rad, effective sample size, posterior (C,).
+        lagged: by step: mean (J,) rad, SD (J,) rad, once the lag has passed.
+    """
 
     observer: Observer
     shape: ShapePosterior | None
@@ -108,20 +55,38 @@ class ObserverRun:
         return dict(zip(self.shape.labels, map(float, self.shape.posterior), strict=True))
 
     def reset(self, seed: int, joint_angles: ArrayLike) -> None:
-        """Start a trial, in which `joint_angles` (J,) rad are felt first."""
+        """Start a trial.
+
+        Args:
+            seed: of the observer's chance.
+            joint_angles: (J,) rad that are felt first.
+        """
         self.belief = self.observer.reset(seed, joint_angles)
         if self.shape is not None:
             self.shape.reset(seed)
 
     def step(self, step: int, name: str, turn: StepInput) -> None:
-        """One turn, step number `step`, with what is told to it by its `name`."""
+        """Take one turn.
+
+        Args:
+            step: its number, from 1.
+            name: by which this observer is told something.
+            turn: what all are told.
+        """
         del self.belief  # its map would be computed just before it changes, though nobody asked for it
         self.belief = self.observer.step(turn.torque, turn.told[name], turn.contacts, turn.root)
         posterior = self._take_in(step, self.belief)
         self.beliefs.append((self.belief.joint_angles, self.belief.joint_std, self.belief.n_eff, posterior))
 
     def trace(self, step: int) -> BeliefTrace:
-        """End the trial after `step` steps."""
+        """End the trial.
+
+        Args:
+            step: number of the last turn.
+
+        Returns:
+            What was believed.
+        """
         growing = self.belief.occupancy
         for belief in self.observer.flush():
             self.belief = belief
@@ -154,12 +119,20 @@ class Trial:
         felt_at: Mapping[str, float] | None = None,
         trust: bool = False,
     ) -> None:
-        """`env` with `reveal_truth=True`: the truth goes to the record and to the observer `TRUE_POSE`, to no other.
+        """Set up an exploration; it is begun by the first turn.
 
-        `seed` fixes the world as `env.reset(seed=seed)` does, and from it the policy's and the observers' chance.
-        Every observer in `naming` (None: all) has a copy of `shape` that names the object from its beliefs. Those in
-        `felt_at` feel the angles at that sigma, in degrees, and not at that of `env`. `trust`: a model that may run
-        code is read.
+        Args:
+            env: with `reveal_truth=True`; the truth goes to the record and to the observer `TRUE_POSE`, to no other.
+            policy: a policy of `env`, or the name of one.
+            observers: by name.
+            shape: of which every observer that names has a copy.
+            seed: fixes the world as `env.reset(seed=seed)` does, and from it the policy's and the observers' chance.
+            naming: observers that name the object; None: all.
+            felt_at: of some observers the sigma, in degrees, at which they feel the angles, in place of that of `env`.
+            trust: whether a model may run code when it is read.
+
+        Raises:
+            ValueError: for a policy or an observer that does not fit `env`.
         """
         self.env, self.seed = env, seed
         base = hand_env(env)
@@ -220,7 +193,11 @@ class Trial:
         return {name: true if name == TRUE_POSE else angles for name, angles in told.items()}
 
     def finish(self) -> tuple[Exploration, dict[str, BeliefTrace]]:
-        """Flush the observers' lag; what happened so far, and what each observer made of it."""
+        """Flush the observers' lag.
+
+        Returns:
+            What happened so far, and what each observer made of it, by name.
+        """
         torques, felt, true, contacts = (np.array(each) for each in zip(*self._record, strict=True))
         steps = len(self._record)
         seconds = self.step_seconds * np.arange(1, steps + 1, dtype=np.float64)
@@ -230,10 +207,19 @@ class Trial:
 
 
 def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePosterior) -> gym.Env[Any, Any]:
-    """`env` as `policy` needs it: where it reads beliefs, with an observer of `GUIDE` beside it, and a copy of `shape`
-    where it asks what the object may be.
+    """Give a policy what it reads: where that is beliefs, an observer of `GUIDE`, and where it asks what the object may
+    be, a namer.
 
     They are the policy's own, so that the exploration is the same whichever observers watch it.
+
+    Args:
+        env: that is explored.
+        policy: name, or path of a model.
+        sigma_deg: that the observer is told, degrees.
+        shape: the namer, which is copied.
+
+    Returns:
+        An `ObserverWrapper`, or `env` where the policy reads nothing.
     """
     kind = agents.find(policy)
     if not kind.guided:
@@ -246,6 +232,16 @@ def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePo
 def make_observers(
     names: Sequence[str], hand: Hand, sigma_deg: float, particles: int, **keywords: Any
 ) -> dict[str, Observer]:
-    """The observers or variants `names` for `hand`; `particles` are those of the ones that have any, `keywords` for
-    all."""
+    """Make observers.
+
+    Args:
+        names: of observers or variants.
+        hand: that explores.
+        sigma_deg: that they are told, degrees.
+        particles: of the ones that have any.
+        **keywords: of all.
+
+    Returns:
+        The observers by name.
+    """
     return {name: make_observer(name, hand, sigma_deg, particles, **keywords) for name in names}

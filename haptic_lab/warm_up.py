@@ -12,8 +12,13 @@ WHAT = "Compiling, once for this version on this machine"
 
 
 def get_ready(console: Console, hand: Hand, *, load: bool = True) -> None:
-    """Compile what an exploration with `hand` needs, with a bar, where that is yet to be done; with `load`, this
-    process will need it itself (`observer.warm_up`)."""
+    """Compile what an exploration needs, with a bar, where that is yet to be done.
+
+    Args:
+        console: to draw on.
+        hand: that will explore.
+        load: as `observer.warm_up`'s: whether this process will need it itself.
+    """
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} of {task.total}")
     with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:
         task = bar.add_task(WHAT, total=None, visible=False)

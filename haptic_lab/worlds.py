@@ -15,7 +15,14 @@ from haptic_env.shapes import Solid
 
 
 def solid_of(truth: Mapping[str, Any]) -> Solid:
-    """The object that `info["truth"]` describes."""
+    """Make the object of an episode.
+
+    Args:
+        truth: as `info["truth"]` describes it.
+
+    Returns:
+        The object, in the world.
+    """
     place = truth["object_position"], truth["object_quaternion"]
     return shapes.make(truth["shape"], truth["object_size"], *place)
 
@@ -23,8 +30,18 @@ def solid_of(truth: Mapping[str, Any]) -> Solid:
 def candidates_of(
     hand: Hand, names: Iterable[str], *, like: str | None = None, scale: float = 1.0
 ) -> dict[str, list[Solid]]:
-    """What the object may be: `names`, each where `hand` explores it. With `like` one of them, or the file of a mesh
-    whose unit is `scale` metres long: a mesh is a candidate itself, and all others are as large as it, on average."""
+    """List what the object may be.
+
+    Args:
+        hand: that explores, each candidate where it does.
+        names: of the candidates.
+        like: one of them, or the file of a mesh: a mesh is a candidate itself, and all others are as large as it, on
+            average.
+        scale: metres that the unit of the mesh is long.
+
+    Returns:
+        Solids by label.
+    """
     if like is None or like in shapes.SHAPES:
         sizes = {name: shapes.default_size(name, scale) for name in names}
         return {name: [shapes.make(name, size, hand.place(size))] for name, size in sizes.items()}
@@ -38,8 +55,16 @@ Candidates = Mapping[str, list[Solid]]
 
 
 def truth_among(solid: Solid, candidates: Candidates) -> str:
-    """The name of `solid` among the labels of `candidates`; where it is not one, that of the candidate that shares
-    most with it (their common volume over that of both together)."""
+    """Find the object among candidates.
+
+    Args:
+        solid: the object.
+        candidates: by label.
+
+    Returns:
+        Its label; where it is none of them, that of the candidate that shares most with it (their common volume over
+        that of both together).
+    """
     if solid.name in candidates:
         return solid.name
     reach = max(max(each.size) for several in candidates.values() for each in (*several, solid))
@@ -57,6 +82,16 @@ HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, or the id of an 
 
 
 def environment(name: str) -> str:
-    """The id of the environment `name`, which may be said by its hand alone; raises `ValueError` for neither."""
+    """Find an environment.
+
+    Args:
+        name: its id, or that of its hand alone.
+
+    Returns:
+        Its id.
+
+    Raises:
+        ValueError: for neither.
+    """
     of_hand = {hand: env_id for env_id, hand in haptic_env.ENVIRONMENTS.items()}
     return of_hand.get(validate.choice("--hand or --env", name, (*of_hand, *haptic_env.ENVIRONMENTS)), name)

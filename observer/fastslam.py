@@ -25,10 +25,11 @@ from observer import compiling, edge
 from observer import threads as side_by_side
 from observer.belief import Belief, Transition
 from observer.gaussian import carried_on
+from observer.maps.capsules import MapInput
 from observer.maps.contact_model import ContactModel
-from observer.maps.matching import MATCHING, Cloud, MapInput, match, sweep
-from observer.maps.novelty import MapNovelty
+from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
+from observer.novelty import MapNovelty
 from observer.pose.angle_noise import GUESS_DEG, AngleNoise
 from observer.pose.kalman import ContactDynamics
 from observer.pose.motions import MOTIONS
@@ -77,9 +78,9 @@ class HapticSLAM(TracksPose):
         solids: ShapePosterior | None = None,
         threads: int | None = None,
     ) -> None:
-        """`sigma_deg` (None: found out), `bias_deg`, `drift_deg`, `drift_seconds`, `proportional` and `motor_noise` as the
-        observer believes them, the environment's keywords; `start_std_deg`: SD of each joint about the rest pose at the
-        reset (`observer.pose.angle_noise`). `motion`: what it knows of how torques move
+        """`sigma_deg` (None: found out), `bias_deg`, `drift_deg`, `drift_seconds`, `proportional` and `motor_noise`:
+        the environment's keywords, as the observer believes them; `start_std_deg`: SD of each joint about the rest pose
+        at the reset (`observer.pose.angle_noise`). `motion`: what it knows of how torques move
         the hand, its physics ("forward_model"), a line ("delta_pose"), nothing but that it moves smoothly ("kinematic",
         for recordings without torques), or that it is where it is felt ("raw_angles"); `candidates` K of scan matching;
         `lag` in steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
@@ -228,8 +229,8 @@ class HapticSLAM(TracksPose):
 
     @property
     def particle_maps(self) -> NDArray[np.int8]:
-        """(N, T) log-odds of the particles' own cells in units of `observer.maps.evidence.QUANTUM`, as they are kept:
-        not to be changed. Raises `ValueError` outside a trial."""
+        """(N, T) log-odds of the particles' own cells in units of `contact_model.QUANTUM`, as they are kept: not to
+        be changed. Raises `ValueError` outside a trial."""
         return self._running().maps.own
 
     def _assimilate(self, state: FilterState, ago: int) -> Belief:

@@ -1,7 +1,7 @@
 """Sensor and motor models: the noise q̃ = q + ε of the paper (section 3), and what real senses and muscles add.
 
-The environment draws from each by `sample`; `log_prob` scores what was drawn. The observer is told of the same models by
-the same keywords (`sigma_deg`, `bias_deg`, …), and what it is told may differ from what is so.
+The environment draws from each by `sample`; `log_prob` scores what was drawn. The observer is told of the same models
+by the same keywords (`sigma_deg`, `bias_deg`, …), and what it is told may differ from what is so.
 """
 
 from haptic_env.sensors.contact import ContactDetection

@@ -33,10 +33,16 @@ COLUMNS: dict[str, tuple[str, bool | None]] = {
 
 
 def compare(rows: pd.DataFrame) -> pd.DataFrame:
-    """One line for each noise, observer and measure of `COLUMNS`: `mean`, half of its 95 % interval (`half`), number
-    of `trials`, and mean and 95 % interval of the `difference` to the `reference`, trial by trial.
+    """Compare the observers of a table with the full one, or those of several changes, "paper+no_lag", with what is
+    without the last change, if it is there.
 
-    That is the full observer, or of several changes, "paper+no_lag", what is without the last one, if it is there."""
+    Args:
+        rows: of the table of trials.
+
+    Returns:
+        A line for each noise, observer and measure of `COLUMNS`: `mean`, half of its 95 % interval (`half`), number of
+        `trials`, and mean and 95 % interval (`low`, `high`) of the `difference` to the `reference`, trial by trial.
+    """
     relative = {
         f"pose_error_{when}": rows[f"pose_error_{when}_deg"] / rows["sigma_deg"] for when in ("lagged", "online")
     }
@@ -56,14 +62,27 @@ def compare(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def save(rows: pd.DataFrame, folder: Path) -> list[str]:
-    """Write ablation.csv and ablation.png of a table's `rows` to `folder`; returns their names."""
+    """Write ablation.csv and ablation.png.
+
+    Args:
+        rows: of the table of trials.
+        folder: to write to.
+
+    Returns:
+        The names of the files.
+    """
     lines = compare(rows)
     return write_table(folder, "ablation", lines, draw(lines))
 
 
 def print_table(path: Path, console: Console) -> None:
-    """Print the table at `path`: for the full observer mean and 95 % interval, for each variant its difference to the
-    reference with that of the difference, coloured where it is surely better or worse."""
+    """Print ablation.csv: of the full observer the means, of each variant the differences to its reference, each with
+    its 95 % interval and coloured where it is surely better or worse.
+
+    Args:
+        path: of the file that `save` has written.
+        console: to print to.
+    """
     lines = pd.read_csv(path)
     for sigma, of_sigma in lines.groupby("sigma_deg"):
         title = (
@@ -82,7 +101,14 @@ def print_table(path: Path, console: Console) -> None:
 
 
 def draw(lines: pd.DataFrame) -> Figure:
-    """How far each variant is from the full observer, measure by measure; the largest noise."""
+    """Draw how far each variant is from its reference, measure by measure, at the largest noise.
+
+    Args:
+        lines: what `compare` returns.
+
+    Returns:
+        A panel for each measure, a row for each variant.
+    """
     sigma = lines["sigma_deg"].max()
     mine = lines[(lines["sigma_deg"] == sigma) & (lines["observer"] != FULL)]
     variants = list(dict.fromkeys(mine["observer"]))

@@ -34,12 +34,21 @@ ESTIMATES = ["value", "low", "high", "trials", "decided"]
 
 
 def compare(rows: pd.DataFrame) -> pd.DataFrame:
-    """One line for each of `FACTORS`, observer and measure of `COLUMNS`: estimate (`value`), 95 % interval (`low`,
-    `high`), `trials`, and the share that was `decided`.
+    """Compare policies, noise by noise.
 
     Time to decision: the median, trials that end undecided counted as longer than any, with the interval that order
-    statistics give (Conover 1999, Practical Nonparametric Statistics, section 3.2); infinite where it is after the end.
-    Step-averaged accuracy: mean, Student's t. Right after 10 s: share, Wilson.
+    statistics give; infinite where it is after the end. Step-averaged accuracy: mean, Student's t. Right after 10 s:
+    share, Wilson.
+
+    Args:
+        rows: of the table of trials.
+
+    Returns:
+        A line for each of `FACTORS`, observer and measure of `COLUMNS`: estimate (`value`), 95 % interval (`low`,
+        `high`), `trials`, and the share that was `decided`.
+
+    References:
+        Conover 1999, Practical Nonparametric Statistics, section 3.2.
     """
     lines = []
     groups = [*FACTORS, "observer"]
@@ -56,9 +65,18 @@ def compare(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def together(rows: pd.DataFrame) -> pd.DataFrame:
-    """The same over all noises at once, at which the worlds (shape and seed) are the same: those that were explored at
-    each noise, `sigma_deg` being NaN; nothing where there is one noise. Intervals: percentiles of 2000 bootstraps of
-    the worlds (Efron & Tibshirani 1993, An Introduction to the Bootstrap, section 13.3)."""
+    """Compare policies over all noises at once, in the worlds (shape and seed) that were explored at each noise.
+
+    Args:
+        rows: of the table of trials.
+
+    Returns:
+        Lines as those of `compare`, `sigma_deg` being NaN; none where there is one noise. Intervals are percentiles of
+        2000 bootstraps of the worlds.
+
+    References:
+        Efron & Tibshirani 1993, An Introduction to the Bootstrap, section 13.3.
+    """
     groups = [name for name in (*FACTORS, "observer") if name != "sigma_deg"]
     noises, lines = rows["sigma_deg"].nunique(), []
     for names, group in rows.groupby(groups, sort=False) if noises > 1 else ():
@@ -78,13 +96,26 @@ def together(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def save(rows: pd.DataFrame, folder: Path) -> list[str]:
-    """Write policies.csv and policies.png of a table's `rows` to `folder`; returns their names."""
+    """Write policies.csv and policies.png.
+
+    Args:
+        rows: of the table of trials.
+        folder: to write to.
+
+    Returns:
+        The names of the files.
+    """
     lines = compare(rows)
     return write_table(folder, "policies", pd.concat([lines, together(rows)]), draw(lines))
 
 
 def print_table(path: Path, console: Console) -> None:
-    """Print the table at `path`: a row for each policy and noise, and for all noises together."""
+    """Print policies.csv: a row for each policy and noise, and for all noises together.
+
+    Args:
+        path: of the file that `save` has written.
+        console: to print to.
+    """
     lines = pd.read_csv(path)
     for observer, mine in lines.groupby("observer", sort=False):
         result = Table(
@@ -106,7 +137,14 @@ def print_table(path: Path, console: Console) -> None:
 
 
 def draw(lines: pd.DataFrame) -> Figure:
-    """A panel for each measure, a row for each policy, a colour for each noise; of the first observer."""
+    """Draw the comparison, as the first observer judges it.
+
+    Args:
+        lines: what `compare` returns.
+
+    Returns:
+        A panel for each measure, a row for each policy, a colour for each noise.
+    """
     mine = lines[lines["observer"] == lines["observer"].iloc[0]]
     policies = list(dict.fromkeys(mine["policy"]))
     noises = sorted(set(mine["sigma_deg"]))

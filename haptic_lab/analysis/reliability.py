@@ -30,11 +30,17 @@ Line = tuple[str, float, float, float, float, int]  # what, said, found, low, hi
 
 
 def curves(rows: pd.DataFrame) -> pd.DataFrame:
-    """One line for each noise, observer, thing that is believed, and level: the share that was `said`, the one that
-    was `found` with its 95 % interval, `count` of what it was found in.
+    """Compare how sure beliefs were with how often they were right.
 
     Angles: how often the central interval of that probability holds the truth (interval: Student's t over trials).
     Occupancy: cells of about that probability (bootstrap over trials). Name: labels of about it (Wilson).
+
+    Args:
+        rows: of the table of trials.
+
+    Returns:
+        A line for each noise, observer, thing that is believed (`what`) and level: the share that was `said`, the one
+        that was `found` with its 95 % interval (`low`, `high`), and `count` of what it was found in.
     """
     lines = []
     for (sigma, observer), group in rows.groupby(["sigma_deg", "observer"], sort=False):
@@ -44,7 +50,15 @@ def curves(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def save(rows: pd.DataFrame, folder: Path) -> list[str]:
-    """Write calibration.csv and a picture for each observer in a table's `rows` to `folder`; returns their names."""
+    """Write calibration.csv, and a picture for each observer.
+
+    Args:
+        rows: of the table of trials.
+        folder: to write to.
+
+    Returns:
+        The names of the files.
+    """
     lines = curves(rows)
     write_csv(folder / "calibration.csv", lines)
     names = ["calibration.csv"]
@@ -57,7 +71,15 @@ def save(rows: pd.DataFrame, folder: Path) -> list[str]:
 
 
 def draw(lines: pd.DataFrame, rows: pd.DataFrame) -> Figure:
-    """Said against found (top), and how much was said (bottom), of one observer, a colour for each noise."""
+    """Draw said against found (top), and how much was said (bottom), a colour for each noise.
+
+    Args:
+        lines: what `curves` returns, of one observer.
+        rows: of the table of trials, of the same.
+
+    Returns:
+        Joint angles, voxels and names side by side.
+    """
     figure = Figure(figsize=(12, 6.5), layout="constrained")
     panels = figure.subplots(2, 3, height_ratios=(3, 1))
     colours = noise_colours(sorted(set(lines["sigma_deg"])))
@@ -129,7 +151,14 @@ def _name(group: pd.DataFrame) -> Iterator[Line]:
 
 
 def numbers_of(column: pd.Series) -> np.ndarray:
-    """(T, B): what stands in each field of a `column`, numbers with spaces."""
+    """Read a column of which each field holds several numbers, with spaces between them.
+
+    Args:
+        column: (T,) texts, of equally many numbers each.
+
+    Returns:
+        (T, B) the numbers.
+    """
     return np.array([[float(each) for each in text.split()] for text in column])
 
 

@@ -11,7 +11,14 @@ from scipy import stats
 
 
 def interval(values: np.ndarray) -> tuple[float, float, float, int]:
-    """Mean of `values` (n,), and its 95 % interval (Student's t); NaN where there are too few."""
+    """Estimate a mean.
+
+    Args:
+        values: (n,).
+
+    Returns:
+        Mean, the two ends of its 95 % interval (Student's t), and n; NaN where there are too few.
+    """
     count = len(values)
     mean = float(values.mean()) if count else math.nan
     if count < 2:
@@ -21,7 +28,15 @@ def interval(values: np.ndarray) -> tuple[float, float, float, int]:
 
 
 def bootstrapped(table: np.ndarray, estimate: Callable[[np.ndarray], Any]) -> tuple[float, float, float]:
-    """The `estimate` of all numbers of `table` (W, S) and its 95 % interval, what is uncertain being the W worlds."""
+    """Estimate something of a table in which the worlds are what is uncertain.
+
+    Args:
+        table: (W, S), a row for each world.
+        estimate: of the numbers of rows (W, S), such as their median.
+
+    Returns:
+        The estimate of all numbers and the two ends of its 95 % interval, percentiles of 2000 resamples of the worlds.
+    """
     worlds = np.arange(len(table))
     drawn = stats.bootstrap(
         (worlds,),
@@ -36,7 +51,14 @@ def bootstrapped(table: np.ndarray, estimate: Callable[[np.ndarray], Any]) -> tu
 
 
 def median(times: np.ndarray) -> tuple[float, float, float, int]:
-    """Median of `times` (n,), of which some may be infinite, its 95 % interval, and n."""
+    """Estimate a median.
+
+    Args:
+        times: (n,), of which some may be infinite.
+
+    Returns:
+        Median, the two ends of its 95 % interval by order statistics, and n.
+    """
     ordered, count = np.sort(times), len(times)
     below = int(stats.binom.ppf(0.025, count, 0.5))
     low, high = ordered[max(below - 1, 0)], ordered[min(count - below, count - 1)]

@@ -40,9 +40,16 @@ TITLES = {
 
 
 def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]) -> pd.DataFrame:
-    """One line for each of `FACTORS`, shape (and `ALL`), observer and measure: mean, 95 % interval, number of trials.
+    """Take means over trials. Names: Wilson's interval. Everything else: Student's t over trials.
 
-    Names: Wilson's interval. Everything else: Student's t over trials.
+    Args:
+        rows: of the table of trials.
+        measures: columns of it.
+        namers: what names the object; of each the column NAMER_correct is summed up too.
+
+    Returns:
+        A line for each of `FACTORS`, shape (and `ALL`), observer and measure: `mean`, 95 % interval (`low`, `high`),
+        number of `trials`.
     """
     correct = [f"{namer}_correct" for namer in namers]
     shares = {*correct, *(each for each in measures if each.startswith("correct_"))}
@@ -57,8 +64,16 @@ def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]
 
 
 def parts(rows: pd.DataFrame, together: Sequence[str] = ("sigma_deg",)) -> Iterator[tuple[str, pd.DataFrame]]:
-    """The rows of each combination of what varies, named like "seconds=5.0"; all, named "", where nothing does. What is
-    to stay `together` is not told apart."""
+    """Split a table by what varies in it.
+
+    Args:
+        rows: of the table of trials.
+        together: factors that are not told apart.
+
+    Yields:
+        Name, like "seconds=5.0", and rows of each combination of the other factors that vary; all rows, named "", where
+        none does.
+    """
     varying = [name for name in FACTORS if name not in together and rows[name].nunique() > 1]
     if not varying:
         yield "", rows
@@ -68,14 +83,26 @@ def parts(rows: pd.DataFrame, together: Sequence[str] = ("sigma_deg",)) -> Itera
 
 
 def save_picture(summary: pd.DataFrame, namers: Sequence[str], chance: float, folder: Path) -> None:
-    """Write evaluate.png of a `summary` to `folder`; a name is right by `chance`."""
+    """Write evaluate.png.
+
+    Args:
+        summary: what `summarise` returns.
+        namers: as `summarise`'s.
+        chance: how often a guess is right, in [0, 1].
+        folder: to write to.
+    """
     figure = draw(summary, namers, chance)
     with atomic(folder / "evaluate.png") as place:
         figure.savefig(place)
 
 
 def print_report(lines: pd.DataFrame, console: Console) -> None:
-    """Print the measures of `TITLES` in a summary's `lines`, a table each, the observers side by side."""
+    """Print the measures of `TITLES`, a table each, the observers side by side.
+
+    Args:
+        lines: what `summarise` returns.
+        console: to print to.
+    """
     for measure, title in TITLES.items():
         mine = lines[lines["measure"] == measure]
         if len(mine) and mine["trials"].max() > 0:
@@ -83,7 +110,16 @@ def print_report(lines: pd.DataFrame, console: Console) -> None:
 
 
 def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:
-    """Pose error against noise, and how often the object is named right, by each namer and observer."""
+    """Draw pose error against noise, and how often the object is named right, by each namer and observer.
+
+    Args:
+        summary: what `summarise` returns.
+        namers: as `summarise`'s.
+        chance: how often a guess is right, in [0, 1].
+
+    Returns:
+        A panel for the pose and one for each namer.
+    """
     rows = 1 + len(namers) // 2
     figure = Figure(figsize=(10, 3.5 * rows), layout="constrained")
     panels = figure.subplots(rows, 2).ravel()
@@ -133,12 +169,24 @@ def _cell(line: pd.Series, measure: str) -> str:
 
 
 def draw_curve(axes: Axes, line: pd.DataFrame, **style: Any) -> None:
-    """Means against sigma with their intervals, of one `line` of a summary."""
+    """Draw means against sigma, with their intervals.
+
+    Args:
+        axes: to draw into.
+        line: one measure, observer and shape of a summary.
+        **style: of matplotlib's `errorbar`.
+    """
     errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
     axes.errorbar(line["sigma_deg"], line["mean"], errors, marker="o", **style)
 
 
 def draw_pose(axes: Axes, lines: pd.DataFrame) -> None:
+    """Draw the lagged pose error of each observer against sigma.
+
+    Args:
+        axes: to draw into.
+        lines: the measure pose_error_lagged_deg of a summary, of one shape or all.
+    """
     for observer, line in lines.groupby("observer", sort=False):
         colour = OBSERVER_COLOURS.get(str(observer), "#882255")
         draw_curve(axes, line, capsize=3, color=colour, linewidth=2.5 if observer == SLAM else 1.2)

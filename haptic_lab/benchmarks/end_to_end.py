@@ -24,7 +24,19 @@ clock = time.perf_counter
 
 
 def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, particles: int, seed: int) -> float:
-    """A trial of `seconds`: environment, policy, observer and the naming of the object."""
+    """Time a trial: environment, policy, observer and the naming of the object.
+
+    Args:
+        env_id: registered, such as "HapticSLAM/TwoFinger-v0".
+        shape: that is explored.
+        sigma_deg: noise of the felt angles, degrees.
+        seconds: how long is explored.
+        particles: of the observer.
+        seed: of the trial.
+
+    Returns:
+        Seconds that it took.
+    """
     env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, reveal_truth=True)
     hand = hand_of(env)
     observers = make_observers(("haptic_slam",), hand, sigma_deg, particles)
@@ -40,7 +52,19 @@ def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, parti
 def decisions(
     env_id: str, shape: str, sigma_deg: float, seconds: float, seed: int, threads: int | None
 ) -> NDArray[np.float64]:
-    """Every decision of `information_gain` in an exploration, guided as in a sweep."""
+    """Time every decision of `information_gain` in an exploration, guided as in a sweep.
+
+    Args:
+        env_id: registered, such as "HapticSLAM/TwoFinger-v0".
+        shape: that is explored, of a size and a place that are not known (`UNKNOWN`).
+        sigma_deg: noise of the felt angles, degrees.
+        seconds: how long is explored.
+        seed: of environment and policy.
+        threads: of the policy; None: as many as are fastest.
+
+    Returns:
+        Seconds of each decision, in their order.
+    """
     env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, **UNKNOWN)
     hand = hand_of(env)
     env = guided(env, "information_gain", sigma_deg, ShapePosterior(hand, variants=GUIDE_VARIANTS, **UNKNOWN))
@@ -95,8 +119,19 @@ print(json.dumps({"import": imported - start, "make": ready - imported, "first s
 
 
 def fresh_process(env_id: str, shape: str, particles: int, voxels: int, steps: int) -> dict[str, float]:
-    """What a new process takes: seconds to import, to make the environment and the observer, to its first steps, and
-    bytes of memory `before` the trial and `after` it, at their peaks."""
+    """Time what a new process takes until it works.
+
+    Args:
+        env_id: registered, such as "HapticSLAM/TwoFinger-v0".
+        shape: that is explored.
+        particles: of the observer.
+        voxels: along the longest edge of its map.
+        steps: of the exploration, more than the observer's lag.
+
+    Returns:
+        Seconds to "import", to "make" environment and observer, to the "first step" and to the "first step into the
+        maps", and bytes of memory "before" the trial and "after" it, at their peaks.
+    """
     command = [sys.executable, "-c", CHILD, env_id, shape, str(particles), str(voxels), str(steps)]
     path = os.pathsep.join(filter(None, sys.path))
     ran = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})

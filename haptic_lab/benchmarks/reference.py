@@ -16,28 +16,54 @@ from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from observer.kinematics import link_frames, tree_of
-from observer.maps.contact_model import ContactModel
-from observer.maps.evidence import BINS, LIMIT, QUANTUM
+from observer.maps.contact_model import BINS, LIMIT, QUANTUM, ContactModel
 
 
 def full_weight(**keywords: float) -> ContactModel:
-    """A contact model whose touches count in full at every step, in the shell and nowhere beyond."""
+    """Make a contact model whose touches count in full at every step, in the shell and nowhere beyond.
+
+    Args:
+        **keywords: of `ContactModel`, which win over that.
+
+    Returns:
+        The model.
+    """
     plain = {"prior": 0.5, "touch": 1.0, "sustained": 1.0, "fall": 1e-6, "caution": 0.0, "temper": 1.0}
     return ContactModel(**{**plain, **keywords})
 
 
 def probability(model: ContactModel, log_odds: ArrayLike) -> Array:
-    """Of map entries, int8 log-odds above those of the prior in units of `QUANTUM`."""
+    """Convert entries of a map.
+
+    Args:
+        model: has the prior.
+        log_odds: int8, above those of the prior, in units of `QUANTUM`; of any shape.
+
+    Returns:
+        Probability that each cell is occupied.
+    """
     return expit(logit(model.prior) + QUANTUM * np.asarray(log_odds, dtype=float))
 
 
 def log_likelihood(
     hand: Hand, grid: Grid, model: ContactModel, q: Array, contacts: Any, watched: Any, log_odds: Any
 ) -> float:
-    """log p(z | q, m) of the patches of the `watched` (L,) links: one noisy-OR a patch.
+    """Score contacts at a pose, log p(z | q, m): one noisy-OR a patch.
 
-    A touch: the cells half a voxel above the skin, at least one of them rings or a false alarm does. Silence: of the
-    cells half a voxel beneath it none that is known to be occupied rings.
+    A touch: of the cells half a voxel above the skin at least one rings, or a false alarm does. Silence: of the cells
+    half a voxel beneath it none that is known to be occupied rings.
+
+    Args:
+        hand: with the skin.
+        grid: of the map.
+        model: of the contacts.
+        q: (J,) rad.
+        contacts: (P,) of all patches.
+        watched: (L,) whether the patches of a link count.
+        log_odds: (X, Y, Z), the map.
+
+    Returns:
+        Natural logarithm.
     """
     at, turn = link_frames(tree_of(hand), q)
     skin = hand.patches.surface(2.0 * grid.resolution)
@@ -61,7 +87,16 @@ def log_likelihood(
 
 
 def height(hand: Hand, grid: Grid, q: Array) -> Array:
-    """(X, Y, Z) m: how far the centre of each voxel is above the skin at the pose `q` (J,); below 0 inside a link."""
+    """Measure how far voxels are from the skin.
+
+    Args:
+        hand: with the skin.
+        grid: of the voxels.
+        q: (J,) rad.
+
+    Returns:
+        (X, Y, Z) m, from the centre of each voxel; below 0 inside a link.
+    """
     at, turn = link_frames(tree_of(hand), q)
     each = []
     for index, link in enumerate(hand.links):
@@ -74,11 +109,24 @@ def height(hand: Hand, grid: Grid, q: Array) -> Array:
 def write(
     hand: Hand, grid: Grid, model: ContactModel, q: Array, place: Array, contacts: Any, touch: Any, log_odds: Any
 ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
-    """The map after one pose: (X, Y, Z) log-odds, and which entries were written.
+    """Update a map with one pose.
 
-    Link by link, the SD of whose place is `place` (L,): a cell at some depth loses the log of a normal distribution's
-    tail there. The cells about the skin of a patch that feels contact lose nothing and share its noisy-OR: each gets
-    the log ratio of its likelihoods, occupied to free, the others being what the map says, times `touch` (P,).
+    A cell at some depth in a link loses the log of a normal distribution's tail there. The cells about the skin of a
+    patch that feels contact lose nothing and share its noisy-OR: each gets the log ratio of its likelihoods, occupied
+    to free, the others being what the map says.
+
+    Args:
+        hand: with the skin.
+        grid: of the map.
+        model: of the contacts.
+        q: (J,) rad.
+        place: (L,) m, SD of the place of each link.
+        contacts: (P,).
+        touch: (P,) weight of each touch.
+        log_odds: (X, Y, Z), the map.
+
+    Returns:
+        The map after it (X, Y, Z), and which of its entries were written (X, Y, Z).
     """
     at, turn = link_frames(tree_of(hand), q)
     result, known = log_odds.astype(int), np.zeros(log_odds.shape, dtype=bool)
@@ -130,8 +178,26 @@ def advance(
     uniform: Array,
     maps: Any,
 ) -> tuple[Array, NDArray[np.bool_], Array, NDArray[np.int8], NDArray[np.bool_]]:
-    """Candidates, scores, the matched pose and the new map of every particle: log mean likelihood (N,), moved (N,),
-    poses (N, J), one of the candidates each, maps (N, X, Y, Z), known (X, Y, Z)."""
+    """Take one step of every particle: candidates, scores, the matched pose, the new map.
+
+    Args:
+        hand: with the skin.
+        grid: of the maps.
+        model: of the contacts.
+        contacts: (P,).
+        touch: (P,) weight of each touch.
+        watched: (L,) whether the patches of a link count in scores.
+        place: (L,) m, SD of the place of each link.
+        centres: (N, J) rad, about which candidates lie.
+        spread: (J, J) rad, Cholesky factor of their covariance.
+        normals: (N, K, J) standard normal numbers that make the candidates.
+        uniform: (N,) in [0, 1), which choose among them.
+        maps: (N, X, Y, Z).
+
+    Returns:
+        Log mean likelihood (N,), whether scores told candidates apart (N,), poses (N, J) rad, one of the candidates
+        each, maps (N, X, Y, Z), and which cells any particle wrote (X, Y, Z).
+    """
     log_means, moved, poses, new_maps = [], [], [], []
     known = np.zeros(maps.shape[1:], dtype=bool)
     for n in range(len(maps)):

@@ -5,20 +5,18 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from joblib import cpu_count
 from rich.console import Console
 
-import haptic_env
-from haptic_env import shapes, validate
 from haptic_lab.benchmarks import end_to_end, timings
+from haptic_lab.benchmarks.recording import BenchRecording, make_slam, record
+from haptic_lab.benchmarks.settings import QUICK, BenchSettings, BenchSize
+from haptic_lab.benchmarks.stages import stages
 from haptic_lab.benchmarks.table import BenchRow, beyond, number, of_steps, spread
-from haptic_lab.benchmarks.timings import BenchRecording
 from observer import HapticSLAM, ShapePosterior
 
 PROCESS = ("import", "make", "first step", "first step into the maps")
@@ -37,50 +35,20 @@ STAGES = {  # and whether it deals with the present step or with the lagged one
 }
 
 
-@dataclass(frozen=True)
-class BenchSize:
-    """How much is measured: few and many particles, coarse and fine grids (voxels along an edge), steps of the
-    recording, seconds of the whole trial, megabytes that are copied."""
-
-    few: int = 200
-    many: int = 1000
-    coarse: int = 32
-    fine: int = 64
-    steps: int = 120
-    seconds: float = 10.0
-    megabytes: int = 256
-
-
-QUICK = BenchSize(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16)
-
-
-@dataclass(frozen=True)
-class BenchSettings:
-    """What the command line asks for."""
-
-    env: str
-    shape: str
-    sigma: float
-    seed: int
-    rounds: int
-    quick: bool
-    json: str | None
-
-    def __post_init__(self) -> None:
-        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
-        validate.choice("--shape", self.shape, shapes.SHAPES)
-        validate.number("--sigma", self.sigma, high=90.0, above=0.0, unit="degrees")
-        validate.integer("--seed", self.seed, 0, 2**32 - 1)
-        validate.integer("--rounds", self.rounds, 1, 1000)
-        if self.json is not None and not Path(self.json).parent.is_dir():
-            raise ValueError(f"--json must be a file in a folder that exists, got {self.json!r}")
-
-
 Values = dict[str, Any]  # by name: (T,) seconds, or one number
 
 
 def rounds(measurements: list[Callable[[], Values]], count: int, console: Console) -> Values:
-    """Take every measurement once a round; by name, all rounds stacked: (rounds, T) or (rounds,)."""
+    """Take every measurement once a round, so that what else the machine does meets all of them.
+
+    Args:
+        measurements: each returns values by name.
+        count: of the rounds.
+        console: says how far it is.
+
+    Returns:
+        All rounds stacked, by name: (rounds, T) or (rounds,).
+    """
     found: dict[str, list[Any]] = {}
     with console.status("") as status:
         for turn in range(count):
@@ -95,20 +63,25 @@ class Bench:
     """Everything that is measured, and the figures that follow from it."""
 
     def __init__(self, settings: BenchSettings) -> None:
+        """Record the exploration, and make the observers that are measured on it.
+
+        Args:
+            settings: of the benchmark.
+        """
         self.settings = settings
         self.size = size = QUICK if settings.quick else BenchSize()
         self.cores = cpu_count()
         self.threads: list[int | None] = [None, *sorted({1, min(2, self.cores)})]
-        self.recording = timings.record(settings.env, settings.shape, settings.sigma, settings.seed, size.steps)
+        self.recording = record(settings.env, settings.shape, settings.sigma, settings.seed, size.steps)
         self.slams = {
-            (particles, voxels): timings.make_slam(self.recording, particles, voxels)
+            (particles, voxels): make_slam(self.recording, particles, voxels)
             for voxels in (size.coarse, size.fine)
             for particles in (size.few, size.many)
         }
         self.shape = ShapePosterior(self.recording.hand)
         self.whole: tuple[BenchRecording, HapticSLAM] | None = None
         try:
-            recording = timings.record(WHOLE_HAND, settings.shape, settings.sigma, settings.seed, size.steps)
+            recording = record(WHOLE_HAND, settings.shape, settings.sigma, settings.seed, size.steps)
             self.whole = recording, HapticSLAM(recording.hand, settings.sigma, size.few)
         except ImportError as error:
             self.missing = str(error)
@@ -123,7 +96,11 @@ class Bench:
             self._observe(self.whole, None, False)
 
     def measurements(self) -> list[Callable[[], Values]]:
-        """What one round takes."""
+        """List what one round takes.
+
+        Returns:
+            Functions for `rounds`.
+        """
         asked, size = self.settings, self.size
         trial = asked.env, asked.shape, asked.sigma, size.seconds, size.few, asked.seed
         others: list[Callable[[], Values]] = [
@@ -140,11 +117,10 @@ class Bench:
         return [each for some in itertools.zip_longest(passes, others) for each in some if each is not None]
 
     def _stages(self) -> Values:
-        return timings.stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
+        return stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
 
     def _observed(self) -> Iterator[tuple[tuple[BenchRecording, HapticSLAM], int | None, bool]]:
-        """What is observed on how many threads (None: as a user has it who says nothing), and whether each core has
-        another process that never rests."""
+        """Who is observed, on how many threads (None: nothing is said), and whether beside other busy processes."""
         for what in (*((self.recording, slam) for slam in self.slams.values()), *([self.whole] if self.whole else ())):
             for threads in self.threads:
                 yield from ((what, threads, busy) for busy in (False, True))
@@ -155,7 +131,14 @@ class Bench:
             return {_slam(recording, slam, threads, busy): timings.observe(slam, recording, threads)}
 
     def figures(self, console: Console) -> list[BenchRow]:
-        """Measure all rounds."""
+        """Measure all rounds.
+
+        Args:
+            console: says how far it is.
+
+        Returns:
+            The rows of the table, in its order.
+        """
         size = self.size
         found = rounds(self.measurements(), self.settings.rounds, console)
         touched = {

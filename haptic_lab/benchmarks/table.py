@@ -15,8 +15,16 @@ from rich.table import Table
 
 @dataclass(frozen=True)
 class BenchRow:
-    """One row: the `median` over all steps, over those with contact (`touching`), and of each step's `least` over the
-    rounds; `note` says what it compares with."""
+    """One row.
+
+    Attributes:
+        name: of what was measured.
+        unit: of the numbers.
+        median: over all steps.
+        touching: median over the steps with contact.
+        least: median of each step's least over the rounds.
+        note: what it compares with.
+    """
 
     name: str
     unit: str
@@ -27,8 +35,18 @@ class BenchRow:
 
 
 def beyond(whole: Any, bare: Any, touching: Any) -> BenchRow:
-    """What steps take (rounds, T) s `whole`, beyond what `bare` takes from the same state next to it: of all pairs. A
-    least difference would be one whose bare part was disturbed; so least is taken of each part by itself."""
+    """Make the row of what steps take beyond a part of them that was measured from the same state.
+
+    A least difference would be one whose bare part was disturbed; so the least is taken of each by itself.
+
+    Args:
+        whole: (rounds, T) s.
+        bare: (rounds, T) s, the part.
+        touching: (T,) whether there was contact.
+
+    Returns:
+        The row, in µs.
+    """
     low, high = 1e6 * np.percentile(whole - bare, [25, 75])
     row = of_steps("env.step beyond its mj_step calls", whole - bare, touching)
     least = 1e6 * float(np.median(whole.min(axis=0) - bare.min(axis=0)))
@@ -37,7 +55,19 @@ def beyond(whole: Any, bare: Any, touching: Any) -> BenchRow:
 
 
 def of_steps(name: str, seconds: Any, touching: Any, skip: int = 0, unit: str = "µs", note: str = "") -> BenchRow:
-    """A row from the `seconds` (rounds, T) of every step but the first `skip`; `touching` (T,)."""
+    """Make the row of what was measured at every step.
+
+    Args:
+        name: of the row.
+        seconds: (rounds, T).
+        touching: (T,) whether there was contact.
+        skip: so many first steps do not count.
+        unit: "µs" or "ms", to which seconds are converted.
+        note: of the row.
+
+    Returns:
+        The row.
+    """
     scale = {"µs": 1e6, "ms": 1e3}[unit]
     middle = np.median(seconds, axis=0)[skip:]
     felt = middle[touching[skip:]]
@@ -47,16 +77,39 @@ def of_steps(name: str, seconds: Any, touching: Any, skip: int = 0, unit: str = 
 
 
 def spread(values: Any) -> tuple[float, float, float]:
-    """Median, nothing and least of one number a round."""
+    """Summarise what was measured once a round.
+
+    Args:
+        values: one number a round.
+
+    Returns:
+        Median, NaN (of steps with contact), and least.
+    """
     return float(np.median(values)), math.nan, float(np.min(values))
 
 
 def number(value: float) -> str:
+    """Round for the table.
+
+    Args:
+        value: in the unit of its row.
+
+    Returns:
+        At least three significant digits, as text.
+    """
     return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
 
 
 def table(figures: list[BenchRow], rounds: int) -> Table:
-    """The figures as a person reads them."""
+    """Lay out what was measured.
+
+    Args:
+        figures: the rows.
+        rounds: of which they are medians, for the title.
+
+    Returns:
+        The table as a person reads it.
+    """
     result = Table(title=f"Medians of {rounds} interleaved rounds", title_justify="left")
     result.add_column("")
     for head in ("all steps", "touching", "least"):
@@ -69,7 +122,11 @@ def table(figures: list[BenchRow], rounds: int) -> Table:
 
 
 def machine() -> dict[str, Any]:
-    """What the figures were measured on."""
+    """Describe what the figures were measured on.
+
+    Returns:
+        What JSON can say: processor, cores, system, versions.
+    """
     return {
         "processor": platform.processor() or platform.machine(),
         "cores": os.cpu_count(),

@@ -13,7 +13,8 @@ from pathlib import Path
 from rich.console import Console
 
 from haptic_env import shapes
-from haptic_lab.benchmarks.suite import Bench, BenchSettings
+from haptic_lab.benchmarks.settings import BenchSettings
+from haptic_lab.benchmarks.suite import Bench
 from haptic_lab.benchmarks.table import machine, table
 from haptic_lab.files import write_json
 from haptic_lab.terminal import Parser
@@ -23,7 +24,14 @@ EXAMPLE = "example: haptic-slam bench --rounds 5 --json out/bench.json"
 
 
 def parse(arguments: list[str] | None) -> BenchSettings:
-    """Read and check the command line; ends the program with code 2 where it makes no sense."""
+    """Read and check the command line; ends the program with code 2 where it makes no sense.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        What is measured.
+    """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--env", "--hand", default="two_finger", help=f"{HANDS_OR_IDS} (default two_finger)")
@@ -41,7 +49,14 @@ def parse(arguments: list[str] | None) -> BenchSettings:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
     settings = parse(arguments)
     console = Console(width=None if sys.stdout.isatty() else 150)
     bench = Bench(settings)

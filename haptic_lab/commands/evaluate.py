@@ -21,14 +21,22 @@ from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, run, sweep
 from haptic_lab.sweeps.measures import MEASURES
-from haptic_lab.sweeps.options import SweepPlan, check, open_results
+from haptic_lab.sweeps.options import check, open_results
+from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.results import Results
 from haptic_lab.terminal import make_console
 
 
 @styled
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
     plan = check(__doc__, arguments)
     with claimed(Path(plan.out)):
         results = open_results(plan)
@@ -38,7 +46,13 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def report(plan: SweepPlan, results: Results, console: Console) -> None:
-    """Put the table in order, and write and print what it says."""
+    """Put the table in order, and write and print what it says.
+
+    Args:
+        plan: of the sweep.
+        results: its table, which may hold a part of the trials.
+        console: to print to.
+    """
     results.rewrite()
     if not results.trials:
         return

@@ -40,8 +40,18 @@ def parse(
     description: str | None = __doc__,
     example: str = EXAMPLE,
 ) -> tuple[ExplorationSettings, Recording | None]:
-    """Read and check the command line, and the `recording` that it names; ends the program with code 2 where either
-    makes no sense."""
+    """Read and check the command line, and the recording that it names; ends the program with code 2 where either makes
+    no sense.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+        recording: how the command is told of the recording: a flag, or the name of a positional argument.
+        description: of the command, for its help.
+        example: for its help.
+
+    Returns:
+        What is explored, and the recording that the hand repeats, if it does.
+    """
     parser = Parser(description=description, epilog=example, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--env", "--hand", help=f"{HANDS_OR_IDS} (default two_finger, or the one that the recording is of)")
@@ -86,7 +96,7 @@ def parse(
             if given["env"] is None and "env" not in found.settings:
                 usual["env"] = replay.environment_of(found)
         elif any(source):
-            raise ValueError("--part and --glove-calibration say how to read a --recording, which is not given")
+            parser.error("--part and --glove-calibration say how to read a --recording, which is not given")
         told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
         settings = ExplorationSettings(**told)
     except ValueError as error:
@@ -98,14 +108,29 @@ def parse(
 
 @styled
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
     settings, recording = parse(arguments)
     with claimed(Path(settings.out)):
         return run(settings, recording)
 
 
 def run(settings: ExplorationSettings, recording: Recording | None) -> int:
-    """Explore, and write what came of it to the folder that is claimed; returns the exit code."""
+    """Explore, and write what came of it to the folder of the settings, which is claimed.
+
+    Args:
+        settings: of the exploration.
+        recording: that the hand repeats, if it does.
+
+    Returns:
+        Exit code: 2 where they do not fit together, 130 where Ctrl-C cut it short.
+    """
     console = make_console()
     try:
         session = begin(settings, recording)

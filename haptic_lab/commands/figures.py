@@ -34,7 +34,7 @@ from haptic_lab.sweeps import options
 from haptic_lab.sweeps.driver import WIDTH, make_files, progress_on, run, sweep
 from haptic_lab.sweeps.executors import workers
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES
-from haptic_lab.sweeps.options import SweepPlan
+from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.results import KEY, Results
 from haptic_lab.sweeps.tasks import STREAM, SweepTask
 from haptic_lab.terminal import Parser, as_path, make_console, refuse
@@ -65,11 +65,16 @@ QUICK = {"sigmas": [1.0, 3.0, 5.0], "trials": 2, "seconds": 3.0, "exemplars": 1,
 
 @dataclass(frozen=True)
 class FiguresPlan:
-    """What the command line asks for: the figures `names`, into the folder `out`.
+    """What the command line asks for.
 
-    `seed` and `show_seconds` of the explorations that are shown; `sweep`: what evaluate.py makes of the flags of the
-    trials, which explorations have too; `poses`: the sweep of observers without maps, None where it is not needed;
-    `trials_of`: the folder of a sweep that is there already.
+    Attributes:
+        names: of the figures.
+        out: folder for them.
+        seed: of the explorations that are shown.
+        show_seconds: how long these are.
+        trials_of: folder of a sweep that is there already.
+        sweep: what `haptic-slam evaluate` makes of the flags of the trials, which explorations have too.
+        poses: the sweep of observers without maps; None where it is not needed.
     """
 
     names: tuple[str, ...]
@@ -89,7 +94,14 @@ class FiguresPlan:
 
 
 def parse(arguments: list[str] | None) -> FiguresPlan:
-    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written."""
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        What is drawn.
+    """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("names", nargs="*", metavar="NAME", help=f"which figures (default all): {', '.join(FIGURES)}")
@@ -129,9 +141,7 @@ def parse(arguments: list[str] | None) -> FiguresPlan:
         validate.integer("--seed", given.seed, 0, 2**32 - 1)
         validate.number("--show-seconds", given.show_seconds, 0.0, 3600.0, above=0.0, unit="s")
         if given.trials_of is not None and not os.path.isfile(Path(given.trials_of) / "trials.csv"):
-            raise ValueError(
-                f"--trials-of must be a folder of evaluate.py, with trials.csv in it, got {given.trials_of!r}"
-            )
+            refuse(f"--trials-of must be a folder of evaluate.py, with trials.csv in it, got {given.trials_of!r}")
     except ValueError as error:
         refuse(str(error))
     poses = None
@@ -146,7 +156,16 @@ def _told(value: Any) -> str:
 
 
 def explorations(plan: FiguresPlan, names: Iterable[str], console: Console) -> PaperFigures:
-    """Run what the scenes `names` show and is not there yet, then draw them one by one."""
+    """Explore what scenes show and is not there yet, then draw them one by one.
+
+    Args:
+        plan: of the figures.
+        names: of the scenes.
+        console: says how far it is.
+
+    Yields:
+        Name and figure.
+    """
     sweep, folder = plan.sweep, plan.out / "explorations"
     settings = replace(sweep.settings, observers=(SLAM,), classifiers=(), exemplars=1, first_seed=0)
     condition = replace(sweep.conditions[0], seconds=plan.show_seconds)
@@ -174,8 +193,20 @@ def explorations(plan: FiguresPlan, names: Iterable[str], console: Console) -> P
 def trials(
     plan: FiguresPlan, tables: Mapping[SweepPlan, Results], names: Iterable[str], console: Console
 ) -> PaperFigures:
-    """Run the sweep into its one of `tables`, or take the one that there is, then draw what `names` say of it one by
-    one."""
+    """Run a sweep, or take the one that there is, then draw what is said of it one by one.
+
+    Args:
+        plan: of the figures.
+        tables: of the plans of sweeps.
+        names: of the figures.
+        console: says how far it is.
+
+    Yields:
+        Name and figure.
+
+    Raises:
+        ValueError: for trials that the figures cannot show.
+    """
     folder = Path(plan.trials_of) if plan.trials_of is not None else _swept(plan.sweep, tables, console)
     rows = _read(folder)
     if len(list(parts(rows))) > 1:
@@ -219,7 +250,14 @@ def _read(folder: Path) -> pd.DataFrame:
 
 @styled
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
     plan = parse(arguments)
     console = make_console(WIDTH)
     tables: dict[SweepPlan, Results] = {}

@@ -36,7 +36,14 @@ LEAST = 0.15  # probability from which on a voxel is drawn; that of one that was
 
 @styled
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--recording", required=True, metavar="FILE", help="motion capture, .npz")
@@ -59,11 +66,11 @@ def main(arguments: list[str] | None = None) -> int:
         settings = ExplorationSettings(**{**DEFAULTS, **told, **more})
         session = replay.session(settings, recording, render_mode="rgb_array")
         if not isinstance(session.env, KinematicReplay):
-            raise ValueError(f"{given.recording}: the recording does not say where the hand and the object were")
+            parser.error(f"{given.recording}: the recording does not say where the hand and the object were")
         try:
             Path(given.out).parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ValueError(f"--out must be in a folder that can be written to: {error}") from error
+            parser.error(f"--out must be in a folder that can be written to: {error}")
         picture(Path(given.out), session, settings, sorted(given.at), *given.view)
     except (ImportError, ValueError, OSError) as error:
         parser.error(str(error))
@@ -78,7 +85,16 @@ def picture(
     azimuth: float,
     elevation: float,
 ) -> None:
-    """Replay `session`, and draw it at `moments` (s) from `azimuth` and `elevation` (degrees) about the object."""
+    """Replay a recording, and draw what is seen at some moments.
+
+    Args:
+        path: of the picture.
+        session: the replay, with a render mode.
+        settings: of the exploration.
+        moments: s, at which it is drawn.
+        azimuth: degrees about the object's z, from where it is seen.
+        elevation: degrees above the object.
+    """
     env: Any = session.env
     told = {"control_hz": hand_env(env).control_hz, **session.told, **session.informed}
     observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **told)
@@ -116,7 +132,17 @@ def picture(
 
 
 def render(env: Any, azimuth: float, elevation: float, belief: Belief | None) -> NDArray[np.uint8]:
-    """(H, W, 3): the hand on the object, or in place of the hand the voxels that `belief` holds for occupied."""
+    """Draw the scene as it is now.
+
+    Args:
+        env: the replay.
+        azimuth: degrees, as `picture`'s.
+        elevation: degrees, as `picture`'s.
+        belief: whose occupied voxels are drawn in place of the hand; None: the hand.
+
+    Returns:
+        (H, W, 3) the picture.
+    """
     model, data = env.simulation
     body = model.body("object").id
     kept = model.geom_rgba.copy(), model.site_rgba.copy()
@@ -140,7 +166,15 @@ def render(env: Any, azimuth: float, elevation: float, belief: Belief | None) ->
 
 
 def look_from(scene: mujoco.MjvScene, frame: Pose, solid: Any, azimuth: float, elevation: float) -> None:
-    """Turn the eyes of `scene` to `solid`, from `azimuth` and `elevation` (degrees) in the object's `frame`."""
+    """Turn the eyes of a scene to the object.
+
+    Args:
+        scene: that is drawn.
+        frame: of the object, in the world.
+        solid: the object, in its frame.
+        azimuth: degrees, in the object's frame.
+        elevation: degrees, in the object's frame.
+    """
     turn, rise = np.deg2rad([azimuth, elevation])
     away = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
     up = np.array([-np.sin(rise) * np.cos(turn), -np.sin(rise) * np.sin(turn), np.cos(rise)])
@@ -152,7 +186,13 @@ def look_from(scene: mujoco.MjvScene, frame: Pose, solid: Any, azimuth: float, e
 
 
 def add_voxels(scene: mujoco.MjvScene, frame: Pose, belief: Belief) -> None:
-    """Put a box into `scene` for every voxel that touch has made probable, the darker the surer."""
+    """Put a box for every voxel that touch has made probable, the darker the surer.
+
+    Args:
+        scene: to put it into.
+        frame: of the object, in the world.
+        belief: whose map, in the object's frame.
+    """
     half = 0.5 * belief.grid.resolution
     touched = (belief.occupancy > LEAST) & (belief.occupancy != UNKNOWN)
     for centre, sure in zip(belief.grid.centres()[touched], belief.occupancy[touched], strict=True):

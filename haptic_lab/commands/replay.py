@@ -17,7 +17,14 @@ EXAMPLE = """examples: haptic-slam replay inspect.npz --mesh cube.stl --out out/
 
 @styled
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
     settings, recording = parse(arguments, "recording", __doc__, EXAMPLE)
     with claimed(Path(settings.out)):
         return run(settings, recording)

@@ -22,6 +22,7 @@ from rich.table import Table
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_lab.benchmarks import timings
+from haptic_lab.benchmarks.recording import record
 from haptic_lab.files import write_table
 from haptic_lab.style import styled
 from haptic_lab.terminal import Parser
@@ -40,7 +41,16 @@ AXES = {
 
 @dataclass(frozen=True)
 class ScalingPoint:
-    """One observer: what is varied of it, and its value."""
+    """One observer.
+
+    Attributes:
+        axis: the attribute that is varied of it.
+        value: of that.
+        particles: N.
+        candidates: K of scan matching.
+        around: patches about a finger.
+        voxels: along the longest edge of the map.
+    """
 
     axis: str
     value: int
@@ -51,7 +61,14 @@ class ScalingPoint:
 
 
 def settings(quick: bool) -> list[ScalingPoint]:
-    """All observers that are measured."""
+    """List all observers that are measured.
+
+    Args:
+        quick: few and small ones.
+
+    Returns:
+        One for each point of the curves.
+    """
     few = 10 if quick else 200
     return [
         *(ScalingPoint("particles", n, particles=n) for n in ((5, 10) if quick else (50, 100, 200, 500, 1000, 2000))),
@@ -62,9 +79,19 @@ def settings(quick: bool) -> list[ScalingPoint]:
 
 
 def measure(chosen: list[ScalingPoint], steps: int, rounds: int, console: Console) -> pd.DataFrame:
-    """A row for each of `chosen`: `axis`, `value`, and the median `ms` of its steps."""
+    """Time observers.
+
+    Args:
+        chosen: the observers.
+        steps: of the exploration.
+        rounds: repetitions, interleaved.
+        console: says how far it is.
+
+    Returns:
+        A row for each of `chosen`: `axis`, `value`, and the median `ms` of its steps.
+    """
     recordings = {
-        around: timings.record(ENV, "cube", 3.0, 0, steps, patches_around=around)
+        around: record(ENV, "cube", 3.0, 0, steps, patches_around=around)
         for around in sorted({each.around for each in chosen})
     }
     least: dict[ScalingPoint, Any] = {}
@@ -85,7 +112,14 @@ def measure(chosen: list[ScalingPoint], steps: int, rounds: int, console: Consol
 
 
 def draw(rows: pd.DataFrame) -> Figure:
-    """One panel for each axis, with the line of least squares."""
+    """Draw the times, with the line of least squares.
+
+    Args:
+        rows: what `measure` returns.
+
+    Returns:
+        A panel for each axis.
+    """
     figure = Figure(figsize=(11, 2.7), layout="constrained")
     panels = figure.subplots(1, len(AXES))
     for panel, (axis, label) in zip(panels, AXES.items(), strict=True):
@@ -101,7 +135,14 @@ def draw(rows: pd.DataFrame) -> Figure:
 
 @styled
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5, help="repetitions of everything, interleaved (default 5)")
     parser.add_argument("--quick", action="store_true", help="few particles and steps: to see that it runs")

@@ -31,9 +31,11 @@ from rich.table import Table
 from haptic_env import validate
 from haptic_lab.files import atomic
 from haptic_lab.sweeps import options
+from haptic_lab.sweeps.cluster import cluster_workers
 from haptic_lab.sweeps.driver import sweep
-from haptic_lab.sweeps.executors import Workers, cluster_workers, stamped, workers
+from haptic_lab.sweeps.executors import stamped, workers
 from haptic_lab.sweeps.worker import run_trials
+from haptic_lab.sweeps.workers import Workers
 from haptic_lab.terminal import Parser
 
 EXAMPLE = "example: haptic-slam scheduling --trials 10 --out out/scheduling"
@@ -57,17 +59,36 @@ class SerialWorkers:
     told = "a loop"
 
     def share(self, value: Any) -> Any:
-        """`value` itself."""
+        """Share nothing: calls are in this process.
+
+        Args:
+            value: for calls.
+
+        Returns:
+            The same.
+        """
         return value
 
     def run(self, work: Callable[..., Any], calls: Iterable[tuple[Any, ...]]) -> Iterator[Any]:
-        """What `work` returns for each of `calls`."""
+        """Run calls one after the other.
+
+        Args:
+            work: what is called.
+            calls: arguments of each call.
+
+        Returns:
+            What each returns, one after the other.
+        """
         return (work(*call) for call in calls)
 
 
 @contextmanager
 def cluster_of_one() -> Iterator[Workers]:
-    """A dask cluster on this machine with one worker of one thread."""
+    """Start a dask cluster on this machine with one worker of one thread.
+
+    Yields:
+        Its workers.
+    """
     import dask
     import distributed
 
@@ -89,7 +110,16 @@ WAYS: dict[str, Callable[[], AbstractContextManager[Workers]]] = {
 
 
 def measure(way: str, flags: list[str], folder: Path) -> tuple[dict[str, float], bytes]:
-    """Run the sweep of `flags` in `folder`, in one of `WAYS`; what it took, and the table."""
+    """Run a sweep in one way, and time it.
+
+    Args:
+        way: one of `WAYS`.
+        flags: of `haptic-slam evaluate`.
+        folder: for the results.
+
+    Returns:
+        The columns of `COLUMNS`, and the table as bytes.
+    """
     stamps = folder / "stamps"
     plan, results = options.parse(None, [*flags, "--out", str(folder)])
     work, began = partial(stamped, str(stamps), run_trials), time.perf_counter()
@@ -116,7 +146,18 @@ def measure(way: str, flags: list[str], folder: Path) -> tuple[dict[str, float],
 
 
 def compare(flags: list[str], console: Console) -> pd.DataFrame:
-    """A row for each of `WAYS`; raises `ValueError` where they do not write the same table."""
+    """Run a sweep in each of `WAYS`.
+
+    Args:
+        flags: of `haptic-slam evaluate`.
+        console: says how far it is.
+
+    Returns:
+        A row for each way.
+
+    Raises:
+        ValueError: where they do not write the same table.
+    """
     rows, tables = [], set()
     with tempfile.TemporaryDirectory() as root:
         source = Path(root, "source")
@@ -135,7 +176,14 @@ def compare(flags: list[str], console: Console) -> pd.DataFrame:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--trials", type=int, default=10, help="explorations for each of the four shapes (default 10)")

@@ -32,7 +32,14 @@ CONFIG = "config.json"
 
 
 def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
-    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written."""
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        The preset, changed as flags say, and the flags.
+    """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add(
@@ -61,7 +68,12 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
 
 
 def check_configuration(path: Path, preset: Preset) -> None:
-    """End the program with code 2 where the folder of `path` holds another run."""
+    """End the program with code 2 where a folder holds another run.
+
+    Args:
+        path: of the file in the folder that says which it holds.
+        preset: of this run.
+    """
     if not path.exists():
         return
     try:
@@ -75,7 +87,14 @@ def check_configuration(path: Path, preset: Preset) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command; returns its exit code."""
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
     preset, given = parse(arguments)
     with claimed(given.out), InterruptGuard() as stop:
         check_configuration(given.out / CONFIG, preset)

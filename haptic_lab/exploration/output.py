@@ -15,13 +15,20 @@ from haptic_lab.exploration.settings import OBSERVER, RAW
 from haptic_lab.exploration.summary import object_of
 from haptic_lab.files import atomic
 from haptic_lab.panels import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
+from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import OBSERVER_COLOURS, as_drawn, titles_of
-from haptic_lab.trial import BeliefTrace, Exploration
 from observer import metrics
 
 
 def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace], summary: dict[str, Any]) -> None:
-    """explore.png: the map from three sides, pose error and posterior through time."""
+    """Write explore.png: the map from three sides, pose error and posterior through time.
+
+    Args:
+        path: of the picture.
+        exploration: what happened.
+        traces: of the observers, by name.
+        summary: what `summarise` returns.
+    """
     slam, settings = traces[OBSERVER], summary["settings"]
     belief = slam.belief
     figure = Figure(figsize=(11, 7.2), layout="constrained")
@@ -62,7 +69,13 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
 
 
 def save_trace(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]) -> None:
-    """explore.npz: map, belief through time, and everything that was commanded and felt."""
+    """Write explore.npz: map, belief through time, and everything that was commanded and felt.
+
+    Args:
+        path: of the file.
+        exploration: what happened.
+        traces: of the observers, by name; that of haptic SLAM is written.
+    """
     slam = traces[OBSERVER]
     belief = slam.belief
     with atomic(path) as place:

@@ -14,14 +14,26 @@ from haptic_env.recordings import Recording
 from haptic_lab import replay
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
-from haptic_lab.trial import BeliefTrace, Exploration, Trial, guided, make_observers
+from haptic_lab.records import BeliefTrace, Exploration
+from haptic_lab.trial import Trial, guided, make_observers
 from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior
 from observer.variants import Observer
 
 
 def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.ExplorationSession:
-    """The environment, and who acts and names in it; raises `ValueError` where the recording does not fit."""
+    """Set up an exploration.
+
+    Args:
+        settings: of the exploration.
+        recording: that the hand repeats, if it does.
+
+    Returns:
+        The environment, and who acts and names in it.
+
+    Raises:
+        ValueError: for a recording that does not fit, or a policy that does not fit the environment.
+    """
     if recording is not None:
         return replay.session(settings, recording)
     env = gym.make(
@@ -40,7 +52,16 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
 def explore(
     settings: ExplorationSettings, session: replay.ExplorationSession, console: Console
 ) -> tuple[Exploration, dict[str, BeliefTrace], float, bool]:
-    """Run it: what happened, what the observers believed, how many seconds it took, and whether it was cut short."""
+    """Run an exploration; Ctrl-C ends it at the next step, a second one at once.
+
+    Args:
+        settings: of the exploration.
+        session: what `begin` returns; its environment is closed.
+        console: shows how it goes.
+
+    Returns:
+        What happened, what the observers believed, by name, how many seconds it took, and whether it was cut short.
+    """
     stop = False
 
     def interrupt(*_: object) -> None:

@@ -19,6 +19,12 @@ class Screen:
     """What is seen while the hand explores: a live panel on a terminal, else a line a second."""
 
     def __init__(self, console: Console, trial: Trial) -> None:
+        """Show nothing yet.
+
+        Args:
+            console: to draw on.
+            trial: that is shown.
+        """
         self.console, self.trial = console, trial
         self.observer_run = trial.observer_runs[OBSERVER]
         self.titles = titles_of(self.observer_run.posterior)
@@ -35,7 +41,11 @@ class Screen:
             self.live.stop()
 
     def show(self, step: int) -> None:
-        """Tell where the exploration stands after `step` steps."""
+        """Tell where the exploration stands.
+
+        Args:
+            step: of the trial, from 1.
+        """
         seconds, each = step * self.trial.step_seconds, round(1.0 / self.trial.step_seconds)
         if self.live is not None and time.monotonic() - self._shown > 0.1:
             self._shown = time.monotonic()

@@ -24,7 +24,23 @@ DEFAULTS: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class ExplorationSettings:
-    """What the command line asks for; `shape` None is a hidden one."""
+    """What the command line asks for.
+
+    Attributes:
+        env: id of the environment.
+        shape: name, or path of a mesh; None: a hidden one.
+        scale: metres that the unit of a mesh file is long.
+        sigma: SD of the noise of felt angles, degrees.
+        seconds: how long is explored; None: 10, or as long as the recording.
+        particles: of the observer.
+        policy: name, or path of a model.
+        seed: of everything random.
+        out: folder for the results.
+        trust: whether a model may run code when it is read.
+
+    Raises:
+        ValueError: for a value out of its range.
+    """
 
     env: str
     shape: str | None

@@ -12,8 +12,8 @@ from rich.text import Text
 
 from haptic_lab import replay
 from haptic_lab.exploration.settings import OBSERVER, RAW, ExplorationSettings
+from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import colours_of, titles_of
-from haptic_lab.trial import BeliefTrace, Exploration
 from observer import metrics
 
 WITHIN = ((1, "1 voxel"), (2, "2 voxels"))
@@ -27,8 +27,19 @@ def summarise(
     took: float,
     simulated: bool = False,
 ) -> dict[str, Any]:
-    """The figures of one exploration, for people (`table`) and machines (explore.json) alike; `simulated` on an object
-    that is not the recording's own, so that its name is nobody's truth."""
+    """Work out the figures of one exploration, for people (`table`) and machines (explore.json) alike.
+
+    Args:
+        settings: of the exploration.
+        exploration: what happened.
+        traces: of the observers, by name.
+        truth: the name of the object.
+        took: seconds of computing.
+        simulated: whether the object is not the recording's own, so that its name is nobody's truth.
+
+    Returns:
+        What JSON can say, but for NaN.
+    """
     slam, solid, roots = traces[OBSERVER], exploration.solid, exploration.roots
     belief = slam.belief
     touched = metrics.touched_places(
@@ -71,7 +82,14 @@ def summarise(
 
 
 def table(summary: dict[str, Any]) -> Table:
-    """The figures as a person reads them."""
+    """Lay out the figures of one exploration.
+
+    Args:
+        summary: what `summarise` returns.
+
+    Returns:
+        The table as a person reads it.
+    """
     named, sure = summary["named"], summary["posterior"][summary["named"]]
     result = Table(
         show_header=False, title=f"After {summary['explored_seconds']:g} s of blind touch", title_justify="left"
@@ -104,6 +122,13 @@ def table(summary: dict[str, Any]) -> Table:
 
 
 def object_of(summary: dict[str, Any]) -> tuple[str, bool]:
-    """The object of an exploration, and whether it is there in the simulation alone."""
+    """Find the object of an exploration.
+
+    Args:
+        summary: what `summarise` returns.
+
+    Returns:
+        Its name, and whether it is there in the simulation alone.
+    """
     simulated = summary["truth"] is None
     return summary["simulated_object" if simulated else "truth"], simulated

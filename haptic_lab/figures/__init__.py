@@ -16,7 +16,12 @@ from haptic_lab.figures.paper_figure import Find, PaperFigure, Wanted, save
 
 
 class SceneFigure(NamedTuple):
-    """`wanted`: which explorations, given the shapes there are; `draw` from them, read when asked for."""
+    """A figure of single explorations.
+
+    Attributes:
+        wanted: which explorations, given the shapes there are.
+        draw: from these, each read when it is asked for.
+    """
 
     wanted: Callable[[Sequence[str]], Wanted]
     draw: Callable[[Wanted, Find, Hand], PaperFigure]

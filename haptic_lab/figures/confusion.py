@@ -13,7 +13,14 @@ from haptic_lab.sweeps.results import names_in
 
 
 def table(rows: pd.DataFrame) -> pd.DataFrame:
-    """One line for each namer, observer, noise, true `shape` and the one it is `named`: the `share` of `trials`."""
+    """Count what objects were named.
+
+    Args:
+        rows: of the table of trials.
+
+    Returns:
+        A line for each namer, observer, noise, true `shape` and the one it is `named`: the `share` of `trials`.
+    """
     labels = names_in(rows["candidates"].iloc[0])
     lines = []
     for (observer, sigma, shape), group in rows.groupby(["observer", "sigma_deg", "shape"], sort=False):
@@ -30,7 +37,14 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def draw(rows: pd.DataFrame) -> PaperFigure:
-    """A matrix for each way to name (down) and noise (across), of the observer."""
+    """Draw the matrices of haptic SLAM.
+
+    Args:
+        rows: of the table of trials.
+
+    Returns:
+        One for each way to name (down) and noise (across).
+    """
     data = table(rows)
     mine = data[data["observer"] == SLAM]
     namers, sigmas = list(dict.fromkeys(mine["namer"])), sorted(set(mine["sigma_deg"]))

@@ -33,11 +33,27 @@ LARGEST = 4096 * reading.MIB  # bytes of a showing, which this program wrote its
 
 @dataclass(frozen=True, eq=False)
 class ShownExploration:
-    """One exploration. At the steps `step` (F,), from 1: `occupancy` (F, X, Y, Z) on a grid of `grid_origin` (3,) m and
-    `grid_resolution` m, and the Gaussian belief of the pose, `mean` (F, J) rad and `covariance` (F, J, J) rad².
-    At each step: `seconds` (T,), `felt_angles` and `true_angles` (T, J) rad, `lagged_angles` (T, J) rad as inferred,
-    `contacts` (T, P), and `posterior` (T, C) of `labels`. The object: `size` (3,) m, `position` (3,) m,
-    `quaternion` (4,) wxyz.
+    """One exploration.
+
+    Attributes:
+        step: (F,) steps of the frames, from 1.
+        occupancy: (F, X, Y, Z) probabilities.
+        grid_origin: (3,) m.
+        grid_resolution: m.
+        mean: (F, J) rad, of the belief of the pose.
+        covariance: (F, J, J) rad², of the same.
+        seconds: (T,).
+        felt_angles: (T, J) rad.
+        true_angles: (T, J) rad.
+        lagged_angles: (T, J) rad, as inferred.
+        contacts: (T, P).
+        posterior: (T, C) of `labels`.
+        labels: (C,).
+        shape: of the object.
+        size: (3,) m.
+        position: (3,) m.
+        quaternion: (4,) wxyz.
+        sigma_deg: noise of the felt angles, degrees.
     """
 
     step: NDArray[np.int64]
@@ -71,17 +87,39 @@ class ShownExploration:
         return shapes.make(str(self.shape), self.size, self.position, self.quaternion)
 
     def poses(self, frame: int, count: int = 100) -> Array:
-        """(count, J) rad: draws from what is believed of the pose at `frame`."""
+        """Draw from what is believed of the pose.
+
+        Args:
+            frame: index of the frame.
+            count: of the draws.
+
+        Returns:
+            (count, J) rad, the same for the same frame.
+        """
         rng = np.random.default_rng(0)
         return rng.multivariate_normal(self.mean[frame], self.covariance[frame], count, method="cholesky")
 
     def frame_at(self, seconds: float) -> int:
-        """The last frame that is not after `seconds`; the first where all are."""
+        """Find a frame by its time.
+
+        Args:
+            seconds: of the exploration.
+
+        Returns:
+            Index of the last frame that is not after it; the first where all are.
+        """
         return max(0, int(np.searchsorted(self.seconds[self.step - 1], seconds + 1e-9)) - 1)
 
 
 def run_shown_explorations(tasks: Sequence[SweepTask]) -> list[tuple[SweepTask, bytes]]:
-    """Explore, in a worker; for each of `tasks` a `ShownExploration` as the content of an .npz file."""
+    """Explore, in a worker.
+
+    Args:
+        tasks: to explore one by one.
+
+    Returns:
+        Each with a `ShownExploration` as the content of an .npz file.
+    """
     return [(task, _show(task)) for task in tasks]
 
 
@@ -131,14 +169,32 @@ def _show(task: SweepTask) -> bytes:
 
 
 def file_of(folder: Path, task: SweepTask) -> Path:
-    """Where the showing of `task` is kept: a name that no other task, and no other version of the code, has."""
+    """Say where an exploration is kept, under a name that no other task, and no other version of the code, has.
+
+    Args:
+        folder: of all explorations.
+        task: that was explored.
+
+    Returns:
+        The path of the .npz file.
+    """
     told = json.dumps([asdict(task), versions() | files_of(task.settings)], sort_keys=True)
     digest = hashlib.sha256(told.encode()).hexdigest()[:12]
     return folder / f"{part_of_name(task.shape)}_{task.condition.sigma_deg:g}_{digest}.npz"
 
 
 def read(path: Path) -> ShownExploration:
-    """The showing that is kept at `path`; raises `ValueError` where the file is corrupt."""
+    """Read an exploration.
+
+    Args:
+        path: of the .npz file.
+
+    Returns:
+        The exploration.
+
+    Raises:
+        ValueError: for a file that is corrupt.
+    """
     try:
         kept = reading.npz(path, LARGEST)
         found = {each.name: kept[each.name] for each in fields(ShownExploration)}

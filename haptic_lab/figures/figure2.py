@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
 from haptic_lab.figures.explorations import ShownExploration
-from haptic_lab.figures.isometric import IsometricView
+from haptic_lab.figures.isometric_view import NEAR, IsometricView
 from haptic_lab.figures.paper_figure import WIDTH, Find, PaperFigure, Wanted
 from haptic_lab.panels import AXES, EMPTY, MM, TICKS
 from haptic_lab.style import FREE, HAND, OCCUPANCY, OUTLINE, TRUTH
@@ -26,12 +26,28 @@ POSES = 150
 
 
 def wanted(shapes: Sequence[str]) -> Wanted:
-    """The exploration of a sphere, as in the paper, where there is one."""
+    """Choose the exploration of a sphere, as in the paper, where there is one.
+
+    Args:
+        shapes: that there are.
+
+    Returns:
+        One shape and sigma.
+    """
     return [(SHAPE if SHAPE in shapes else shapes[0], SIGMA)]
 
 
 def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
-    """The hand as felt and as inferred, the map over the true shape, and a section through it."""
+    """Draw the hand as felt and as inferred, the map over the true shape, and a section through it.
+
+    Args:
+        wanted: what `wanted` returns.
+        find: reads an exploration.
+        hand: that explored.
+
+    Returns:
+        The figure, and the voxels of the map as its data.
+    """
     showing = find(*wanted[0])
     frame = _most_touched(showing)
     grid, solid = showing.grid, showing.solid
@@ -53,7 +69,7 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
         isometric.draw_hand(axes, hand, poses, grid, view, solid)
         isometric.draw_hand_outline(axes, hand, showing.true_angles[step], grid, view)
     title = f"(c) the map after {showing.seconds[step]:.0f} s"
-    isometric.draw_scene(panels[1, 0], occupancy, grid, solid, isometric.NEAR, title)
+    isometric.draw_scene(panels[1, 0], occupancy, grid, solid, NEAR, title)
     _section(panels[1, 1], occupancy, showing)
     figure.legend(
         handles=[
@@ -71,7 +87,16 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
 
 
 def map_table(occupancy: np.ndarray, chosen: np.ndarray, showing: ShownExploration) -> pd.DataFrame:
-    """One line for each of the voxels `chosen` (X, Y, Z): its middle in mm, and how probably it is solid."""
+    """List voxels of a map.
+
+    Args:
+        occupancy: (X, Y, Z) probabilities.
+        chosen: (X, Y, Z) which are listed.
+        showing: has the grid.
+
+    Returns:
+        A line for each voxel: its middle in mm from that of the grid, and how probably it is solid.
+    """
     grid = showing.grid
     places = (grid.centres() - grid.centre)[chosen] * MM
     columns = {f"{axis}_mm": places[:, number].round(3) for number, axis in enumerate(AXES)}

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
 from haptic_lab.figures.figure2 import map_table
-from haptic_lab.figures.isometric import NEAR
+from haptic_lab.figures.isometric_view import NEAR
 from haptic_lab.figures.paper_figure import WIDTH, Find, PaperFigure, Wanted
 from haptic_lab.style import OCCUPANCY
 
@@ -22,12 +22,28 @@ MOMENTS = (0.1, 1 / 6, 1 / 3, 1 / 2, 2 / 3, 1.0)  # of the exploration
 
 
 def wanted(shapes: Sequence[str]) -> Wanted:
-    """One exploration with little noise."""
+    """Choose one exploration with little noise.
+
+    Args:
+        shapes: that there are.
+
+    Returns:
+        One shape and sigma.
+    """
     return [(SHAPE if SHAPE in shapes else shapes[-1], SIGMA)]
 
 
 def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
-    """The voxels that are more probably solid than not, at `MOMENTS`."""
+    """Draw the voxels that are more probably solid than not, at `MOMENTS`.
+
+    Args:
+        wanted: what `wanted` returns.
+        find: reads an exploration.
+        hand: that explored.
+
+    Returns:
+        A panel for each moment.
+    """
     showing = find(*wanted[0])
     figure = Figure(figsize=(WIDTH, 4.3), layout="constrained")
     panels = figure.subplots(2, 3)
@@ -46,6 +62,11 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
 
 
 def probability_bar(figure: Figure, panels: np.ndarray) -> None:
-    """What the colours of voxels say."""
+    """Say what the colours of voxels mean.
+
+    Args:
+        figure: to draw into.
+        panels: beside which it is.
+    """
     mappable = ScalarMappable(Normalize(0.5, 1.0), OCCUPANCY)
     figure.colorbar(mappable, ax=panels, label="probability that it is solid", shrink=0.6, aspect=25)

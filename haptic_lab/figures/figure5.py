@@ -11,7 +11,7 @@ from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
 from haptic_lab.figures.figure2 import map_table
 from haptic_lab.figures.figure4 import probability_bar
-from haptic_lab.figures.isometric import NEAR
+from haptic_lab.figures.isometric_view import NEAR
 from haptic_lab.figures.paper_figure import WIDTH, Find, PaperFigure, Wanted
 from haptic_lab.style import as_drawn, colours_of, titles_of
 
@@ -19,12 +19,28 @@ SIGMAS = (1.0, 2.0, 3.0, 5.0)
 
 
 def wanted(shapes: Sequence[str]) -> Wanted:
-    """Every shape at every noise."""
+    """Choose every shape at every noise.
+
+    Args:
+        shapes: that there are.
+
+    Returns:
+        Shapes and sigmas, each with each.
+    """
     return [(shape, sigma) for shape in shapes for sigma in SIGMAS]
 
 
 def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
-    """A row for each shape, a column for each noise."""
+    """Draw the map at the end of each exploration.
+
+    Args:
+        wanted: what `wanted` returns.
+        find: reads an exploration.
+        hand: that explored.
+
+    Returns:
+        A row for each shape, a column for each noise.
+    """
     shapes = list(dict.fromkeys(shape for shape, _ in wanted))
     colours, titles = colours_of(shapes), titles_of(shapes)
     figure = Figure(figsize=(WIDTH, 0.5 + 1.4 * len(shapes)), layout="constrained")

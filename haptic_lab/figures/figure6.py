@@ -25,7 +25,14 @@ PERCENT = 100.0
 
 
 def draw(rows: pd.DataFrame) -> PaperFigure:
-    """Above the average over shapes between its brackets, below each shape; a column for each way to name."""
+    """Draw how often objects are named right against noise.
+
+    Args:
+        rows: of the table of trials.
+
+    Returns:
+        Above the average over shapes between its brackets, below each shape; a column for each way to name.
+    """
     namers = [name for name in TITLES if f"{name}_correct" in rows]
     data = summarise(rows, (), namers)[["measure", "observer", "shape", "sigma_deg", "mean", "low", "high", "trials"]]
     shapes = names_in(rows["candidates"].iloc[0])

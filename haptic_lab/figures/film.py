@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
 from haptic_lab.figures.explorations import FRAMES_PER_SECOND, ShownExploration
-from haptic_lab.figures.isometric import IsometricView
+from haptic_lab.figures.isometric_view import IsometricView
 from haptic_lab.figures.paper_figure import Film, Find, PaperFigure, Wanted
 from haptic_lab.style import OBSERVER_COLOURS, as_drawn, colours_of, titles_of
 from observer import metrics
@@ -22,12 +22,28 @@ FELT, INFERRED = OBSERVER_COLOURS["floor"], OBSERVER_COLOURS["haptic_slam"]
 
 
 def wanted(shapes: Sequence[str]) -> Wanted:
-    """One exploration."""
+    """Choose one exploration.
+
+    Args:
+        shapes: that there are.
+
+    Returns:
+        One shape and sigma.
+    """
     return [(SHAPE if SHAPE in shapes else shapes[-1], SIGMA)]
 
 
 def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
-    """Left the scene, right the posterior and the pose error up to now; the picture is the last frame."""
+    """Draw the scene on the left, the posterior and the pose error up to now on the right.
+
+    Args:
+        wanted: what `wanted` returns.
+        find: reads an exploration.
+        hand: that explored.
+
+    Returns:
+        A figure with a film; the picture is the last frame.
+    """
     showing = find(*wanted[0])
     data = course(showing)
     last = showing.frame_at(LONGEST)
@@ -68,7 +84,15 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
 
 
 def course(showing: ShownExploration) -> pd.DataFrame:
-    """One line for each step: the errors of the felt and of the inferred angles (RMS over joints), the posterior."""
+    """List how an exploration went.
+
+    Args:
+        showing: the exploration.
+
+    Returns:
+        A line for each step: the errors of the felt and of the inferred angles (RMS over joints, degrees), and the
+        posterior.
+    """
     columns = {
         "seconds": showing.seconds,
         "felt_error_deg": metrics.pose_error_deg(showing.felt_angles, showing.true_angles),

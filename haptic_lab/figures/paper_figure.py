@@ -30,8 +30,14 @@ PRINT: Any = {
 
 
 class Film(NamedTuple):
-    """`show` draws any of `frames`, which are `seconds` apart, into the figure; `colours` of its thin lines, besides
-    those that every picture may have."""
+    """What moves in a figure.
+
+    Attributes:
+        show: draws the frame of that number into the figure.
+        frames: how many there are.
+        seconds: from one to the next.
+        colours: of its thin lines, besides those that every picture may have.
+    """
 
     show: Callable[[int], None]
     frames: int
@@ -40,7 +46,13 @@ class Film(NamedTuple):
 
 
 class PaperFigure(NamedTuple):
-    """`figure` and the `data` that it shows; where it moves, the `film`, of which it is the last frame."""
+    """A figure for print.
+
+    Attributes:
+        figure: the picture.
+        data: that it shows.
+        film: where it moves, of which the picture is the last frame.
+    """
 
     figure: Figure
     data: pd.DataFrame
@@ -48,7 +60,16 @@ class PaperFigure(NamedTuple):
 
 
 def save(drawn: PaperFigure, name: str, folder: Path) -> list[str]:
-    """Write `name`.png, .pdf, .csv and, where it moves, .gif to `folder`; returns what was written."""
+    """Write NAME.png, .pdf, .csv and, where it moves, .gif.
+
+    Args:
+        drawn: the figure.
+        name: of the files.
+        folder: to write to.
+
+    Returns:
+        The names of the files.
+    """
     names = [f"{name}.{kind}" for kind in ("png", "pdf", "csv")]
     with atomic(folder / names[0]) as place:
         drawn.figure.savefig(place)

@@ -16,15 +16,28 @@ SMOOTHER = "smoother_pose"  # the observer that gives both brackets of the pose;
 
 
 def brackets(rows: pd.DataFrame) -> pd.DataFrame:
-    """`rows` of `SMOOTHER` as those of the Kalman filter, which has no lag, and of the smoother: one filter, whose
-    estimate now is the former's and whose lagged estimate is the latter's."""
+    """Tell one filter's rows twice: its estimate now is the Kalman filter's, which has no lag, its lagged one the
+    smoother's.
+
+    Args:
+        rows: of the observer `SMOOTHER`.
+
+    Returns:
+        Rows of the observers kalman and smoother.
+    """
     online = rows.assign(observer="kalman", pose_error_lagged_deg=rows["pose_error_online_deg"])
     return pd.concat([online, rows.assign(observer="smoother")])
 
 
 def draw(rows: pd.DataFrame) -> PaperFigure:
-    """Left every observer, in degrees; right haptic SLAM with each shape, in multiples of sigma. Rows of `SMOOTHER`
-    stand for those of both its brackets."""
+    """Draw pose error against noise.
+
+    Args:
+        rows: of the table of trials; those of `SMOOTHER` stand for both brackets.
+
+    Returns:
+        Left every observer, in degrees; right haptic SLAM with each shape, in multiples of sigma.
+    """
     smoothed = rows["observer"] == SMOOTHER
     rows = pd.concat([rows[~smoothed], brackets(rows[smoothed])])
     relative = {f"{name.removesuffix('deg')}sigmas": rows[name] / rows["sigma_deg"] for name in MEASURES}

@@ -16,7 +16,14 @@ from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES, OUTLINE, noise_co
 
 
 def draw(rows: pd.DataFrame) -> PaperFigure:
-    """Said against found: left for each noise, right between the brackets at the largest; below how many voxels."""
+    """Draw how often voxels are occupied against the probability of the map.
+
+    Args:
+        rows: of the table of trials.
+
+    Returns:
+        Left for each noise, right between the brackets at the largest; below how many voxels.
+    """
     data = curves(rows)
     data = data[data["what"] == OCCUPANCY].drop(columns="what").rename(columns={"count": "voxels"})
     sigmas = sorted(set(data["sigma_deg"]))

@@ -23,7 +23,14 @@ PANELS = {
 
 
 def curves(rows: pd.DataFrame) -> pd.DataFrame:
-    """One line for each noise, observer, measure of `PANELS` and time: mean, 95 % interval, number of trials."""
+    """Summarise how soon the object is known.
+
+    Args:
+        rows: of the table of trials.
+
+    Returns:
+        A line for each noise, observer, measure of `PANELS` and time: `mean`, 95 % interval (`low`, `high`), `trials`.
+    """
     lines = []
     for (sigma, observer), group in rows.groupby(["sigma_deg", "observer"], sort=False):
         posterior, correct = numbers_of(group["course_p"]), numbers_of(group["course_correct"])
@@ -41,7 +48,14 @@ def curves(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def draw(rows: pd.DataFrame) -> PaperFigure:
-    """A panel for each of `PANELS`; a curve for each noise, and the brackets of the largest."""
+    """Draw how soon the object is known.
+
+    Args:
+        rows: of the table of trials.
+
+    Returns:
+        A panel for each of `PANELS`; a curve for each noise, and the brackets of the largest.
+    """
     data = curves(rows)
     sigmas = sorted(set(data["sigma_deg"]))
     colours = noise_colours(sigmas)

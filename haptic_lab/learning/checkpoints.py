@@ -30,7 +30,13 @@ KEPT = 2
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A whole checkpoint: its `folder`, the `state` that was saved with it, and how far the learner was."""
+    """A whole checkpoint.
+
+    Attributes:
+        folder: where it is.
+        state: that was saved with it.
+        counters: how far the learner was, by the names of `COUNTERS`.
+    """
 
     folder: Path
     state: dict[str, Any]
@@ -38,7 +44,13 @@ class Checkpoint:
 
 
 def save(folder: Path, model: BaseAlgorithm, state: dict[str, Any]) -> None:
-    """Save `model`, and `state` as JSON, below `folder`; older checkpoints but `KEPT` go."""
+    """Save a checkpoint; older ones but `KEPT` go.
+
+    Args:
+        folder: of all checkpoints.
+        model: that learns.
+        state: what JSON can say, kept with it.
+    """
     place = folder / f"{model.num_timesteps:09d}"
     shutil.rmtree(place, ignore_errors=True)
     place.mkdir(parents=True)
@@ -54,9 +66,17 @@ def save(folder: Path, model: BaseAlgorithm, state: dict[str, Any]) -> None:
 
 
 def newest(folder: Path) -> tuple[Checkpoint | None, list[Path]]:
-    """The newest whole checkpoint below `folder`, if any, and those after it that were cut short.
+    """Find the newest whole checkpoint.
 
-    Raises `ValueError` for one that is whole, and not as `save` writes it."""
+    Args:
+        folder: of all checkpoints.
+
+    Returns:
+        The checkpoint, None where there is none, and the folders of those after it that were cut short.
+
+    Raises:
+        ValueError: for one that is whole, and not as `save` writes it.
+    """
     broken: list[Path] = []
     for place in _places(folder):
         listed = _listed(place)
@@ -68,8 +88,15 @@ def newest(folder: Path) -> tuple[Checkpoint | None, list[Path]]:
 
 
 def restore(found: Checkpoint, model: BaseAlgorithm) -> None:
-    """Put the checkpoint `found` into `model`, a new one of the same preset; raises `ValueError` where it is of
-    another."""
+    """Put a checkpoint into a learner.
+
+    Args:
+        found: the checkpoint.
+        model: a new learner of the same preset.
+
+    Raises:
+        ValueError: for a checkpoint of another learner.
+    """
     try:
         with zipfile.ZipFile(found.folder / MODEL) as file:
             if any(each.compress_type != zipfile.ZIP_STORED for each in file.infolist()):

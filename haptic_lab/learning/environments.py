@@ -36,12 +36,19 @@ Maker = Callable[[], gym.Env[Any, Any]]
 
 
 class DomainRandomisation(gym.Wrapper):
-    """Draws the object and sigma for each episode, and tells sigma to `observer`. The sizes of training and those
-    `held_out` for evaluation are apart."""
+    """Draws the object and sigma for each episode, and tells sigma to the observer."""
 
     def __init__(
         self, env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly, world: TrainingWorld, held_out: bool
     ) -> None:
+        """Keep the sizes of training and those of evaluation apart.
+
+        Args:
+            env: that is explored.
+            observer: which is told sigma.
+            world: what may be drawn.
+            held_out: whether sizes are those of evaluation.
+        """
         super().__init__(env)
         self._observer, self._sigma_deg = observer, world.sigma_deg
         scales = 1.0 + world.size_jitter * np.linspace(-1.0, 1.0, SIZES)
@@ -72,7 +79,15 @@ class InfoFilter(gym.Wrapper):
 
 
 def make_env(world: TrainingWorld, held_out: bool = False) -> gym.Env[Any, Any]:
-    """The environment of `world`, with the sizes of training or those `held_out`."""
+    """Make the environment that a learner sees.
+
+    Args:
+        world: what is explored and how it is rewarded.
+        held_out: whether objects have the sizes of evaluation, not of training.
+
+    Returns:
+        The environment, with an observer beside it.
+    """
     vary = {name: getattr(world, name) for name in ("size_jitter", "yaw_jitter", "position_jitter")}
     env = gym.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary)
     base = hand_env(env)
@@ -93,14 +108,31 @@ def make_env(world: TrainingWorld, held_out: bool = False) -> gym.Env[Any, Any]:
 
 
 def make_vector(world: TrainingWorld, count: int, jobs: int, held_out: bool = False) -> VecEnv:
-    """`count` environments, each in a process of its own where `jobs` is more than one."""
+    """Make environments side by side.
+
+    Args:
+        world: as `make_env`'s.
+        count: E.
+        jobs: 1: all in this process, else each in one of its own.
+        held_out: as `make_env`'s.
+
+    Returns:
+        The environments as one.
+    """
     makers: list[Maker] = [partial(make_env, world, held_out) for _ in range(count)]
     return in_processes(makers) if jobs > 1 else DummyVecEnv(makers)
 
 
 def in_processes(makers: list[Maker]) -> SubprocVecEnv:
-    """What `makers` make, each in a process that ignores Ctrl-C, which a terminal sends to all processes of a command
-    and only this one is to heed, and ends with this one, however this one ends."""
+    """Make environments, each in a process that ignores Ctrl-C, which a terminal sends to all processes of a command
+    and only this one is to heed, and that ends with this one, however this one ends.
+
+    Args:
+        makers: each makes one; they are pickled.
+
+    Returns:
+        The environments as one.
+    """
     if "forkserver" in multiprocessing.get_all_start_methods():
         from multiprocessing import forkserver
 
@@ -113,7 +145,11 @@ def in_processes(makers: list[Maker]) -> SubprocVecEnv:
 
 
 def close(env: VecEnv) -> None:
-    """End `env`, in the middle of a step too: a worker may wait for a command whose beginning alone was sent."""
+    """End environments, in the middle of a step too: a worker may wait for a command whose beginning alone was sent.
+
+    Args:
+        env: of `make_vector`.
+    """
     if not isinstance(env, SubprocVecEnv):
         env.close()
         return

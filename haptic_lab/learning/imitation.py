@@ -18,8 +18,16 @@ BATCH = 256
 
 
 def imitate(model: PPO | SAC, env: VecEnv, sweep: SweepingMotion, hand: Hand, decision_seconds: float) -> None:
-    """Fit the mean of the policy of `model` to `sweep`; PPO also its value to the returns that were had, while SAC
-    keeps what happened in its replay buffer."""
+    """Fit the mean of a policy to a sweep; PPO also its value to the returns that were had, while SAC keeps what
+    happened in its replay buffer.
+
+    Args:
+        model: that has not yet learnt.
+        env: E environments.
+        sweep: that is copied.
+        hand: whose fingers sweep.
+        decision_seconds: from one decision to the next.
+    """
     rng = np.random.default_rng(model.seed)
     observation = env.reset()
     clock = np.zeros(env.num_envs)

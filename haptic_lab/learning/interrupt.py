@@ -24,6 +24,10 @@ class InterruptGuard:
         raise KeyboardInterrupt
 
     def check(self) -> None:
-        """Raise `KeyboardInterrupt` if Ctrl-C was pressed."""
+        """Raise what may have been swallowed.
+
+        Raises:
+            KeyboardInterrupt: if Ctrl-C was pressed.
+        """
         if self.asked:
             raise KeyboardInterrupt

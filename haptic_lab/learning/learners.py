@@ -22,7 +22,19 @@ ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
 
 
 def begin(preset: Preset, env: VecEnv, log: str | None) -> BaseAlgorithm:
-    """A new learner; raises `ValueError` where its algorithm cannot be made as the preset says."""
+    """Make a new learner.
+
+    Args:
+        preset: algorithm, keyword arguments and seed.
+        env: in which it will learn.
+        log: folder for TensorBoard; None: nothing is logged.
+
+    Returns:
+        The learner.
+
+    Raises:
+        ValueError: where its algorithm cannot be made as the preset says.
+    """
     keywords = {**preset.learner, "policy_kwargs": dict(preset.learner.get("policy_kwargs", {}))}
     algorithm = ALGORITHMS[preset.algorithm]
     try:
@@ -39,7 +51,17 @@ def begin(preset: Preset, env: VecEnv, log: str | None) -> BaseAlgorithm:
 
 
 def make(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, log: str | None) -> BaseAlgorithm:
-    """The learner: a new one, which copies a sweep where the preset has one, or as it was at a checkpoint."""
+    """Make a learner, ready to go on.
+
+    Args:
+        preset: as `begin`'s.
+        env: in which it will learn.
+        found: a checkpoint, as which it will be; None: a new one, which copies a sweep where the preset has one.
+        log: as `begin`'s.
+
+    Returns:
+        The learner.
+    """
     model = begin(preset, env, log)
     if found is not None:
         checkpoints.restore(found, model)
@@ -52,10 +74,21 @@ def make(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, log:
 
 
 def decision_seconds(preset: Preset) -> float:
-    """From one decision to the next."""
+    """Say how long an action is held.
+
+    Args:
+        preset: of the learner.
+
+    Returns:
+        Seconds from one decision to the next.
+    """
     return preset.world.hold / hand_env(gym.make(preset.world.env)).control_hz
 
 
 def versions() -> dict[str, str]:
-    """Of what learns."""
+    """Say what learns.
+
+    Returns:
+        Versions of the packages that figures of training may depend on, by name.
+    """
     return {"stable-baselines3": stable_baselines3.__version__, "torch": torch.__version__}

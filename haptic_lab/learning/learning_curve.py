@@ -15,8 +15,16 @@ from haptic_lab.style import BETTER, styled
 
 @styled
 def draw(path: Path, steps: Array, rewards: Array, seconds: Array, right: NDArray[np.bool_], longest: float) -> None:
-    """Draw to `path` what each of E evaluations found, after so many `steps` (E,), over the same K explorations: their
-    `rewards` (E, K), and how many ended with the `right` name (E, K) before the `longest` time, by `seconds` (E, K)."""
+    """Draw what E evaluations found, over the same K explorations.
+
+    Args:
+        path: of the picture.
+        steps: (E,) of the environment, before each evaluation.
+        rewards: (E, K).
+        seconds: (E, K), when each exploration ended.
+        right: (E, K) whether it ended with the right name.
+        longest: s, when an exploration ends undecided.
+    """
     best = int(rewards.mean(axis=1).argmax())
     decided = right.astype(bool) & (seconds < longest - 1e-9)
     figure = Figure(figsize=(7.0, 5.0), layout="constrained")

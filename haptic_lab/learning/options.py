@@ -127,8 +127,16 @@ OPTIONS: dict[str, dict[str, Check]] = {
 
 
 def check(algorithm: str, told: Any, raw: bool) -> None:
-    """Raise `ValueError` where `told` are no keyword arguments of `algorithm`, or one is out of its range; `raw`:
-    whether it sees what is felt, several things by their names, and not one vector."""
+    """Check the keyword arguments of an algorithm.
+
+    Args:
+        algorithm: a name of `ALGORITHMS`.
+        told: the keyword arguments.
+        raw: whether it sees what is felt, several things by their names, and not one vector.
+
+    Raises:
+        ValueError: for one that it does not have, or out of its range.
+    """
     policy = f"{'MultiInput' if raw else 'Mlp'}{'Lstm' if algorithm == 'RecurrentPPO' else ''}Policy"
 
     def kind(what: str, value: Any) -> None:

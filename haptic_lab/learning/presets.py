@@ -27,11 +27,29 @@ RAW = "raw"
 class TrainingWorld:
     """What is explored and how it is rewarded.
 
-    `sigma_deg`: least and largest noise, drawn for each episode; the jitters as the environment's keyword arguments;
-    `observation`: entries of the belief, or ("raw",) for what is felt; `hold`: control steps of an action; `price` and
-    `least` of `DecisionReward`, `threshold` and `sure_seconds` of `DecideWhenSure`; `variants`, `samples`, `stride` and
-    `temper` of the `ShapePosterior` that is asked, another than evaluation has, as it is most of the time that a
-    step takes; evidence adds up as fast, for `temper` / `stride` is the same.
+    The `ShapePosterior` that is asked is another than evaluation has, as it is most of the time that a step takes;
+    evidence adds up as fast, for `temper` / `stride` is the same.
+
+    Attributes:
+        env: id of the environment.
+        seconds: of an episode at most.
+        sigma_deg: least and largest noise, degrees, drawn for each episode.
+        size_jitter: as the environment's.
+        yaw_jitter: as the environment's.
+        position_jitter: as the environment's.
+        observation: entries of the belief, or ("raw",) for what is felt.
+        hold: control steps of an action.
+        price: of `DecisionReward`.
+        least: of `DecisionReward`.
+        threshold: of `DecideWhenSure`.
+        sure_seconds: of `DecideWhenSure`.
+        variants: of the `ShapePosterior`.
+        samples: of the `ShapePosterior`.
+        stride: of the `ShapePosterior`.
+        temper: of the `ShapePosterior`.
+
+    Raises:
+        ValueError: for a value out of its range.
     """
 
     env: str = "HapticSLAM/TwoFinger-v0"
@@ -84,10 +102,19 @@ class TrainingWorld:
 class SweepingMotion:
     """Close and open the fingers at 1 Hz while they sweep sideways at 0.5 Hz, against each other, and drift at 0.17 Hz.
 
-    Torques as fractions of their limits: flexors get `flexion` ± `opening`, abductors ± `sideways`. The drift is
-    ± `curl` of the stroke that curls a finger (`agents.finger_kinematics`); it begins at nothing, so that the sweep
-    begins as without it. It is copied from `decisions` of each environment, with noise of SD `noise` so that it is
-    seen what to do beside its path.
+    The drift begins at nothing, so that the sweep begins as without it.
+
+    Attributes:
+        flexion: of flexors, a fraction of their torque limits.
+        opening: ± so much about that.
+        sideways: of abductors, ± so much.
+        curl: of the drift, ± so much of the stroke that curls a finger (`agents.finger_kinematics`).
+        noise: SD of what is added while it is copied, so that it is seen what to do beside its path.
+        decisions: of each environment that are copied.
+        epochs: of the fit.
+
+    Raises:
+        ValueError: for a value out of its range.
     """
 
     flexion: float = 0.5
@@ -106,8 +133,15 @@ class SweepingMotion:
         validate.integer("epochs", self.epochs, 0, 1_000_000)
 
     def torques(self, seconds: NDArray[np.float64], hand: Hand) -> NDArray[np.float32]:
-        """(E, J) after `seconds` (E,) of an episode, not yet clipped to -1 and 1, for that is no linear function of the
-        clocks; abductors are known by their names, and fingers take turns."""
+        """Say what the sweep commands; abductors are known by their names, and fingers take turns.
+
+        Args:
+            seconds: (E,) of an episode.
+            hand: whose fingers sweep.
+
+        Returns:
+            (E, J) fractions, not yet clipped to -1 and 1, for that is no linear function of the clocks.
+        """
         sideways = np.array(["abduction" in name for name in hand.joint_names])
         curl = FingerKinematics(hand).strokes(hand.rest_pose, hand.grasp_centre).curl.sum(axis=0)
         side = np.where(hand.joint_group % 2 == 0, 1.0, -1.0)
@@ -119,9 +153,23 @@ class SweepingMotion:
 
 @dataclass(frozen=True)
 class Preset:
-    """`steps`, `evaluate_every` and `checkpoint_every` count steps of the environment; `envs` run in parallel;
-    `episodes` of an evaluation; `learner`: keyword arguments of the algorithm, as Stable-Baselines3 has them; `sweep`:
-    what it begins with, None: with what chance has put into the network."""
+    """How a policy is trained.
+
+    Attributes:
+        algorithm: a name of `ALGORITHMS`.
+        learner: keyword arguments of the algorithm, as Stable-Baselines3 has them.
+        world: in which it learns.
+        sweep: what it begins with; None: with what chance has put into the network.
+        seed: of everything random.
+        steps: of the environment, in all.
+        envs: side by side.
+        evaluate_every: steps of the environment.
+        checkpoint_every: steps of the environment.
+        episodes: of an evaluation.
+
+    Raises:
+        ValueError: for a value out of its range.
+    """
 
     algorithm: str
     learner: Mapping[str, Any]
@@ -147,17 +195,38 @@ class Preset:
 
 
 def configuration(preset: Preset) -> dict[str, Any]:
-    """What a folder says of the run in it, as JSON can: how long it is may change."""
+    """Say what belongs to a run, however long it is.
+
+    Args:
+        preset: of the run.
+
+    Returns:
+        What JSON can say, without the number of steps.
+    """
     return json.loads(json.dumps({**asdict(preset), "steps": None}))
 
 
 def names() -> list[str]:
-    """The presets that ship."""
+    """List the presets that ship.
+
+    Returns:
+        Their names, sorted.
+    """
     return sorted(path.stem for path in FOLDER.glob("*.toml"))
 
 
 def read(name: str) -> Preset:
-    """The preset of this name, or of the TOML file at this path; raises `ValueError` for what makes no sense."""
+    """Read a preset.
+
+    Args:
+        name: of one that ships, or the path of a TOML file.
+
+    Returns:
+        The preset.
+
+    Raises:
+        ValueError: for a file that cannot be read, or a preset that makes no sense.
+    """
     path = Path(name) if name.endswith(".toml") else FOLDER / f"{validate.choice('preset', name, names())}.toml"
     try:
         content = reading.toml(path)

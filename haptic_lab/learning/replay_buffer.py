@@ -19,13 +19,26 @@ SLACK = 2**20  # bytes of a file beside its arrays
 
 
 def save(path: Path, buffer: ReplayBuffer) -> None:
-    """Write what `buffer` holds to `path`."""
+    """Write what a replay buffer holds.
+
+    Args:
+        path: of the .npz file.
+        buffer: with the transitions.
+    """
     held = {name: array[: buffer.size()] for name, array in _arrays(buffer).items()}
     np.savez(path, allow_pickle=False, position=np.array(buffer.pos), **held)
 
 
 def restore(path: Path, buffer: ReplayBuffer) -> None:
-    """Put what was saved at `path` into `buffer`, which is empty; raises `ValueError` where it is of another one."""
+    """Read what a replay buffer held.
+
+    Args:
+        path: of the .npz file.
+        buffer: an empty one, into which it is put.
+
+    Raises:
+        ValueError: for the file of a buffer of other shapes.
+    """
     arrays = _arrays(buffer)
     kept = reading.npz(path, sum(array.nbytes for array in arrays.values()) + SLACK)
     if kept.keys() != {*arrays, "position"} or kept["position"].shape != () or kept["position"].dtype.kind != "i":

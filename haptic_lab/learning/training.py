@@ -11,80 +11,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from rich.console import Console
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
+from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-import agents
-from haptic_env import reading
-from haptic_lab.files import UNFINISHED, atomic, write_json
+from haptic_lab.files import write_json
 from haptic_lab.learning import checkpoints, learners
 from haptic_lab.learning.environments import close, make_env, make_vector
+from haptic_lab.learning.evaluation import EVALUATIONS, HeldOutEvaluation, keep, read_evaluations
 from haptic_lab.learning.interrupt import InterruptGuard
 from haptic_lab.learning.learners import ALGORITHMS as ALGORITHMS
 from haptic_lab.learning.learning_curve import draw
 from haptic_lab.learning.presets import Preset
 from haptic_lab.sweeps.provenance import versions
 
-EVALUATION_SEED = 5_000  # the same explorations at every evaluation
-EVALUATIONS, CHECKPOINTS, BEST = "evaluations.npz", "checkpoints", "best_model"
-OF_EVALUATIONS = ("timesteps", "results", "ep_lengths", "successes")
-
-
-class HeldOutEvaluation(EvalCallback):
-    """Evaluates on the same explorations each time, so that only the policy makes a difference."""
-
-    def __init__(self, env: VecEnv, preset: Preset, out: Path) -> None:
-        super().__init__(
-            env,
-            n_eval_episodes=preset.episodes,
-            eval_freq=max(1, preset.evaluate_every // (preset.world.hold * preset.envs)),
-            log_path=str(out),
-            callback_on_new_best=_KeepBest(out),
-            deterministic=True,
-            verbose=0,
-        )
-        self._table, self._written = out / EVALUATIONS, out / f"{UNFINISHED}{EVALUATIONS}"
-        self.log_path = str(self._written)
-
-    def _on_training_start(self) -> None:
-        if not self.evaluations_timesteps:
-            self._on_step()  # what it begins with
-
-    def _on_step(self) -> bool:
-        if self.n_calls % self.eval_freq == 0:
-            self.eval_env.seed(EVALUATION_SEED)
-        go_on = super()._on_step()
-        if self._written.exists():  # else it was no turn of evaluation
-            self._written.replace(self._table)
-        return go_on
-
-    def restore(self, path: Path, best: float, decisions: int) -> None:
-        """Go on from what was evaluated within the first `decisions`; raises `ValueError` where `path` is no such
-        table."""
-        self.best_mean_reward = best
-        if not path.exists():
-            return
-        kept = read_evaluations(path)
-        upto = kept["timesteps"] <= decisions
-        self.evaluations_timesteps = list(kept["timesteps"][upto])
-        self.evaluations_results = list(kept["results"][upto])
-        self.evaluations_length = list(kept["ep_lengths"][upto])
-        self.evaluations_successes = list(kept["successes"][upto])
-
-
-class _KeepBest(BaseCallback):
-    """Keeps the model that was best in evaluation."""
-
-    def __init__(self, out: Path) -> None:
-        super().__init__()
-        self.out = out
-
-    def _on_step(self) -> bool:
-        keep(self.model, self.out, BEST)
-        return True
+CHECKPOINTS = "checkpoints"
 
 
 class SaveCheckpoints(BaseCallback):
@@ -93,6 +35,15 @@ class SaveCheckpoints(BaseCallback):
     def __init__(
         self, evaluation: HeldOutEvaluation, preset: Preset, folder: Path, seconds: float, stop: InterruptGuard
     ) -> None:
+        """Save nothing yet.
+
+        Args:
+            evaluation: whose best is kept with a checkpoint.
+            preset: of the run.
+            folder: of all checkpoints.
+            seconds: that the run has taken before.
+            stop: tells of a Ctrl-C.
+        """
         super().__init__()
         self.evaluation, self.folder, self.before, self.stop = evaluation, folder, seconds, stop
         self.began = time.monotonic()
@@ -126,7 +77,17 @@ class SaveCheckpoints(BaseCallback):
 
 
 class TrainingRun(NamedTuple):
-    """What a run is made of, before it begins; `seconds` and `best` are of what a checkpoint had behind it."""
+    """What a run is made of, before it begins.
+
+    Attributes:
+        preset: how it trains.
+        out: its folder.
+        env: in which it learns.
+        held_out: in which it is evaluated.
+        model: that learns.
+        evaluation: watches it.
+        seconds: that the run has taken before, setting up included.
+    """
 
     preset: Preset
     out: Path
@@ -143,8 +104,21 @@ class TrainingRun(NamedTuple):
 
 
 def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console: Console) -> TrainingRun:
-    """Everything for a run from the last whole checkpoint in `out` on, in `jobs` processes; raises `ValueError` where
-    the preset or what is in `out` makes no sense, and has written nothing then."""
+    """Set up a run from the last whole checkpoint on. Where it raises, it has written nothing.
+
+    Args:
+        preset: how it trains.
+        jobs: as `make_vector`'s.
+        out: its folder.
+        stop: tells of a Ctrl-C.
+        console: says where it goes on.
+
+    Returns:
+        The run.
+
+    Raises:
+        ValueError: where the preset or what is in `out` makes no sense.
+    """
     torch.set_num_threads(1)
     found, broken = checkpoints.newest(out / CHECKPOINTS)
     began = time.monotonic()
@@ -175,7 +149,16 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console:
 
 
 def train(ready: TrainingRun, stop: InterruptGuard, console: Console) -> int:
-    """Train to the end; returns the exit code."""
+    """Train to the end, and keep what came of it.
+
+    Args:
+        ready: the run.
+        stop: tells of a Ctrl-C.
+        console: shows how it goes.
+
+    Returns:
+        Exit code; 130 where Ctrl-C stopped it.
+    """
     preset, model, out = ready.preset, ready.model, ready.out
     save = SaveCheckpoints(ready.evaluation, preset, out / CHECKPOINTS, ready.seconds, stop)
     left = preset.steps // preset.world.hold - model.num_timesteps
@@ -197,25 +180,6 @@ def train(ready: TrainingRun, stop: InterruptGuard, console: Console) -> int:
     keep(model, out, "model")
     _report(preset, model, seconds, out, console)
     return code
-
-
-def keep(model: BaseAlgorithm, out: Path, name: str) -> None:
-    """Write `model` for use (.npz, which runs nothing when it is read) and as Stable-Baselines3 saves it (.zip)."""
-    agents.export(model, out / f"{name}.npz")
-    with atomic(out / f"{name}.zip") as place:
-        model.save(place)
-
-
-def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
-    """`OF_EVALUATIONS` by name: decisions (N,), and of each of E explorations (N, E) reward, decisions and whether it
-    was right; raises `ValueError` where the file is no such table."""
-    kept = reading.npz(path)
-    found = {name: kept[name] for name in OF_EVALUATIONS if name in kept}
-    count = found["timesteps"].shape if "timesteps" in found else ()
-    fits = len(count) == 1 and all(each.ndim == 2 and each.shape[:1] == count for each in list(found.values())[1:])
-    if len(found) < len(OF_EVALUATIONS) or not fits or not all(each.dtype.kind in "bif" for each in found.values()):
-        raise ValueError(f"{path} holds no evaluations: {', '.join(OF_EVALUATIONS)}")
-    return found
 
 
 def _report(preset: Preset, model: BaseAlgorithm, seconds: float, out: Path, console: Console) -> None:

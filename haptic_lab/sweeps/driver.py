@@ -14,12 +14,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from haptic_env import hand_of
 from haptic_lab.conditions import Condition
 from haptic_lab.files import atomic
-from haptic_lab.sweeps.executors import Workers, WorkersLostError, workers
-from haptic_lab.sweeps.options import SweepPlan
+from haptic_lab.sweeps.executors import workers
+from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.tasks import SweepTask, bundles, exemplar_tasks
 from haptic_lab.sweeps.worker import run_exemplars, run_trials
+from haptic_lab.sweeps.workers import Workers, WorkersLostError
 from haptic_lab.warm_up import get_ready
 
 WIDTH = 120  # of what is printed to a file
@@ -32,7 +33,18 @@ def sweep(
     work: Callable[..., list[list[dict[str, Any]]]] = run_trials,
     who: AbstractContextManager[Workers] | None = None,
 ) -> None:
-    """Run what is not in the table yet: `work` on each bundle of trials, by the workers `who` or those of `plan`."""
+    """Run what is not in the table yet.
+
+    Args:
+        plan: of the sweep.
+        results: its table.
+        console: shows how it goes.
+        work: makes rows of a bundle of trials.
+        who: runs it; None: the workers that `plan` asks for.
+
+    Raises:
+        ValueError: where the code was changed while the sweep ran.
+    """
     settings, folder = plan.settings, results.folder / "exemplars"
     trials = [
         SweepTask(settings, condition, shape, settings.first_seed + number)
@@ -62,7 +74,14 @@ def sweep(
 
 
 def progress_on(console: Console) -> Progress:
-    """Bars with the time that is left."""
+    """Make bars with the time that is left.
+
+    Args:
+        console: to draw on.
+
+    Returns:
+        The bars, not yet shown.
+    """
     shown = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     return Progress(*shown, TextColumn("left"), TimeRemainingColumn(), console=console)
 
@@ -74,7 +93,15 @@ def make_files(
     work: Callable[[Sequence[SweepTask]], list[tuple[SweepTask, bytes]]],
     tasks: Mapping[Path, SweepTask],
 ) -> None:
-    """Let `team` do the `work` of each of `tasks` whose file is not there yet, bundle by bundle."""
+    """Make the files that are not there yet, bundle by bundle.
+
+    Args:
+        team: that works.
+        progress: shows how it goes.
+        what: the files are, for the bar.
+        work: makes the content of the files of a bundle of tasks.
+        tasks: by the path of the file of each.
+    """
     missing = {task: path for path, task in tasks.items() if not path.exists()}
     bar = progress.add_task(what, total=len(missing))
     for made in team.run(work, [(bundle,) for bundle in bundles(missing)]):
@@ -104,7 +131,15 @@ def _calls(team: Workers, trials: Iterable[tuple[SweepTask, ...]], folder: Path)
 
 
 def run(work: Callable[[], None], console: Console) -> int:
-    """Do `work`, which keeps each finished trial; what stopped it is told. Returns the exit code."""
+    """Do something that keeps each finished trial, and say what stopped it.
+
+    Args:
+        work: to be done.
+        console: says what stopped it.
+
+    Returns:
+        Exit code.
+    """
     try:
         work()
     except KeyboardInterrupt:

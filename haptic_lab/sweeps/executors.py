@@ -1,67 +1,48 @@
-"""Where the work of a sweep is done: in processes of this machine, or by the workers of a dask cluster.
-
-Both have `share`, for what many calls need, and `run`. A worker is one core's work and runs one call at a time.
-"""
+"""Where the work of a sweep is done: in processes of this machine, or by the workers of a dask cluster."""
 
 from __future__ import annotations
 
-import asyncio
 import gc
-import logging
 import multiprocessing
-import pickle
 import signal
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
-from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any, Protocol
-
-from threadpoolctl import threadpool_limits
+from typing import Any
 
 from haptic_lab.processes import deaf, end_with_parent
-from haptic_lab.sweeps.provenance import signature
-from observer import threads
-
-SECONDS_TO_CONNECT = 5
-AHEAD = 2000  # calls that wait at a scheduler: enough for many workers, and little to keep
-THREADS = "start each with --nthreads 1, one for each core (docs/clusters.md)"
-Call = tuple[Any, ...]
-
-
-class WorkersLostError(Exception):
-    """Who worked is gone; the message says what may have happened."""
-
-
-class Workers(Protocol):
-    """Who runs the calls; `told` says it."""
-
-    @property
-    def told(self) -> str: ...
-
-    def share(self, value: Any) -> Any:
-        """What stands for `value` among the arguments of calls."""
-
-    def run(self, work: Callable[..., Any], calls: Iterable[Call]) -> Iterator[Any]:
-        """What `work` returns for each of `calls`, in the order in which they finish.
-
-        Raises what `work` raises, `WorkersLostError`, and `ValueError` for a worker that must not take part.
-        """
+from haptic_lab.sweeps.cluster import cluster_workers
+from haptic_lab.sweeps.workers import Call, Workers, WorkersLostError, limit_threads
 
 
 def workers(jobs: int, cluster: str | None) -> AbstractContextManager[Workers]:
-    """`jobs` processes of this machine, or the cluster at that address."""
+    """Find who runs the calls.
+
+    Args:
+        jobs: processes of this machine.
+        cluster: address of a dask scheduler, to ask in place of these.
+
+    Returns:
+        The workers, within a context.
+    """
     return local_workers(jobs) if cluster is None else cluster_workers(cluster)
 
 
 @contextmanager
 def local_workers(jobs: int) -> Iterator[Workers]:
-    """`jobs` processes; where anything goes wrong, Ctrl-C included, they end at once, and so they do where this process
-    ends, however it does."""
+    """Start processes; where anything goes wrong, Ctrl-C included, they end at once, and so they do where this process
+    ends, however it does.
+
+    Args:
+        jobs: how many.
+
+    Yields:
+        The workers.
+    """
     executor = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _prepare)
     try:
         yield LocalWorkers(executor, jobs)
@@ -77,15 +58,39 @@ class LocalWorkers:
     """Processes of this machine."""
 
     def __init__(self, executor: Executor, jobs: int) -> None:
+        """Take processes that are there.
+
+        Args:
+            executor: that runs them.
+            jobs: how many there are.
+        """
         self._executor, self._ahead = executor, 4 * jobs
         self.told = f"{jobs} processes of this machine" if jobs > 1 else "a process of this machine"
 
     def share(self, value: Any) -> Any:
-        """`value` itself."""
+        """Share nothing: a call has its own copy.
+
+        Args:
+            value: for calls.
+
+        Returns:
+            The same.
+        """
         return value
 
     def run(self, work: Callable[..., Any], calls: Iterable[Call]) -> Iterator[Any]:
-        """As `Workers.run`."""
+        """Run calls, as `Workers.run`.
+
+        Args:
+            work: what is called.
+            calls: arguments of each call.
+
+        Yields:
+            What each returns.
+
+        Raises:
+            WorkersLostError: where a process died.
+        """
         waiting, under_way = iter(calls), set[Future[Any]]()
         try:
             while True:
@@ -101,114 +106,18 @@ class LocalWorkers:
             raise WorkersLostError("a worker died (out of memory?)") from error
 
 
-@contextmanager
-def cluster_workers(address: str) -> Iterator[Workers]:
-    """The workers of the dask scheduler at `address`, now and later; they stay when this ends.
-
-    Raises `ValueError` where none answers.
-    """
-    import distributed
-    from distributed.utils import silence_logging_cmgr
-
-    with silence_logging_cmgr(logging.CRITICAL):  # what goes wrong is told here, in one line
-        try:
-            asyncio.run(_knock(address))
-            client = distributed.Client(address, timeout=SECONDS_TO_CONNECT, name="haptic-slam")
-        except Exception as error:  # anything at all may answer there
-            told = str(error) or f"no handshake within {SECONDS_TO_CONNECT} s"
-            raise ValueError(f"no dask scheduler answers at --cluster {address!r} ({told})") from error
-        try:
-            yield ClusterWorkers(client)
-        finally:
-            client.close()
-
-
-class ClusterWorkers:
-    """Workers that share no disk with this machine. A call whose worker is lost is run again by another one.
-
-    All that is sent is pickled here, so that the scheduler need not know this project.
-    """
-
-    def __init__(self, client: Any) -> None:
-        self._client = client
-        count = len(client.scheduler_info(n_workers=-1)["workers"])
-        self.told = f"the workers of {client.scheduler.address} ({count} now; further ones may join)"
-
-    def share(self, value: Any) -> Any:
-        """A future of `value`: it is sent once, handed from worker to worker, and made again when it is lost."""
-        return self._client.submit(bytes, pickle.dumps(value), pure=False)
-
-    def run(self, work: Callable[..., Any], calls: Iterable[Call]) -> Iterator[Any]:
-        """As `Workers.run`."""
-        import distributed
-
-        waiting, checked, carry = iter(calls), partial(_checked, signature(), work), _carrier()
-
-        def submit(count: int) -> list[Any]:
-            sent = [
-                [each if isinstance(each, distributed.Future) else pickle.dumps(each) for each in (checked, *call)]
-                for call in islice(waiting, count)
-            ]
-            return [self._client.submit(carry, *each, pure=False) for each in sent]
-
-        under_way = distributed.as_completed(submit(AHEAD))
-        try:
-            for future in under_way:
-                yield future.result()
-                under_way.update(submit(1))
-        except distributed.KilledWorker as error:
-            raise WorkersLostError("worker after worker died of the same trial (out of memory?)") from error
-        except distributed.CancelledError as error:
-            raise WorkersLostError("the connection to the scheduler is lost") from error
-        except ImportError as error:
-            raise ValueError(
-                f"a worker cannot import what it must run ({error}): install this project there from the same "
-                "checkout with pip install -e (docs/clusters.md)"
-            ) from error
-
-
-async def _knock(address: str) -> None:
-    """Raises where no dask scheduler answers. A client alone would wait for a handshake for ever."""
-    import distributed
-    from distributed.comm.core import connect
-
-    async with asyncio.timeout(SECONDS_TO_CONNECT):
-        secrets = distributed.Security().get_connection_args("client")
-        comm = await connect(address, timeout=SECONDS_TO_CONNECT, **secrets)
-        comm.abort()
-
-
-def _carrier() -> Callable[..., Any]:
-    """What runs pickled work in a worker. A function within a function is itself sent whole, not by its name, so that
-    nothing of this project need be importable before it runs."""
-
-    def carry(*pickled: bytes) -> Any:
-        import pickle
-
-        work, *call = [pickle.loads(each) for each in pickled]
-        return work(*call)
-
-    return carry
-
-
-def _checked(expected: dict[str, str], work: Callable[..., Any], *call: Any) -> Any:
-    """Runs in a worker of a cluster: `work`, if it would come out as on the machine that `expected` is from."""
-    import distributed
-
-    worker = distributed.get_worker()
-    if worker.state.nthreads != 1:
-        raise ValueError(f"the worker {worker.address} has {worker.state.nthreads} threads; {THREADS}")
-    found = signature()
-    other = [f"{name} is {found[name]} there, {here} here" for name, here in expected.items() if found[name] != here]
-    if other:
-        raise ValueError(f"the worker {worker.address} would not give the same rows: {'; '.join(other)}")
-    _limit_threads()
-    return work(*call)
-
-
 def stamped(place: str, work: Callable[..., Any], *call: Any) -> Any:
-    """`work`, and in the file `place` a line: when it began and ended, what it took of the processor, and what the
-    whole process took meanwhile, in seconds."""
+    """Call something, and add a line to a file: when it began and ended, what it took of the processor, and what the
+    whole process took meanwhile, in seconds.
+
+    Args:
+        place: path of the file.
+        work: what is called.
+        *call: its arguments.
+
+    Returns:
+        What it returns.
+    """
     clocks = time.perf_counter, time.thread_time, time.process_time
     begin = [clock() for clock in clocks]
     result = work(*call)
@@ -223,9 +132,4 @@ def _prepare() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
     gc.freeze()  # what was imported stays: to look through it for garbage took 1.5 % of the time
-    _limit_threads()
-
-
-def _limit_threads() -> None:
-    threads.limit(1)
-    threadpool_limits(1)
+    limit_threads()

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
-from haptic_lab.trial import BeliefTrace, Exploration
+from haptic_lab.records import BeliefTrace, Exploration
 from observer import metrics
 
 AFTER_SECONDS = (2, 5, 10)  # when the name is asked for
@@ -46,10 +46,17 @@ COURSE_SECONDS = 0.25  # from one of these to the next
 
 
 class GroundTruth(NamedTuple):
-    """What is true of the world of an exploration: the steps (T,) at which the hand was `touching`, the places (M, 3) m
-    that it `touched`, which voxels (X, Y, Z) it could reach, `cells`, and in which the object had the centre
-    `occupied`; `beside` the skin: those that it swept or that share a face with one, and which the object `reached`;
-    the places (S, 3) m of the whole `surface`."""
+    """What is true of the world of an exploration.
+
+    Attributes:
+        touching: (T,) steps at which the hand was.
+        touched: (M, 3) m, places that it touched.
+        cells: (X, Y, Z) which voxels it could reach.
+        occupied: (X, Y, Z) in which the object had the centre.
+        beside: (X, Y, Z) those that the skin swept, or that share a face with one.
+        reached: (X, Y, Z) into which the object reached.
+        surface: (S, 3) m, places of the whole surface.
+    """
 
     touching: NDArray[np.bool_]
     touched: NDArray[np.float64]
@@ -61,7 +68,15 @@ class GroundTruth(NamedTuple):
 
     @classmethod
     def of(cls, exploration: Exploration, grid: Grid) -> GroundTruth:
-        """Those of `exploration`, in voxels of `grid`."""
+        """Work out what is true.
+
+        Args:
+            exploration: what happened.
+            grid: of the voxels.
+
+        Returns:
+            The truth.
+        """
         hand, truth, contacts, solid = (
             exploration.hand,
             exploration.true_angles,
@@ -81,7 +96,16 @@ class GroundTruth(NamedTuple):
 
 
 def measures_of(exploration: Exploration, ground_truth: GroundTruth, trace: BeliefTrace) -> dict[str, Any]:
-    """What `trace` is worth: the columns of a row that have nothing to do with how it was asked for."""
+    """Judge an observer.
+
+    Args:
+        exploration: what happened.
+        ground_truth: of it.
+        trace: what the observer believed.
+
+    Returns:
+        The columns of a row that have nothing to do with how it was asked for.
+    """
     truth, (touching, touched, cells, occupied, beside, reached, surface) = exploration.true_angles, ground_truth
     grid, solid = trace.belief.grid, exploration.solid
     occupancy = trace.belief.occupancy
@@ -127,8 +151,16 @@ def _spaced(numbers: np.ndarray) -> str:
 
 
 def correct_after(exploration: Exploration, trace: BeliefTrace, seconds: float) -> float:
-    """1 where the shape posterior found the true shape the most probable after `seconds`, else 0; NaN where the
-    exploration is shorter."""
+    """Judge the shape posterior at one time.
+
+    Args:
+        exploration: what happened.
+        trace: what the observer believed.
+        seconds: of the exploration.
+
+    Returns:
+        1 where it found the true shape the most probable, else 0; NaN where the exploration is shorter.
+    """
     steps = int(np.searchsorted(exploration.seconds, seconds - 1e-9))
     if steps == len(exploration.seconds):
         return float("nan")
@@ -136,7 +168,15 @@ def correct_after(exploration: Exploration, trace: BeliefTrace, seconds: float) 
 
 
 def course(exploration: Exploration, trace: BeliefTrace) -> tuple[np.ndarray, np.ndarray]:
-    """After each `COURSE_SECONDS`: the probability of the true shape, and 1 where no other is more probable, else 0."""
+    """Judge the shape posterior after each `COURSE_SECONDS`.
+
+    Args:
+        exploration: what happened.
+        trace: what the observer believed.
+
+    Returns:
+        The probability of the true shape, and 1 where no other is more probable, else 0.
+    """
     times = np.arange(COURSE_SECONDS, exploration.seconds[-1] + 1e-9, COURSE_SECONDS)
     posterior = trace.posterior[np.searchsorted(exploration.seconds, times - 1e-9)]
     truth = trace.labels.index(exploration.solid.name)

@@ -4,12 +4,9 @@
 from __future__ import annotations
 
 import argparse
-import importlib.util
-import itertools
-import math
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -17,16 +14,17 @@ from joblib import cpu_count
 
 import agents
 from haptic_env import reading, shapes, validate
-from haptic_lab.conditions import DEFAULTS, FACTORS, TRUST, Condition, check_policy
+from haptic_lab.conditions import DEFAULTS, TRUST
+from haptic_lab.sweeps.plan import SweepPlan, planned
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns
-from haptic_lab.sweeps.tasks import SweepSettings, files_of
+from haptic_lab.sweeps.tasks import files_of
 from haptic_lab.terminal import Parser, as_path, refuse
-from haptic_lab.worlds import HANDS_OR_IDS, environment
+from haptic_lab.worlds import HANDS_OR_IDS
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
-from observer.variants import ABLATION, FULL, VARIANTS, WITHOUT_MAP
+from observer.variants import ABLATION, VARIANTS, WITHOUT_MAP
 
 EXAMPLE = """examples: haptic-slam evaluate --shapes cube sphere --sigmas 3 5 --trials 20 --out out/two_shapes
           haptic-slam evaluate --bias-deg 0 2 --contact-miss 0 0.1 --seconds 5 10 --out out/product
@@ -36,34 +34,33 @@ NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the pap
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
 KINDS: dict[Any, str] = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
 TRUSTED = ["--trust"]
-MOST_CONDITIONS = 10_000
 Options = Mapping[str, argparse.Action]
 
 
-@dataclass(frozen=True)
-class SweepPlan:
-    """What a command line asks for: `trials` of each of `settings.shapes` under each of the `conditions`, which are in
-    their order, by `jobs` processes or the `cluster` at an address, into the folder `out`; `ablation` and `calibration`
-    say what is made of the table."""
-
-    settings: SweepSettings
-    conditions: tuple[Condition, ...]
-    trials: int
-    out: str
-    jobs: int
-    cluster: str | None
-    ablation: bool
-    calibration: bool
-
-
 def parse(description: str | None, arguments: list[str] | None) -> tuple[SweepPlan, Results]:
-    """`check` and `open_results`."""
+    """Read and check the command line, and open the table; ends the program with code 2 where either makes no sense.
+
+    Args:
+        description: of the command, for its help.
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        The plan, and its table.
+    """
     plan = check(description, arguments)
     return plan, open_results(plan)
 
 
 def check(description: str | None, arguments: list[str] | None) -> SweepPlan:
-    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written."""
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written.
+
+    Args:
+        description: of the command, for its help.
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        The plan.
+    """
     parser, options = make_parser(description)
     file: dict[str, Any] = {}
     given = parser.parse_args(arguments)
@@ -78,7 +75,15 @@ def check(description: str | None, arguments: list[str] | None) -> SweepPlan:
 
 
 def check_values(values: Mapping[str, Any], *, trust: bool = False) -> SweepPlan:
-    """The same, where another command says what its flags would: `values` by their keys, and `trust`."""
+    """Check what another command says that the flags would; ends the program with code 2 where it makes no sense.
+
+    Args:
+        values: of flags, by their keys; the others are as usual.
+        trust: whether a policy may run code when it is read.
+
+    Returns:
+        The plan.
+    """
     parser, options = make_parser(None)
     several = {name for name, option in options.items() if option.nargs in ("+", "*")}
     lists = {
@@ -95,7 +100,15 @@ def _planned(given: argparse.Namespace) -> SweepPlan:
 
 
 def open_results(plan: SweepPlan) -> Results:
-    """The table of `plan`, as far as it is there; ends the program where its folder holds that of other settings."""
+    """Open the table of a plan, as far as it is there; ends the program with code 2 where its folder holds that of
+    other settings.
+
+    Args:
+        plan: of the sweep.
+
+    Returns:
+        The table.
+    """
     try:
         folder = Path(plan.out)
         (folder / "exemplars").mkdir(parents=True, exist_ok=True)
@@ -108,7 +121,14 @@ def open_results(plan: SweepPlan) -> Results:
 
 
 def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Options]:
-    """The parser, and by its key each option that a file may set."""
+    """Make what reads the command line.
+
+    Args:
+        description: of the command, for its help.
+
+    Returns:
+        The parser, and by its key each option that a file may set.
+    """
     parser = Parser(description=description, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
         "--config", type=as_path, metavar="FILE", help="TOML: any of these, first_seed = 20 for --first-seed 20"
@@ -181,7 +201,16 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
 
 
 def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: Mapping[str, Any]) -> argparse.Namespace:
-    """Flags win over --quick, that over the file, that over the defaults."""
+    """Read flags, which win over --quick, that over the file, that over the defaults.
+
+    Args:
+        parser: of `make_parser`.
+        arguments: of the command line; None: those of this process.
+        file: what `read` returns.
+
+    Returns:
+        All options.
+    """
     parser.set_defaults(**file)
     given = parser.parse_args(arguments)
     if given.ablation and "observers" not in file:
@@ -192,7 +221,15 @@ def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: M
 
 
 def read(path: Path, options: Options) -> dict[str, Any]:
-    """What the TOML file at `path` sets, each of the right type; else raises `ValueError`, or `OSError`."""
+    """Read the file of --config.
+
+    Args:
+        path: of the TOML file.
+        options: of `make_parser`.
+
+    Returns:
+        What it sets, each of the right type; raises `ValueError` for another one, and `OSError`.
+    """
     return {name: _typed(name, value, options) for name, value in reading.toml(path).items()}
 
 
@@ -211,41 +248,3 @@ def _typed(name: str, value: Any, options: Options) -> Any:
     except OverflowError as error:
         raise ValueError(f"{name} must be {KINDS[kind]} that a float can be, got {values!r}") from error
     return values if several else values[0]
-
-
-def planned(given: argparse.Namespace) -> SweepPlan:
-    """What `given`, all options of the parser, ask for; raises `ValueError` for what makes no sense."""
-    told = {each.name: getattr(given, each.name) for each in fields(SweepSettings)}
-    told["env"] = environment(given.env)
-    told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
-    settings = SweepSettings(**told)
-    flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}
-    values = {name: sorted(set(getattr(given, flag))) for name, flag in flags.items()}
-    for name, several in values.items():
-        if not several:
-            raise ValueError(f"--{flags[name].replace('_', '-')} must have a value, got []")
-    if math.prod(map(len, values.values())) > MOST_CONDITIONS:
-        counts = ", ".join(f"{len(several)} of {flags[name]}" for name, several in values.items() if len(several) > 1)
-        raise ValueError(f"a sweep has {MOST_CONDITIONS} combinations at most, these are more: {counts}")
-    product = itertools.product(*values.values())
-    conditions = tuple(Condition(**dict(zip(FACTORS, each, strict=True))) for each in product)
-    for policy in values["policy"]:
-        check_policy(policy, given.trust)
-    most = values["sigma_deg"][-1] * settings.believed_sigma
-    validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
-    validate.integer("--trials", given.trials, 1, 100_000)
-    validate.integer("--jobs", given.jobs, 1, 1024)
-    if given.ablation and FULL not in given.observers:
-        raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")
-    if given.cluster is not None and importlib.util.find_spec("distributed") is None:
-        raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")
-    return SweepPlan(
-        settings,
-        conditions,
-        given.trials,
-        given.out,
-        given.jobs,
-        given.cluster,
-        ablation=given.ablation,
-        calibration=given.calibration,
-    )

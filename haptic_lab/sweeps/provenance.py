@@ -17,7 +17,11 @@ PACKAGES = ("haptic-slam", "gymnasium", "mujoco", "numba", "numpy", "scipy", "sc
 
 @lru_cache
 def versions() -> dict[str, str]:
-    """What the figures may depend on: packages, interpreter, and a digest of this project's own code."""
+    """Say what figures may depend on.
+
+    Returns:
+        Versions of packages and interpreter, and a digest of this project's own code, by name.
+    """
     digest = hashlib.sha256()
     for package in (haptic_env, observer_package, agents):
         root = Path(str(package.__file__)).parent
@@ -29,7 +33,11 @@ def versions() -> dict[str, str]:
 
 @lru_cache
 def signature() -> dict[str, str]:
-    """What must be the same wherever the rows of one table are made."""
+    """Say what must be the same wherever the rows of one table are made.
+
+    Returns:
+        By name, as text.
+    """
     digest = hashlib.sha256()
     root = Path(__file__).parents[1]
     for path in sorted(root.rglob("*.py")):

@@ -29,12 +29,26 @@ csv.field_size_limit(2**24)  # the course of an hour is longer than what `csv` t
 
 
 def listed(names: Iterable[str]) -> str:
-    """Several `names` in one field: with spaces, and quotes as the shell has them about what is more than a word."""
+    """Put several names in one field.
+
+    Args:
+        names: any texts.
+
+    Returns:
+        The names with spaces, and quotes as the shell has them about what is more than a word.
+    """
     return shlex.join(names)
 
 
 def names_in(field: str) -> list[str]:
-    """The names of a `listed` field."""
+    """Read the names of a field.
+
+    Args:
+        field: of `listed`.
+
+    Returns:
+        The names.
+    """
     return shlex.split(field) if "'" in field else field.split()
 
 
@@ -49,9 +63,17 @@ class Results:
         numbers: Sequence[str],
         order: Sequence[str],
     ) -> None:
-        """`columns` of the table, of which `numbers` hold numbers (or nothing); `order`: a trial's observers.
+        """Read the table, as far as it is there.
 
-        Raises `ValueError` for a folder that holds another configuration, or a table that is corrupt.
+        Args:
+            folder: of the sweep.
+            config: what all rows share; it is written to the folder, and compared with what is there.
+            columns: of the table.
+            numbers: columns that hold numbers, or nothing.
+            order: of a trial's observers.
+
+        Raises:
+            ValueError: for a folder that holds another configuration, or a table that is corrupt.
         """
         self.folder, self.columns, self.numbers, self.order = folder, list(columns), set(numbers), list(order)
         self.path = folder / "trials.csv"
@@ -64,7 +86,11 @@ class Results:
             self.rewrite()
 
     def append(self, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Add the rows of one finished trial, in one write that reaches the disk."""
+        """Add a finished trial, in one write that reaches the disk.
+
+        Args:
+            rows: of the trial, one for each observer.
+        """
         text = [{name: _text(row[name]) for name in self.columns} for row in rows]
         self.trials[self._key(text[0])] = text
         with self.path.open("ab") as file:
@@ -109,8 +135,8 @@ class Results:
             raise ValueError(f"{self.folder} holds another configuration: {told}; choose another --out")
 
     def _read(self) -> bool:
-        """Read the table; whether it means the same as another text: what an editor does to ends of lines is undone,
-        and a half-written end is dropped."""
+        """Read the table; whether it means the same as another text."""
+        # What an editor does to ends of lines is undone, and a half-written end is dropped.
         content = self.path.read_bytes()
         whole, newline, end = content.rpartition(b"\n")  # an end is there where the last line was being written
         try:

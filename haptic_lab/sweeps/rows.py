@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from haptic_env import reading
+from haptic_lab.records import BeliefTrace
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES, OF_MAPS
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import KEY, listed
 from haptic_lab.sweeps.tasks import STREAM, SweepSettings, SweepTask
-from haptic_lab.trial import BeliefTrace
 from observer import variants
 from observer.classifiers import CLASSIFIERS, MapClassifier
 
@@ -24,7 +24,18 @@ Exemplars = tuple[tuple[tuple[str, bytes], ...], ...]  # for each draw, name and
 def row_of(
     task: SweepTask, observer: str, trace: BeliefTrace, measured: Mapping[str, Any], exemplars: Exemplars
 ) -> dict[str, Any]:
-    """The row of one `observer` in one trial."""
+    """Make the row of one observer in one trial.
+
+    Args:
+        task: the trial.
+        observer: its name.
+        trace: what it believed.
+        measured: of `measures_of`.
+        exemplars: maps from which classifiers learn.
+
+    Returns:
+        Values by column.
+    """
     row = {**dict(zip(KEY, (*task.key, observer), strict=True)), **measured}
     named = {STREAM: [trace.name]}
     if observer in variants.WITHOUT_MAP:
@@ -42,7 +53,20 @@ def row_of(
 
 @lru_cache(maxsize=128)
 def classifiers(namer: str, observer: str, labels: Sequence[str], exemplars: Exemplars) -> list[MapClassifier]:
-    """The classifier `namer`, fitted once on each draw of the observer's `exemplars`, one for each of `labels`."""
+    """Fit a classifier to each draw of exemplars.
+
+    Args:
+        namer: a name of `CLASSIFIERS`.
+        observer: whose maps it learns from.
+        labels: of the maps of a draw, in their order.
+        exemplars: the draws.
+
+    Returns:
+        A classifier for each draw, fitted once in a process.
+
+    Raises:
+        ValueError: for a file that is corrupt.
+    """
     fitted = []
     for draw in exemplars:
         maps = []
@@ -57,14 +81,28 @@ def classifiers(namer: str, observer: str, labels: Sequence[str], exemplars: Exe
 
 @lru_cache
 def constants(settings: SweepSettings) -> dict[str, str]:
-    """What every row says of how it was made."""
+    """Say how every row of a table was made.
+
+    Args:
+        settings: what all trials share.
+
+    Returns:
+        Values by column.
+    """
     told = {name: listed(value) if isinstance(value, tuple) else str(value) for name, value in asdict(settings).items()}
     told = {("candidates" if name == "shapes" else name): value for name, value in told.items()}
     return told | versions()
 
 
 def columns(settings: SweepSettings) -> tuple[list[str], list[str]]:
-    """The columns of the table, and those that hold numbers."""
+    """List the columns of a table.
+
+    Args:
+        settings: what all trials share.
+
+    Returns:
+        All, and those that hold numbers.
+    """
     correct = [f"{namer}_correct" for namer in settings.namers]
     numbers = [*MEASURES, *(f"p_{shape}" for shape in settings.shapes), *correct]
     keys = [name for name in KEY if name not in ("policy", "shape", "observer")]

@@ -25,9 +25,23 @@ STREAM = "shape_posterior"  # the name of what names the object from the whole s
 class SweepSettings:
     """What is the same for all trials of a table.
 
-    `size_jitter`, `position_jitter` (m) and `yaw_jitter` (degrees): how the object varies, as the environment's.
-    `believed_sigma`: the observers are told so many times the true sigma. `classifiers`: of finished maps.
-    `trust`: policies whose files may run code are read.
+    Attributes:
+        env: id of the environment.
+        particles: of observers that have any.
+        shapes: that are explored, and the candidates.
+        observers: that watch.
+        exemplars: draws from which classifiers learn.
+        first_seed: of the trials.
+        classifiers: of finished maps.
+        scale: metres that the unit of mesh files is long.
+        size_jitter: how the object varies, as the environment's.
+        position_jitter: m, the same.
+        yaw_jitter: degrees, the same.
+        believed_sigma: observers are told so many times the true sigma.
+        trust: whether policies whose files may run code are read.
+
+    Raises:
+        ValueError: for a value out of its range.
     """
 
     env: str
@@ -78,7 +92,14 @@ class SweepSettings:
 
 @dataclass(frozen=True)
 class SweepTask:
-    """One exploration: a trial, or an exemplar that is kept as a map."""
+    """One exploration: a trial, or an exemplar that is kept as a map.
+
+    Attributes:
+        settings: what all trials share.
+        condition: noise, policy and duration.
+        shape: that is explored.
+        seed: of everything random.
+    """
 
     settings: SweepSettings
     condition: Condition
@@ -103,8 +124,15 @@ class SweepTask:
 
 
 def bundles(tasks: Iterable[SweepTask]) -> list[tuple[SweepTask, ...]]:
-    """`tasks` put together where they are the same exploration but for the sigma at which it is felt: hands that do not
-    heed what they feel move alike at each, so that the world and the ceiling are run once for all."""
+    """Put tasks together where they are the same exploration but for the sigma at which it is felt: hands that do not
+    heed what they feel move alike at each, so that the world and the ceiling are run once for all.
+
+    Args:
+        tasks: of one or several settings.
+
+    Returns:
+        All of them, those that are one exploration together.
+    """
     together: dict[Hashable, list[SweepTask]] = {}
     for task in tasks:
         sigma, *others = task.key
@@ -114,7 +142,15 @@ def bundles(tasks: Iterable[SweepTask]) -> list[tuple[SweepTask, ...]]:
 
 
 def exemplar_tasks(settings: SweepSettings, condition: Condition) -> list[list[SweepTask]]:
-    """For each draw, one exploration of each shape, of seeds that no trial has; none where nothing learns from them."""
+    """List the explorations from which classifiers learn, of seeds that no trial has.
+
+    Args:
+        settings: what all trials share.
+        condition: of the trials.
+
+    Returns:
+        For each draw one of each shape; nothing where nothing learns.
+    """
     count = len(settings.shapes)
     return [
         [
@@ -126,6 +162,13 @@ def exemplar_tasks(settings: SweepSettings, condition: Condition) -> list[list[S
 
 
 def files_of(settings: SweepSettings) -> dict[str, str]:
-    """A digest of each mesh file that is explored: another content under the same name is another object."""
+    """Tell mesh files by what is in them: another content under the same name is another object.
+
+    Args:
+        settings: with the shapes.
+
+    Returns:
+        A digest of each mesh file.
+    """
     meshes = [name for name in settings.shapes if name not in shapes.SHAPES]
     return {f"file {name}": hashlib.sha256(Path(name).read_bytes()).hexdigest()[:12] for name in meshes}

@@ -12,10 +12,11 @@ import gymnasium as gym
 import numpy as np
 
 from haptic_env import hand_of
+from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.sweeps.measures import GroundTruth, measures_of
 from haptic_lab.sweeps.rows import Exemplars, row_of
 from haptic_lab.sweeps.tasks import SweepSettings, SweepTask
-from haptic_lab.trial import TRUE_POSE, BeliefTrace, Exploration, Trial, guided, make_observers
+from haptic_lab.trial import TRUE_POSE, Trial, guided, make_observers
 from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior
 
@@ -23,7 +24,15 @@ GUIDE_VARIANTS = 24  # of each solid: enough to say where to go
 
 
 def explore(tasks: Sequence[SweepTask], naming: bool) -> tuple[Exploration, dict[SweepTask, dict[str, BeliefTrace]]]:
-    """Run the exploration of `tasks`, which are a bundle; for each of them what every observer made of it."""
+    """Run the exploration of a bundle.
+
+    Args:
+        tasks: of the bundle.
+        naming: whether observers name the object.
+
+    Returns:
+        What happened, and for each task what every observer made of it, by name.
+    """
     first, *further = tasks
     trial = make_trial(first, naming, further)
     trial.run()
@@ -41,7 +50,16 @@ def _felt_by(task: SweepTask, observer: str) -> str:
 
 
 def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ()) -> Trial:
-    """The exploration of `task` and of those that are in one bundle with it, not begun."""
+    """Set up the exploration of a bundle.
+
+    Args:
+        task: the first of the bundle.
+        naming: whether observers name the object.
+        further: the others of the bundle.
+
+    Returns:
+        The trial, not begun.
+    """
     settings, condition = task.settings, task.condition
     env = gym.make(
         settings.env,
@@ -73,8 +91,15 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
 
 @lru_cache(maxsize=8)
 def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePosterior:
-    """The namer: the candidates are the explored shapes at the grasp centre; it knows how much they vary, not how, and
-    tries `variants` of each."""
+    """Make the namer: it knows how much objects vary, not how. Candidates are the explored shapes at the grasp centre.
+
+    Args:
+        settings: what all trials share.
+        variants: of each shape that it tries.
+
+    Returns:
+        The namer, the same object for the same settings: to be copied before use.
+    """
     hand = hand_of(gym.make(settings.env))
     return ShapePosterior(
         hand,
@@ -87,8 +112,14 @@ def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePoster
 
 
 def run_exemplars(bundle: Sequence[SweepTask]) -> list[tuple[SweepTask, bytes]]:
-    """Explore once for all tasks of `bundle`; for each of them the map that every observer ends with, as the content of
-    an .npz file."""
+    """Make the maps from which classifiers learn.
+
+    Args:
+        bundle: tasks of one exploration.
+
+    Returns:
+        Each task with the map that every observer ends with, as the content of an .npz file.
+    """
     _, traces = explore(bundle, naming=False)
     made = []
     for task in bundle:
@@ -100,8 +131,18 @@ def run_exemplars(bundle: Sequence[SweepTask]) -> list[tuple[SweepTask, bytes]]:
 
 
 def run_trials(bundle: Sequence[SweepTask], *exemplars: Exemplars) -> list[list[dict[str, Any]]]:
-    """Explore once for all tasks of `bundle`; for each of them a row for each observer. The classifiers learn from its
-    `exemplars`, a tuple for each draw."""
+    """Make the rows of trials.
+
+    Args:
+        bundle: tasks of one exploration.
+        *exemplars: for each task the maps from which its classifiers learn.
+
+    Returns:
+        For each task a row for each observer.
+
+    Raises:
+        ValueError: for exemplars that are corrupt.
+    """
     exploration, traces = explore(bundle, naming=True)
     ground_truth = GroundTruth.of(exploration, next(iter(traces[bundle[0]].values())).belief.grid)
     # An observer that does not feel the noise has one trace for the whole bundle.

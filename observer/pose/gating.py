@@ -75,7 +75,8 @@ class Gated:
 
 
 class Gate:
-    """Tells readings of `hand` with noise of SD `sigma` rad, and offsets of SD `offset` rad, apart; `set_aside` (J,) counts the odd ones of a trial."""
+    """Tells readings of `hand` with noise of SD `sigma` rad, and offsets of SD `offset` rad, apart; `set_aside` (J,)
+    counts the odd ones of a trial."""
 
     def __init__(self, hand: Hand, sigma: float, step_seconds: float, offset: float = 0.0) -> None:
         self._offset = BEYOND_SDS * offset  # how far felt angles may lie from the true ones for good

@@ -1,9 +1,10 @@
 """The pose of the hand as one Gaussian: an extended Kalman filter with a fixed lag, which knows what contact does.
 
-Everything here is the same for all particles, so it is computed once. Shapes: J joints, D numbers of state, (q, v)
-and, where forces last, the joints' torques by them, E numbers of errors that last (`observer.pose.angle_noise`), T steps of lag. The filter keeps (q, v) and the
-errors of now and the angles of each of the last T steps in one vector of D + E + T·J numbers, so that every measurement corrects the past as well: an exact fixed-lag smoother of the linearised
-model (Anderson & Moore 1979, Optimal Filtering, section 7.3).
+Everything here is the same for all particles, so it is computed once. Shapes: J joints, D numbers of state, (q, v) and,
+where forces last, the joints' torques by them, E numbers of errors that last (`observer.pose.angle_noise`), T steps of
+lag. The filter keeps state and errors of now and the angles of each of the last T steps in one vector of D + E + T·J
+numbers, so that every measurement corrects the past as well: an exact fixed-lag smoother of the linearised model
+(Anderson & Moore 1979, Optimal Filtering, section 7.3).
 
 A patch that feels contact says three things without any map. (1) A force acts there: unknown in size, mostly along
 the skin's normal; it enters as process noise through the contact Jacobian, J_cᵀ f, not as noise of every joint. Where
@@ -41,8 +42,8 @@ class ContactDynamics:
     """What a felt contact does to the motion; forces in N, speeds in m/s, angular speeds in rad/s.
 
     With `constrained`, contact acts at the patch that feels it: `normal_force` and `tangential_force` are SDs of the
-    unknown force of one step; `lasting` times as much is the SD of a part that lasts, and fades within `seconds` (0: there
-    is none). `normal_speed` and `tangential_speed` SDs of the skin's velocity about zero. Otherwise every joint
+    unknown force of one step, and `lasting` times as much that of a part that lasts, and fades within `seconds` (0:
+    there is none); `normal_speed` and `tangential_speed` SDs of the skin's velocity about zero. Otherwise every joint
     of a finger in contact gets process noise of `joint_speed`.
     """
 

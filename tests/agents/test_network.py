@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from agents import network, spaces_json
-from agents.network import Cell, Layer, Network
+from agents.layers import Cell, Layer
+from agents.network import Network
 from agents.normalization import Normalization
 
 SPACES = {

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from haptic_lab.commands import evaluate
-from haptic_lab.sweeps import executors, provenance
+from haptic_lab.sweeps import cluster, provenance
 
 pytest.importorskip("distributed")
 
@@ -126,7 +126,7 @@ def test_a_worker_with_other_code_is_refused(
     scheduler: str, tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mine = provenance.signature()
-    monkeypatch.setattr(executors, "signature", lambda: {**mine, "code": "another"})
+    monkeypatch.setattr(cluster, "signature", lambda: {**mine, "code": "another"})
     with worker(tmp_path, scheduler, "other"):
         assert run(tmp_path / "out", "--trials", "1", "--cluster", scheduler) == 1
     told = " ".join(capsys.readouterr().out.split())
@@ -142,7 +142,7 @@ def test_nobody_answers(address: str, tmp_path: Path, capsys: pytest.CaptureFixt
 def test_who_listens_and_says_nothing_is_not_waited_for(
     tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(executors, "SECONDS_TO_CONNECT", 0.2)
+    monkeypatch.setattr(cluster, "SECONDS_TO_CONNECT", 0.2)
     with socket.create_server(("127.0.0.1", 0)) as mute:
         address = f"tcp://127.0.0.1:{mute.getsockname()[1]}"
         assert run(tmp_path, "--trials", "1", "--cluster", address) == 1

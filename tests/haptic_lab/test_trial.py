@@ -5,7 +5,8 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from haptic_lab.trial import BeliefTrace, Trial, make_observers
+from haptic_lab.records import BeliefTrace
+from haptic_lab.trial import Trial, make_observers
 from observer import ShapePosterior
 
 

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from haptic_lab.benchmarks import suite, timings
+from haptic_lab.benchmarks import suite
+from haptic_lab.benchmarks.recording import make_slam, record
+from haptic_lab.benchmarks.stages import stages
 from haptic_lab.commands import bench
 from observer import ShapePosterior
 
@@ -35,23 +37,23 @@ def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture
 
 
 def test_a_hand_that_is_not_installed_is_skipped(monkeypatch: pytest.MonkeyPatch) -> None:
-    record = timings.record
+    record = suite.record
 
     def without_hands(env_id: str, *rest: object) -> object:
         if env_id == suite.WHOLE_HAND:
             raise ImportError("it needs the package 'myo_sim'")
         return record(env_id, *rest)
 
-    monkeypatch.setattr(timings, "record", without_hands)
+    monkeypatch.setattr(suite, "record", without_hands)
     (row,) = suite.Bench(bench.parse(["--quick"]))._of_whole_hand({})
     assert math.isnan(row.median)
     assert row.note == "skipped: it needs the package 'myo_sim'"
 
 
 def test_what_was_watched_is_as_before() -> None:
-    recording = timings.record("HapticSLAM/TwoFinger-v0", "cube", 3.0, seed=0, steps=15)
-    slam, shape = timings.make_slam(recording, 5, 16), ShapePosterior(recording.hand)
-    took = timings.stages(slam, shape, recording)
+    recording = record("HapticSLAM/TwoFinger-v0", "cube", 3.0, seed=0, steps=15)
+    slam, shape = make_slam(recording, 5, 16), ShapePosterior(recording.hand)
+    took = stages(slam, shape, recording)
     assert set(took) == set(suite.STAGES)
     assert all(each.shape == (15,) for each in took.values())
     assert slam.on_part is None

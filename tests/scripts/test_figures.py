@@ -16,7 +16,7 @@ from haptic_env import shapes
 from haptic_env.grid import Grid
 from haptic_lab.commands import figures
 from haptic_lab.conditions import Condition
-from haptic_lab.figures import FIGURES, FROM_TRIALS, confusion, figure5, isometric, reliability, time_course
+from haptic_lab.figures import FIGURES, FROM_TRIALS, confusion, figure5, isometric_view, reliability, time_course
 from haptic_lab.figures.explorations import read, run_shown_explorations
 from haptic_lab.figures.paper_figure import PRINT
 from haptic_lab.style import SHAPE_COLOURS
@@ -304,9 +304,9 @@ def test_what_is_kept_of_an_exploration_is_what_was_believed(tmp_path: Path) -> 
 
 def test_a_sphere_is_seen_where_and_as_wide_as_it_is() -> None:
     grid = Grid.around(np.zeros(3), np.full(3, 0.128), 0.004)
-    view = isometric.IsometricView(half=(40.0, 40.0))
+    view = isometric_view.IsometricView(half=(40.0, 40.0))
     solid = shapes.make("sphere", size=(0.05, 0.05, 0.05))
-    depth, _, gap = isometric._seen(solid, tuple(grid.centre.tolist()), view)
+    depth, _, gap = isometric_view.seen(solid, tuple(grid.centre.tolist()), view)
     columns, rows = view.pixels()
     square = columns[None] ** 2 + rows[:, None] ** 2
     inside = square < 24.5**2

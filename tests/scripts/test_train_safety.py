@@ -26,7 +26,7 @@ import cloudpickle
 
 from haptic_lab.commands import train
 from haptic_lab.learning import checkpoints
-from haptic_lab.learning.training import OF_EVALUATIONS, read_evaluations
+from haptic_lab.learning.evaluation import OF_EVALUATIONS, read_evaluations
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "train.py"
 TINY = """

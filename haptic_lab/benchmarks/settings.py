@@ -1,0 +1,70 @@
+"""How much the benchmark measures, and of what; it is checked when it is made, as the flags of `bench` are called."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import haptic_env
+from haptic_env import shapes, validate
+
+
+@dataclass(frozen=True)
+class BenchSize:
+    """How much is measured.
+
+    Attributes:
+        few: particles of the small observer.
+        many: of the large one.
+        coarse: voxels along the longest edge of the small grid.
+        fine: of the large one.
+        steps: of the recording.
+        seconds: of the whole trial.
+        megabytes: that are copied, to measure the memory.
+    """
+
+    few: int = 200
+    many: int = 1000
+    coarse: int = 32
+    fine: int = 64
+    steps: int = 120
+    seconds: float = 10.0
+    megabytes: int = 256
+
+
+QUICK = BenchSize(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16)
+
+
+@dataclass(frozen=True)
+class BenchSettings:
+    """What the command line asks for.
+
+    Attributes:
+        env: id of the environment.
+        shape: that is explored.
+        sigma: noise of the felt angles, degrees.
+        seed: of the exploration.
+        rounds: repetitions of everything.
+        quick: `QUICK` in place of `BenchSize()`.
+        json: file for the figures.
+
+    Raises:
+        ValueError: for a value out of its range.
+    """
+
+    env: str
+    shape: str
+    sigma: float
+    seed: int
+    rounds: int
+    quick: bool
+    json: str | None
+
+    def __post_init__(self) -> None:
+        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        validate.choice("--shape", self.shape, shapes.SHAPES)
+        validate.number("--sigma", self.sigma, high=90.0, above=0.0, unit="degrees")
+        validate.integer("--seed", self.seed, 0, 2**32 - 1)
+        validate.integer("--rounds", self.rounds, 1, 1000)
+        if self.json is not None and not Path(self.json).parent.is_dir():
+            raise ValueError(f"--json must be a file in a folder that exists, got {self.json!r}")

@@ -1,0 +1,90 @@
+"""What a sweep is asked for, checked: `SweepPlan`."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import itertools
+import math
+from dataclasses import dataclass, fields
+
+from haptic_env import validate
+from haptic_lab.conditions import FACTORS, Condition, check_policy
+from haptic_lab.sweeps.tasks import SweepSettings
+from haptic_lab.worlds import environment
+from observer.variants import FULL
+
+MOST_CONDITIONS = 10_000
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """What a command line asks for.
+
+    Attributes:
+        settings: what all trials share.
+        conditions: under which objects are explored, in their order.
+        trials: of each of the shapes, under each condition.
+        out: folder for the results.
+        jobs: processes of this machine.
+        cluster: address of a dask scheduler, asked in place of these.
+        ablation: whether the table compares variants of the observer.
+        calibration: whether it is shown how sure observers are and may be.
+    """
+
+    settings: SweepSettings
+    conditions: tuple[Condition, ...]
+    trials: int
+    out: str
+    jobs: int
+    cluster: str | None
+    ablation: bool
+    calibration: bool
+
+
+def planned(given: argparse.Namespace) -> SweepPlan:
+    """Check all options.
+
+    Args:
+        given: of the parser.
+
+    Returns:
+        What they ask for.
+
+    Raises:
+        ValueError: for what makes no sense.
+    """
+    told = {each.name: getattr(given, each.name) for each in fields(SweepSettings)}
+    told["env"] = environment(given.env)
+    told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
+    settings = SweepSettings(**told)
+    flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}
+    values = {name: sorted(set(getattr(given, flag))) for name, flag in flags.items()}
+    for name, several in values.items():
+        if not several:
+            raise ValueError(f"--{flags[name].replace('_', '-')} must have a value, got []")
+    if math.prod(map(len, values.values())) > MOST_CONDITIONS:
+        counts = ", ".join(f"{len(several)} of {flags[name]}" for name, several in values.items() if len(several) > 1)
+        raise ValueError(f"a sweep has {MOST_CONDITIONS} combinations at most, these are more: {counts}")
+    product = itertools.product(*values.values())
+    conditions = tuple(Condition(**dict(zip(FACTORS, each, strict=True))) for each in product)
+    for policy in values["policy"]:
+        check_policy(policy, given.trust)
+    most = values["sigma_deg"][-1] * settings.believed_sigma
+    validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
+    validate.integer("--trials", given.trials, 1, 100_000)
+    validate.integer("--jobs", given.jobs, 1, 1024)
+    if given.ablation and FULL not in given.observers:
+        raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")
+    if given.cluster is not None and importlib.util.find_spec("distributed") is None:
+        raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")
+    return SweepPlan(
+        settings,
+        conditions,
+        given.trials,
+        given.out,
+        given.jobs,
+        given.cluster,
+        ablation=given.ablation,
+        calibration=given.calibration,
+    )
