@@ -71,11 +71,6 @@ def angles(hand: Hand, joint_angles: ArrayLike) -> Array:
     return validate.array("joint_angles", joint_angles, (hand.joints,), "radians", bound=WIDEST, names=hand.joint_names)
 
 
-def sigma(sigma_deg: float) -> float:
-    """Rad: the SD of felt angles that is given in degrees; raises `ValueError` unless it is in [0, 90]."""
-    return np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
-
-
 def root(given: Pose | None) -> Pose | None:
     """A copy of the pose of a hand as a whole; raises `ValueError` for what is none."""
     if given is None:

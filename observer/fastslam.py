@@ -30,7 +30,7 @@ from observer.maps.contact_model import ContactModel
 from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
 from observer.novelty import MapNovelty
-from observer.pose.angle_noise import GUESS_DEG, AngleNoise
+from observer.pose.angle_noise import believed
 from observer.pose.kalman import ContactDynamics
 from observer.pose.motions import MOTIONS
 from observer.pose.tracking import TracksPose
@@ -106,17 +106,9 @@ class HapticSLAM(TracksPose):
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.hand, self.control_hz = hand, rate
-        noise = AngleNoise(
-            hand.joints,
-            1.0 / rate,
-            bias_deg=bias_deg,
-            drift_deg=drift_deg,
-            drift_seconds=drift_seconds,
-            proportional=proportional,
-            start_std_deg=start_std_deg,
-            finds_sigma=sigma_deg is None,
+        sigma, noise = believed(
+            hand.joints, rate, sigma_deg, bias_deg, drift_deg, drift_seconds, proportional, start_std_deg
         )
-        sigma = edge.sigma(GUESS_DEG if sigma_deg is None else sigma_deg)
         self.n_particles = validate.integer("particles", particles, 1, edge.COUNT)
         self.n_candidates = validate.integer("candidates", candidates, 1, edge.COUNT)
         self.matching = validate.choice("matching", matching, MATCHING)

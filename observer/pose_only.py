@@ -18,7 +18,7 @@ from observer import compiling, edge
 from observer.belief import Belief, Transition
 from observer.fastslam import LAG_SECONDS, RESOLUTION
 from observer.maps.occupancy import OccupancySnapshot
-from observer.pose.angle_noise import GUESS_DEG, AngleNoise
+from observer.pose.angle_noise import believed
 from observer.pose.kalman import ContactDynamics, PoseFilter
 from observer.pose.tracking import TracksPose
 
@@ -57,19 +57,12 @@ class PoseOnly(TracksPose):
         edge.memory(f"stride={stride}", edge.of_poses(hand.joints, self.lag + self.stride))
         if dynamics is not None:
             validate.instance("dynamics", dynamics, ContactDynamics, "a ContactDynamics")
-        noise = AngleNoise(
-            hand.joints,
-            1.0 / rate,
-            bias_deg=bias_deg,
-            drift_deg=drift_deg,
-            drift_seconds=drift_seconds,
-            proportional=proportional,
-            start_std_deg=start_std_deg,
-            finds_sigma=sigma_deg is None,
+        sigma, noise = believed(
+            hand.joints, rate, sigma_deg, bias_deg, drift_deg, drift_seconds, proportional, start_std_deg
         )
         self.pose = PoseFilter(
             hand,
-            sigma=edge.sigma(GUESS_DEG if sigma_deg is None else sigma_deg),
+            sigma=sigma,
             motor_noise=validate.number("motor_noise", motor_noise, 0.0, 1.0),
             control_hz=rate,
             lag=self.lag + self.stride,

@@ -156,6 +156,47 @@ class AngleNoise:
         return [slice(each, each + joints) for each in range(first, first + len(self.decay), joints)]
 
 
+def believed(
+    joints: int,
+    control_hz: float,
+    sigma_deg: float | None,
+    bias_deg: float,
+    drift_deg: float,
+    drift_seconds: float,
+    proportional: float,
+    start_std_deg: float,
+) -> tuple[float, AngleNoise]:
+    """What an observer is told of its felt angles.
+
+    Args:
+        joints: J.
+        control_hz: Hz.
+        sigma_deg: degrees, SD of white noise; None: it is to be found out.
+        bias_deg: as `AngleNoise` has it, and so are the others.
+        drift_deg: degrees.
+        drift_seconds: s.
+        proportional: a fraction.
+        start_std_deg: degrees.
+
+    Returns:
+        σ, rad, to begin with, and all else.
+
+    Raises:
+        ValueError: for numbers out of range.
+    """
+    noise = AngleNoise(
+        joints,
+        1.0 / control_hz,
+        bias_deg=bias_deg,
+        drift_deg=drift_deg,
+        drift_seconds=drift_seconds,
+        proportional=proportional,
+        start_std_deg=start_std_deg,
+        finds_sigma=sigma_deg is None,
+    )
+    return sensors.White(GUESS_DEG if sigma_deg is None else sigma_deg).sigma, noise
+
+
 def summed(mean: Array, covariance: Array, parts: Sequence[slice]) -> tuple[Array, Array]:
     """Of a Gaussian, the sum of several parts of J numbers, joint by joint: felt angles are one of the angles and of
     each kind of error, offsets one of the errors.

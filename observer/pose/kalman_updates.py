@@ -1,8 +1,8 @@
 """The compiled parts of the pose filter: move on, condition, and what contacts do. All work in place.
 
 Shapes: J joints, D numbers of state, (q, v) and, where forces last, the joints' torques by them, E numbers of errors
-that last, S = D + E + T·J numbers of the filter with T steps of lag, M measurements, P patches, B bodies. Loops over the
-last axis are plain, so that they vectorise without reordering sums.
+that last, S = D + E + T·J numbers of the filter with T steps of lag, M measurements, P patches, B bodies. Loops over
+the last axis are plain, so that they vectorise without reordering sums.
 """
 
 from __future__ import annotations
