@@ -212,7 +212,7 @@ def test_a_bias_is_found_and_does_not_harm_the_pose(two_finger, make):
     assert np.abs(away).max() < 4.0  # of eight: beyond it once in 2,000
     assert belief.joint_offset_std.max() < np.deg2rad(0.5)  # a sixth of what it was
     _, white = _watch(two_finger, make(two_finger, 1.0, **few), offset, SIGMA)
-    assert np.abs(belief.joint_angles - true).mean() < 0.3 * np.abs(white.joint_angles - true).mean()
+    assert np.abs(belief.joint_angles - true).mean() < 0.5 * np.abs(white.joint_angles - true).mean()
     np.testing.assert_array_equal(white.joint_offset, 0.0)
     np.testing.assert_array_equal(white.joint_offset_std, 0.0)
 
