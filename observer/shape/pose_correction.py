@@ -26,6 +26,7 @@ from observer.belief import Belief
 from observer.gaussian import mixture
 from observer.kinematics import placed, tree_of
 from observer.pose.source import PoseSource
+from observer.shape.contact_likelihood import TouchModel
 from observer.shape.posterior import ShapePosterior
 from observer.shape.skin import skin_of
 from observer.shape.surface_conditioning import take_in
@@ -70,23 +71,11 @@ class PoseCorrection:
         likely = np.flatnonzero(log > log.max() + np.log(UNLIKELY))
         means = np.tile(pose.mean[where], (len(likely), 1))
         covariances = np.tile(pose.covariance[np.ix_(where, where)], (len(likely), 1, 1))
-        joints = self.hand.joints
+        joints, model = self.hand.joints, TouchModel(self.shape.tolerance, self.shape.press, self.shape.surprise)
         for k, (contacts, root) in enumerate(steps):
             tree, touches = placed(self._tree, root), self._link[:, contacts].any(axis=1)
             for h, mean, covariance in zip(likely, means, covariances, strict=True):
-                take_in(
-                    tree,
-                    self._skin,
-                    hypotheses.solids,
-                    h,
-                    touches,
-                    k * joints,
-                    mean,
-                    covariance,
-                    self.shape.tolerance,
-                    self.shape.press,
-                    self.shape.surprise,
-                )
+                take_in(tree, self._skin, hypotheses.solids, h, touches, (mean, covariance), k * joints, model)
         weights = np.exp(log[likely] - np.logaddexp.reduce(log[likely]))
         lagged = slice(now * joints, (now + 1) * joints)
         mean, covariance = mixture(weights[None], means[None, :, lagged], covariances[None, :, lagged, lagged])

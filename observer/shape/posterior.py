@@ -34,7 +34,7 @@ from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
 from observer.kinematics import link_frames, link_spread, placed, tree_of
 from observer.novelty import LITTLE, LinkHistory, note
-from observer.shape.contact_likelihood import contact_likelihood, resample, weigh
+from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, resample, weigh
 from observer.shape.hypotheses import Hypotheses, Variants, far_of
 from observer.shape.misfit import Misfit
 from observer.shape.null_model import NullModel
@@ -198,13 +198,10 @@ class ShapePosterior:
             tree,
             self._skin,
             self._solids,
-            self._poses,
-            self._parts.column,
+            PoseSamples(self._poses, self._parts.column),
             contacts,
-            near if self.samples == 1 else np.full_like(near, self.tolerance),
-            self.press,
-            self.surprise,
             self._news,
+            TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise),
             self._likelihood,
         )
         before = self._log_evidence.copy()
