@@ -46,7 +46,12 @@ class PoseCorrection:
     """
 
     def __init__(self, shape: ShapePosterior, control_hz: float) -> None:
-        """`shape`: what the object may be; a copy of it names the object from the beliefs as they come."""
+        """Take a copy of what names the object, from the beliefs as they come.
+
+        Args:
+            shape: what the object may be.
+            control_hz: steps a second.
+        """
         self.hand = shape.hand
         self.shape = copy.copy(shape)
         self.after = round(AFTER * control_hz)
@@ -55,12 +60,25 @@ class PoseCorrection:
         self._link = np.arange(len(self.hand.links))[:, None] == self.hand.patches.link  # (L, P)
 
     def reset(self, seed: int | None = None) -> None:
-        """Start a trial."""
+        """Start a trial.
+
+        Args:
+            seed: of the copy.
+        """
         self.shape.reset(seed)
         self._before: list[StepContacts] = []
 
     def correct(self, belief: Belief, pose: PoseSource, felt: Iterable[StepContacts]) -> Belief:
-        """`belief` with its lagged pose as contacts leave it; `felt` at that step and at the later ones, of `pose`."""
+        """Correct the lagged pose of a belief.
+
+        Args:
+            belief: of an observer.
+            pose: its Gaussian over the pose.
+            felt: contacts (P,) at the lagged step and at later ones, and where the hand as a whole was.
+
+        Returns:
+            The belief with its lagged pose as contacts leave it.
+        """
         self.shape.update(belief)
         steps = [*self._before, *islice(felt, 1 + self.after)]
         now = len(self._before)
