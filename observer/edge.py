@@ -107,21 +107,6 @@ def angles(hand: Hand, joint_angles: ArrayLike) -> Array:
     return validate.array("joint_angles", joint_angles, (hand.joints,), "radians", bound=WIDEST, names=hand.joint_names)
 
 
-def sigma(sigma_deg: float) -> float:
-    """Check the noise of felt angles.
-
-    Args:
-        sigma_deg: SD in degrees.
-
-    Returns:
-        SD in rad.
-
-    Raises:
-        ValueError: unless it is in [0, 90] degrees.
-    """
-    return np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
-
-
 def root(given: Pose | None) -> Pose | None:
     """Check where a hand as a whole is.
 

@@ -89,7 +89,7 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
             _trials[each] = self._trial
         if self.shape is not None:
             self.shape.reset(seed=shapes)
-        return observation, {**info, **self._told(self.observer.reset(seed=mine))}
+        return observation, {**info, **self._told(self.observer.reset(mine, observation["joint_angles"]))}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Take a step, and tell the observer of it.
