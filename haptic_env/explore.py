@@ -45,6 +45,9 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         motor_noise: float = 0.1,
         contact_miss: float = 0.0,
         contact_false_alarm: float = 0.0,
+        contact_confusion: float = 0.0,
+        patches_stuck: sensors.Faults = 0.0,
+        patches_dead: sensors.Faults = 0.0,
         size_jitter: float = 0.0,
         position_jitter: float = 0.0,
         yaw_jitter: float = 0.0,
@@ -68,6 +71,9 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             motor_noise: SD as a fraction of the commanded torque; 0 is the paper's.
             contact_miss: probability that a touched patch stays silent, at each step.
             contact_false_alarm: probability that an untouched patch reports a contact, at each step.
+            contact_confusion: probability that a touch is felt at a neighbouring patch instead, at each step.
+            patches_stuck: the patches that always report a contact, by index or name, or the probability of each.
+            patches_dead: the patches that never do, likewise.
             size_jitter: fraction by which the object's size varies, drawn at reset.
             position_jitter: m by which its place varies along each axis, drawn at reset.
             yaw_jitter: degrees by which its turn about z varies, drawn at reset.
@@ -99,8 +105,11 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             sensors.Drift(drift_deg, drift_seconds, step_seconds),
             sensors.Proportional(proportional),
         )
-        self.contact_detection = sensors.ContactDetection(contact_miss, contact_false_alarm)
+        faults = patches_stuck, patches_dead, self.hand.patches
+        self.contact_detection = sensors.ContactDetection(contact_miss, contact_false_alarm, contact_confusion, *faults)
         self.motor_noise = sensors.MotorNoise(motor_noise)
+        told = locals()
+        self.noise = {name: copy.copy(told[name]) for name in sensors.KEYWORDS}
 
         joints, bound = self.hand.joints, sensors.FeltAngles.BOUND
         self._joints = (joints,)
@@ -162,6 +171,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         streams = self.np_random.spawn(4)
         world_rng, self._motor_rng, proprioception_rng, self._contact_rng = streams
         self._proprioception_seed: Any = proprioception_rng.bit_generator.seed_seq
+        self.contact_detection.reset(self._contact_rng.spawn(1)[0])
         told = reset_options(options)
         model, sigma = self._place_solid(world_rng, told), told.get("sigma_deg")
         self.felt_angles = self.felt_at(self.sigma_deg if sigma is None else sigma)
@@ -283,18 +293,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         return {"joint_angles": self.felt_angles(self._data.qpos), "contacts": contacts.view(np.int8)}
 
     def _info(self) -> dict[str, Any]:
-        if not self.reveal_truth:
-            return {}
-        return {
-            "truth": {
-                "joint_angles": self._data.qpos.copy(),
-                "joint_velocities": self._data.qvel.copy(),
-                "shape": self.solid.name,
-                "object_position": self._place[0].copy(),
-                "object_quaternion": self._place[1].copy(),
-                "object_size": self._place[2].copy(),
-            }
-        }
+        return {"truth": scene.truth(self._data, self.solid, self._place)} if self.reveal_truth else {}
 
 
 _KEYWORDS = validate.keywords_of(ExploreEnv)  # so that the error for an unknown one can list them all

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -87,6 +88,25 @@ def light(model: mujoco.MjModel, hand: Hand, touched: NDArray[np.bool_]) -> None
     size = np.where(touched, LIT_SIZE, PATCH_SIZE)
     model.site_size[:, 0] = size * np.sqrt(hand.patches.area)
     model.site_rgba[:] = np.where(touched[:, None], LIT_RGBA, PATCH_RGBA)
+
+
+def truth(data: mujoco.MjData, solid: Solid, place: tuple[NDArray[np.float64], ...]) -> dict[str, Any]:
+    """Tell what an observer is to find out.
+
+    Args:
+        data: of the hand's and the object's model.
+        solid: the object.
+        place: its position (3,) m, quaternion (4,) wxyz and size (3,) m.
+
+    Returns:
+        What `info["truth"]` holds.
+    """
+    return {
+        "joint_angles": data.qpos.copy(),
+        "joint_velocities": data.qvel.copy(),
+        "shape": solid.name,
+        **{f"object_{name}": each.copy() for name, each in zip(("position", "quaternion", "size"), place, strict=True)},
+    }
 
 
 def _key(hand: Hand) -> tuple:

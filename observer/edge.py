@@ -22,6 +22,7 @@ from haptic_env.pose import Pose
 from haptic_env.sensors import FeltAngles
 from haptic_env.shapes import Solid
 from observer.belief import Belief, Transition
+from observer.maps.occupancy import FIRST_SLOTS
 
 __getattr__ = renamed(__name__, {"Told": "SensedStep"})
 
@@ -281,3 +282,16 @@ def of_maps(hand: Hand, grid: Grid, particles: int, candidates: int, slots: int)
     length = np.array([link.length for link in hand.links])
     about = np.minimum(voxels, np.pi * radius**2 * (length + 4.0 / 3.0 * radius) / grid.resolution**3).sum()
     return 32.0 * (voxels + about) + particles * (slots + 8.0 * hand.joints * (candidates + 4))
+
+
+def of_particles(
+    hand: Hand, grid: Grid, particles: int, candidates: int, lag: int, dense: bool, kinematic: bool
+) -> None:
+    """Raise `ValueError` where a filter of `particles` with `candidates` each and a `lag` needs more than `MEMORY`
+    bytes; `dense`: whether a map has its own of every voxel."""
+    voxels = int(np.prod(grid.shape))
+    memory(
+        f"particles={particles}, candidates={candidates}, lag={lag} and {voxels} voxels",
+        of_maps(hand, grid, particles, candidates, voxels if dense else FIRST_SLOTS)
+        + of_poses(hand.joints, lag + 1, kinematic),
+    )

@@ -21,14 +21,16 @@ from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
+from haptic_env.sensors import Faults
 from observer import compiling, edge
 from observer import threads as side_by_side
 from observer.belief import Belief, Transition
+from observer.contacts.contact_filter import believed_contacts
 from observer.gaussian import carried_on
 from observer.maps.capsules import MapInput
 from observer.maps.contact_model import ContactModel
 from observer.maps.matching import MATCHING, Cloud, match, sweep
-from observer.maps.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
+from observer.maps.occupancy import Maps, OccupancySnapshot
 from observer.novelty import MapNovelty
 from observer.pose.angle_noise import believed
 from observer.pose.kalman import ContactDynamics
@@ -65,6 +67,11 @@ class HapticSLAM(TracksPose):
         drift_seconds: float = 10.0,
         proportional: float = 0.0,
         start_std_deg: float = 0.0,
+        contact_miss: float = 0.0,
+        contact_false_alarm: float = 0.0,
+        contact_confusion: float = 0.0,
+        patches_stuck: Faults = 0.0,
+        patches_dead: Faults = 0.0,
         motion: str = "forward_model",
         candidates: int = 8,
         matching: str = "mean",
@@ -80,10 +87,11 @@ class HapticSLAM(TracksPose):
     ) -> None:
         """`sigma_deg` (None: found out), `bias_deg`, `drift_deg`, `drift_seconds`, `proportional` and `motor_noise`:
         the environment's keywords, as the observer believes them; `start_std_deg`: SD of each joint about the rest pose
-        at the reset (`observer.pose.angle_noise`). `motion`: what it knows of how torques move
-        the hand, its physics ("forward_model"), a line ("delta_pose"), nothing but that it moves smoothly ("kinematic",
-        for recordings without torques), or that it is where it is felt ("raw_angles"); `candidates` K of scan matching;
-        `lag` in steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
+        at the reset (`observer.pose.angle_noise`). `contact_miss` to `patches_dead`: those of contacts; which patches
+        are stuck or dead is found out, where their probability is told (`observer.contacts`). `motion`: what it knows
+        of how torques move the hand, its physics ("forward_model"), a line ("delta_pose"), nothing but that it moves
+        smoothly ("kinematic", for recordings without torques), or that it is where it is felt ("raw_angles");
+        `candidates` K of scan matching; `lag` in steps (None: 200 ms); `grid` (None: 4 mm voxels).
 
         `matching`: a particle takes the "mean" of its candidates by likelihood, which keeps the maps sharp with few
         particles, or one "sample" of them, which is exact Bayes as N grows (tests/observer/test_exact_bayes.py).
@@ -121,13 +129,8 @@ class HapticSLAM(TracksPose):
         if dynamics is not None:
             validate.instance("dynamics", dynamics, ContactDynamics, "a ContactDynamics")
         validate.choice("motion", motion, MOTIONS)
-        voxels = int(np.prod(self.grid.shape))
-        slots = voxels if matching == "sample" else FIRST_SLOTS
-        edge.memory(
-            f"particles={self.n_particles}, candidates={self.n_candidates}, lag={self.lag} and {voxels} voxels",
-            edge.of_maps(hand, self.grid, self.n_particles, self.n_candidates, slots)
-            + edge.of_poses(hand.joints, self.lag + 1, motion == "kinematic"),
-        )
+        kinds = matching == "sample", motion == "kinematic"
+        edge.of_particles(hand, self.grid, self.n_particles, self.n_candidates, self.lag, *kinds)
         self.pose = MOTIONS[motion](
             hand,
             sigma=sigma,
@@ -138,11 +141,10 @@ class HapticSLAM(TracksPose):
             noise=noise,
         )
         self.in_hindsight = validate.boolean("in_hindsight", in_hindsight) and matching == "mean"
-        if solids is not None:
-            validate.instance("solids", solids, ShapePosterior, "a ShapePosterior of what the object may be")
-            if solids.hand.joint_names != hand.joint_names or len(solids.hand.patches) != len(hand.patches):
-                raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {solids.hand.name!r}")
-        self._known = None if solids is None else PoseCorrection(solids, rate)
+        self._reports = believed_contacts(
+            hand, rate, self.lag, contact_miss, contact_false_alarm, contact_confusion, patches_stuck, patches_dead
+        )
+        self._known = None if solids is None else PoseCorrection(solids, rate, hand)
         self._sensing = Sensing(hand, self.grid, self.contact_model, self.in_hindsight)
         self._state: FilterState | None = None  # of the trial that is running
         self.on_part: Callable[[str], object] | None = None
@@ -174,7 +176,7 @@ class HapticSLAM(TracksPose):
         """
         compiling.ensure(self._needs, self.hand)
         rng = np.random.default_rng(validate.seed(seed))
-        self.pose.reset(None if joint_angles is None else edge.angles(self.hand, joint_angles))
+        self._begin(joint_angles)
         self._state = FilterState.begin(
             rng,
             Maps(self.n_particles, self.grid, self._sensing.evidence.probability, dense=self.matching == "sample"),
@@ -198,7 +200,7 @@ class HapticSLAM(TracksPose):
         state = self._running()
         u, q, z = edge.told(self.hand, torque, joint_angles, contacts)
         at = edge.root(root)
-        self.pose.step(u, q, z)
+        self.pose.step(u, q, self._touched(z))
         self._done("pose")
         state.waiting.append(Waiting(z, at))
         if len(state.waiting) <= self.lag:
@@ -227,6 +229,7 @@ class HapticSLAM(TracksPose):
 
     def _assimilate(self, state: FilterState, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""
+        self._look_back(state.waiting, ago)
         step = state.waiting.popleft()
         proposal, centres = self._predict(state, ago)
         felt, cloud = self._stand(state, step, proposal, centres, ago)
@@ -288,7 +291,7 @@ class HapticSLAM(TracksPose):
             self.on_part(part)
 
     def _belief(self, state: FilterState, ago: int, step: Waiting | None = None, told: Diagnostics = NOTHING) -> Belief:
-        return belief_of(self.pose, state, self.grid, ago, step, told)
+        return belief_of(self.pose, self.patch_reliability, state, self.grid, ago, step, told)
 
     def _running(self) -> FilterState:
         if self._state is None:

@@ -14,8 +14,10 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
+from haptic_env.sensors import Faults
 from observer import compiling, edge
 from observer.belief import Belief, Transition
+from observer.contacts.contact_filter import believed_contacts
 from observer.fastslam import LAG_SECONDS, RESOLUTION
 from observer.maps.occupancy import OccupancySnapshot
 from observer.pose.angle_noise import believed
@@ -40,6 +42,11 @@ class PoseOnly(TracksPose):
         drift_seconds: float = 10.0,
         proportional: float = 0.0,
         start_std_deg: float = 0.0,
+        contact_miss: float = 0.0,
+        contact_false_alarm: float = 0.0,
+        contact_confusion: float = 0.0,
+        patches_stuck: Faults = 0.0,
+        patches_dead: Faults = 0.0,
         stride: int = 1,
         dynamics: ContactDynamics | None = None,
         motor_noise: float = 0.1,
@@ -69,6 +76,9 @@ class PoseOnly(TracksPose):
             dynamics=dynamics,
             noise=noise,
         )
+        self._reports = believed_contacts(
+            hand, rate, self.lag, contact_miss, contact_false_alarm, contact_confusion, patches_stuck, patches_dead
+        )
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
         self._contacts: list[NDArray[np.bool_]] | None = None
 
@@ -76,7 +86,7 @@ class PoseOnly(TracksPose):
         """Start at the rest pose, as `HapticSLAM.reset`; nothing here is left to chance."""
         compiling.ensure(compiling.USUAL, self.hand)
         validate.seed(seed)
-        self.pose.reset(None if joint_angles is None else edge.angles(self.hand, joint_angles))
+        self._begin(joint_angles)
         self._contacts = []  # of every step so far
         self._told = 0  # steps that were told of
         self._belief = self._now(ago=0)
@@ -91,7 +101,7 @@ class PoseOnly(TracksPose):
                 f"root={validate.shown(root)}"
             )
         u, q, z = edge.told(self.hand, torque, joint_angles, contacts)
-        self.pose.step(u, q, z)
+        self.pose.step(u, q, self._touched(z))
         felt.append(z)
         if len(felt) % self.stride == 0:
             self._belief = self._tell(self.lag) if len(felt) >= self.lag + self.stride else self._now(len(felt))
@@ -112,7 +122,8 @@ class PoseOnly(TracksPose):
         self._told = len(felt) - ago
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + self.stride)
         transition = Transition.between(self.pose.mean, self.pose.covariance, before, now)
-        return self._now(ago, lagged_contacts=felt[-1 - ago], transition=transition)
+        contacts = felt[-1 - ago] if self._reports is None else self._reports.touched(ago)
+        return self._now(ago, lagged_contacts=contacts, transition=transition)
 
     def _now(self, ago: int, **told: Any) -> Belief:
         lagged = self.pose.lagged(min(ago, self.lag))
@@ -123,6 +134,7 @@ class PoseOnly(TracksPose):
             joint_std=np.sqrt(variance[: self.hand.joints]),
             joint_offset=offset.mean,
             joint_offset_std=offset.std,
+            patch_reliability=self.patch_reliability,
             lagged_joint_angles=mean[lagged].copy(),
             lagged_joint_std=np.sqrt(variance[lagged]),
             lagged_covariance=covariance[lagged, lagged].copy(),

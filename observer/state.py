@@ -98,9 +98,16 @@ class FilterState:
 
 
 def belief_of(
-    pose: PoseSource, state: FilterState, grid: Grid, ago: int, step: Waiting | None, told: Diagnostics
+    pose: PoseSource,
+    reliability: Array,
+    state: FilterState,
+    grid: Grid,
+    ago: int,
+    step: Waiting | None,
+    told: Diagnostics,
 ) -> Belief:
-    """What `pose` and `state` make one believe; `step`: the one `ago` steps back, if it has entered the maps."""
+    """What `pose`, the `reliability` (P,) of patches and `state` make one believe; `step`: the one `ago` steps back,
+    if it has entered the maps."""
     lagged = pose.lagged(ago)
     mean, covariance, weights = pose.mean, pose.covariance, state.weights
     # What the maps say of the lagged pose moves the present one as far as the two are correlated.
@@ -112,6 +119,7 @@ def belief_of(
         joint_std=std,
         joint_offset=offset.mean,
         joint_offset_std=offset.std,
+        patch_reliability=reliability,
         lagged_joint_angles=lagged_angles,
         lagged_joint_std=lagged_std,
         lagged_covariance=lagged_covariance,

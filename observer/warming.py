@@ -16,6 +16,7 @@ from haptic_env.hand import Hand
 from observer import compiling, edge, metrics
 from observer.brackets import DeadReckoning
 from observer.compiling import Progress
+from observer.contacts.contact_filter import believed_contacts
 from observer.fastslam import RESOLUTION, HapticSLAM
 from observer.kinematics import tree_of
 from observer.maps import capsules, hindsight
@@ -105,6 +106,18 @@ def known_solids(hand: Hand) -> None:
         hand: any.
     """
     _explore(HapticSLAM(hand, particles=2, solids=ShapePosterior(hand), lag=1))
+
+
+def contacts(hand: Hand) -> None:
+    """Doubt what is reported.
+
+    Args:
+        hand: any.
+    """
+    reports = believed_contacts(hand, 50.0, 1, 0.1, 0.01, 0.1, 0.01, 0.01)
+    assert reports is not None
+    for told in _felt(hand):
+        reports.step(told)
 
 
 def _explore(observer: HapticSLAM) -> None:

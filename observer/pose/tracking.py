@@ -1,18 +1,42 @@
-"""What any observer tells of the source of its pose."""
+"""What any observer has of a pose and of contacts."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections import deque
+from typing import TYPE_CHECKING, Any, Self
 
-from haptic_env import sensors
+import gymnasium as gym
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from haptic_env import sensors, validate
+from haptic_env.arrays import Array
+from haptic_env.hand import Hand
+from haptic_env.unwrapping import hand_env
+from observer import compiling, edge
+from observer.contacts.contact_filter import ContactFilter
 from observer.pose.source import PoseSource
+
+if TYPE_CHECKING:
+    from observer.state import Waiting
 
 
 class TracksPose:
-    """An observer whose `pose` is a source of its own, J joints."""
+    """An observer whose `pose` is a source of its own, J joints, and who may doubt what P patches report."""
 
+    hand: Hand
     pose: PoseSource
+    _reports: ContactFilter | None  # None: contacts are what is reported
+
+    @classmethod
+    def for_env(cls, env: gym.Env[Any, Any], **keywords: Any) -> Self:
+        """An observer that believes of its senses and muscles what is so in `env`: of its hand, at its rate, with its
+        noise. `keywords` change single parts. Raises `ValueError` for an environment without a hand, or whose noise is
+        not known, such as a played recording."""
+        base = hand_env(env)
+        noise = getattr(base, "noise", None)
+        validate.instance("noise of env", noise, dict, "known, as that of HapticSLAM/TwoFinger-v0")
+        return cls(**{"hand": base.hand, "control_hz": base.control_hz, **(noise or {}), **keywords})
 
     @property
     def sigma_deg(self) -> float:
@@ -29,3 +53,26 @@ class TracksPose:
         """(J,) how many felt angles of the trial no hand can have, so that they were set aside, or taken without whole
         turns (`observer.pose.gating`)."""
         return self.pose.set_aside
+
+    @property
+    def patch_reliability(self) -> Array:
+        """(P,) probability that each patch works; 1 where nothing else is believed."""
+        return np.ones(len(self.hand.patches)) if self._reports is None else self._reports.reliability
+
+    def _begin(self, joint_angles: ArrayLike | None) -> None:
+        """Start a trial, with `joint_angles` (J,) rad felt at the reset."""
+        self.pose.reset(None if joint_angles is None else edge.angles(self.hand, joint_angles))
+        if self._reports is not None:
+            compiling.ensure(("observer.warming:contacts",), self.hand)
+            self._reports.reset()
+
+    def _touched(self, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(P,) which patches are touched now, where they report `contacts` (P,)."""
+        return contacts if self._reports is None else self._reports.step(contacts)
+
+    def _look_back(self, waiting: deque[Waiting], ago: int) -> None:
+        """Put which patches were touched in place of what they reported, at the steps that wait, of which the first is
+        `ago` steps back."""
+        if self._reports is not None:
+            for k in range(len(waiting)):
+                waiting[k] = waiting[k]._replace(contacts=self._reports.touched(ago - k))

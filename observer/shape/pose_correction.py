@@ -20,6 +20,8 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import validate
+from haptic_env.hand import Hand
 from haptic_env.moved import renamed
 from haptic_env.pose import Pose
 from observer.belief import Belief
@@ -45,13 +47,20 @@ class PoseCorrection:
     it has said itself.
     """
 
-    def __init__(self, shape: ShapePosterior, control_hz: float) -> None:
+    def __init__(self, shape: ShapePosterior, control_hz: float, hand: Hand) -> None:
         """Take a copy of what names the object, from the beliefs as they come.
 
         Args:
             shape: what the object may be.
             control_hz: steps a second.
+            hand: of the beliefs.
+
+        Raises:
+            ValueError: where it is no `ShapePosterior`, or one of another hand.
         """
+        validate.instance("solids", shape, ShapePosterior, "a ShapePosterior of what the object may be")
+        if shape.hand.joint_names != hand.joint_names or len(shape.hand.patches) != len(hand.patches):
+            raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {shape.hand.name!r}")
         self.hand = shape.hand
         self.shape = copy.copy(shape)
         self.after = round(AFTER * control_hz)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 import gymnasium as gym
@@ -10,7 +11,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env as gymnasium_check_env
 
 import haptic_env
-from haptic_env import shapes
+from haptic_env import sensors, shapes
+from haptic_env.explore import ExploreEnv
 from haptic_env.objects import ObjectPrior
 
 TRUTH = {
@@ -120,6 +122,9 @@ NOISY = {
     "proportional": 0.1,
     "contact_miss": 0.1,
     "contact_false_alarm": 0.01,
+    "contact_confusion": 0.1,
+    "patches_stuck": 0.02,
+    "patches_dead": 0.02,
     "size_jitter": 0.1,
     "position_jitter": 0.002,
     "yaw_jitter": 20.0,
@@ -160,6 +165,7 @@ def _true_path(env: gym.Env, actions: np.ndarray) -> list[Any]:
         {"drift_deg": 3.0},
         {"proportional": 0.2},
         {"contact_miss": 0.3, "contact_false_alarm": 0.1},
+        {"contact_confusion": 0.5, "patches_stuck": [0], "patches_dead": 0.1},
     ],
     ids=str,
 )
@@ -169,6 +175,23 @@ def test_exploration_is_the_same_whatever_the_noise_of_the_sensors(env_id, make,
     noisy = make(env_id, **{"sigma_deg": 1.0, **noise}, **world)
     actions = np.random.default_rng(0).uniform(-1, 1, (100, *reference.action_space.shape)).astype(np.float32)
     assert same(_true_path(reference, actions), _true_path(noisy, actions))
+
+
+def test_a_stuck_patch_changes_no_other_report(env_id, make, play):
+    noise = {"contact_miss": 0.3, "contact_false_alarm": 0.1}
+    honest, stuck = (play(make(env_id, **noise, **fault), 3, 40) for fault in ({}, {"patches_stuck": [2]}))
+    for one, other in zip(honest, stuck, strict=True):
+        np.testing.assert_array_equal(one[0]["joint_angles"], other[0]["joint_angles"])
+        np.testing.assert_array_equal(np.delete(one[0]["contacts"], 2), np.delete(other[0]["contacts"], 2))
+        assert other[0]["contacts"][2] == 1
+
+
+def test_an_environment_says_what_it_was_told_of_its_noise(env_id, make):
+    told = {"sigma_deg": 2.0, "bias_deg": 1.0, "contact_confusion": 0.1, "patches_stuck": [1], "patches_dead": 0.1}
+    noise = make(env_id, **told).unwrapped.noise
+    assert noise == {**make(env_id).unwrapped.noise, **told}
+    assert tuple(noise) == sensors.KEYWORDS
+    assert set(sensors.KEYWORDS) <= set(inspect.signature(ExploreEnv).parameters)
 
 
 def test_observations_share_no_memory(env_id, make, play):

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from haptic_env import sensors
+from haptic_env import hands, sensors
+from haptic_env.neighbours import neighbours
 from haptic_env.sensors.gaussian import log_normal
 
 STEP = 0.02  # seconds
@@ -190,6 +191,94 @@ def test_contact_samples_are_as_likely_as_their_own_score_says():
     assert stats.ttest_1samp(scores, -entropy).pvalue > UNLIKELY
 
 
+@pytest.fixture(scope="module")
+def patches():
+    """The skin of the two-finger hand."""
+    return hands.make("two_finger").patches
+
+
+@pytest.mark.parametrize("confusion", [0.2, 0.7, 1.0])
+def test_confused_touches_go_to_each_neighbour_alike(patches, confusion):
+    detection, rng = sensors.ContactDetection(confusion=confusion, patches=patches), np.random.default_rng(9)
+    for patch in (0, 5, len(patches) - 1):
+        touched = np.arange(len(patches)) == patch
+        reported = np.array([detection.sample(rng, touched) for _ in range(2000)])
+        assert (reported.sum(axis=1) == 1).all(), "a touch is felt at one place"
+        near = np.flatnonzero(neighbours(patches)[patch])
+        counts = reported.sum(axis=0)
+        assert counts.sum() == counts[patch] + counts[near].sum()
+        assert stats.binomtest(int(counts[patch]), 2000, 1.0 - confusion).pvalue > UNLIKELY
+        assert stats.chisquare(counts[near]).pvalue > UNLIKELY
+
+
+@pytest.mark.parametrize("confusion", [0.3, 1.0])
+def test_confused_contacts_are_as_frequent_patch_by_patch_as_their_score_says(patches, confusion):
+    detection = sensors.ContactDetection(0.2, 0.01, confusion, patches=patches)
+    rng, touched = np.random.default_rng(10), np.arange(len(patches)) % 4 == 1
+    mean = np.mean([detection.sample(rng, touched) for _ in range(4000)], axis=0)
+    ring = detection.rings(detection.felt(touched.astype(float)))
+    assert np.abs(mean - ring).max() < 5 * np.sqrt(0.25 / 4000)
+    report = touched[::-1].copy()
+    expected = np.log(np.where(report, ring, 1 - ring)).sum()
+    assert detection.log_prob(report, touched.astype(float)) == pytest.approx(expected)
+
+
+def test_patches_that_do_not_work_say_the_same_whatever_is_felt(patches):
+    detection = sensors.ContactDetection(0.3, 0.3, 0.3, [3, patches.names[5]], [4], patches)
+    rng = np.random.default_rng(0)
+    for touched in (np.zeros(len(patches), bool), np.ones(len(patches), bool)):
+        for _ in range(20):
+            reported = detection.sample(rng, touched)
+            assert reported[[3, 5]].all()
+            assert not reported[4]
+    assert detection.log_prob(~reported, np.full(len(patches), 0.5)) == -np.inf
+    assert np.isfinite(detection.log_prob(reported, np.full(len(patches), 0.5)))
+
+
+def test_which_patches_do_not_work_is_drawn_at_the_reset(patches):
+    detection, rng = sensors.ContactDetection(stuck=0.2, dead=0.7, patches=patches), np.random.default_rng(3)
+    assert not detection.stuck.any() | detection.dead.any()
+    drawn = []
+    for _ in range(200):
+        detection.reset(rng)
+        drawn.append((detection.stuck, detection.dead))
+    stuck, dead = np.swapaxes(drawn, 0, 1)
+    assert not (stuck & dead).any()
+    assert stats.binomtest(int(stuck.sum()), stuck.size, 0.2).pvalue > UNLIKELY
+    assert stats.binomtest(int(dead.sum()), dead.size, 0.7).pvalue > UNLIKELY
+
+
+@pytest.mark.parametrize("fault", ["stuck", "dead"])
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (-0.1, r"must be a finite number in \[0, 1\], the probability of each patch, or a list of patches, .*got -0.1"),
+        (3, r"or a list of patches, indices in \[0, 49\] or names such as .*, got 3"),
+        ("3", "or a list of patches, .*, got '3'"),
+        (np.nan, "or a list of patches, .*, got nan"),
+        ([50], r"must be an integer in \[0, 49\], got 50"),
+        ([0.5], r"must be an integer in \[0, 49\], got 0.5"),
+        (["thumb"], "unknown patch of patches_.* 'thumb'.*; choose from"),
+    ],
+    ids=str,
+)
+def test_faulty_patches_that_there_are_not_are_refused(patches, fault, value, message):
+    with pytest.raises(ValueError, match=message):
+        sensors.ContactDetection(**{fault: value}, patches=patches)
+
+
+def test_a_patch_is_not_both_stuck_and_dead(patches):
+    for stuck, dead in (([1], [1]), (0.6, 0.6), ([1], 0.1)):
+        with pytest.raises(ValueError, match="cannot be both stuck and dead"):
+            sensors.ContactDetection(stuck=stuck, dead=dead, patches=patches)
+
+
+def test_touches_of_no_hand_are_not_confused():
+    for wrong in ({"confusion": 0.1}, {"stuck": 0.1}, {"dead": [0]}):
+        with pytest.raises(ValueError, match="patch"):
+            sensors.ContactDetection(**wrong)
+
+
 def test_an_impossible_report_has_no_probability():
     assert sensors.ContactDetection().log_prob(np.array([True]), np.array([0.0])) == -np.inf
 
@@ -225,6 +314,7 @@ BUILD = {
     "motor_noise": sensors.MotorNoise,
     "contact_miss": sensors.ContactDetection,
     "contact_false_alarm": lambda value: sensors.ContactDetection(0.0, value),
+    "contact_confusion": lambda value: sensors.ContactDetection(0.0, 0.0, value),
 }
 
 
