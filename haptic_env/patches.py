@@ -8,6 +8,7 @@ with more than two bins along, rings of sectors about it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,26 @@ class SkinPoints:
     patch: NDArray[np.int64]
 
 
+class PatchLayout(NamedTuple):
+    """Which patches there are, for compiled code.
+
+    Attributes:
+        first: (L,) first patch of each link.
+        length: (L,) m, of each bone.
+        tip: (L,) whether each link ends in a fingertip.
+        along: rows along each bone.
+        around: sectors around each bone.
+        rings: of a tip, the cap included.
+    """
+
+    first: NDArray[np.int64]
+    length: NDArray[np.float64]
+    tip: NDArray[np.bool_]
+    along: int
+    around: int
+    rings: int
+
+
 class Patches:
     """The patches of a hand: which there are, and which one holds a point of the skin.
 
@@ -66,6 +87,7 @@ class Patches:
         position: (P, 3) m, the skin at each patch's middle, in its link's frame.
         normal: (P, 3), outward there.
         area: (P,) m².
+        layout: the same for compiled code.
     """
 
     def __init__(self, links: tuple[Link, ...], along: int = 2, around: int = 4) -> None:
@@ -90,7 +112,7 @@ class Patches:
         self.link = np.repeat(np.arange(len(links)), counts)
         self._length = np.array([link.length for link in links])
         tip = np.array([link.tip for link in links])
-        self.layout = self.first, self._length, tip, self.along, self.around, self.rings  # for `patch_at`
+        self.layout = PatchLayout(self.first, self._length, tip, self.along, self.around, self.rings)
         self.names = tuple(name for link in links for name in self._names_of(link))
         skin = self.surface(spacing=0.001)
         total = np.bincount(skin.patch, minlength=self.count)[:, None]
@@ -127,7 +149,7 @@ class Patches:
         if owner.size and not 0 <= owner.min() <= owner.max() < len(self.links):
             raise ValueError(f"link must hold indices in [0, {len(self.links) - 1}], got {validate.shown(link)}")
         patch = np.empty(len(places), dtype=np.int64)
-        _locate(owner, places, *self.layout, patch)
+        _locate(owner, places, self.layout, patch)
         return patch
 
     def surface(self, spacing: float) -> SkinPoints:
@@ -214,35 +236,28 @@ class Patches:
 
 
 @part()
-def row_at(length, tip, along, link, z):
+def row_at(layout, link, z):
     """Find the row of patches at a height along a bone.
 
     Args:
-        length: (L,) m, of each bone.
-        tip: (L,) whether each link ends in a fingertip.
-        along: rows along each bone.
+        layout: of the patches.
         link: index of the link.
         z: m, along its bone.
 
     Returns:
-        The row; from `along` on, those of the tip.
+        The row; from `layout.along` on, those of the tip.
     """
-    if tip[link] and z > length[link]:
-        return along
-    return min(max(int(z * (along / length[link])), 0), along - 1)
+    if layout.tip[link] and z > layout.length[link]:
+        return layout.along
+    return min(max(int(z * (layout.along / layout.length[link])), 0), layout.along - 1)
 
 
 @part()
-def patch_at(first, length, tip, along, around, rings, link, x, y, z):
-    """Find the patch that holds a point of the skin, by the `Patches.layout` of the hand.
+def patch_at(layout, link, x, y, z):
+    """Find the patch that holds a point of the skin.
 
     Args:
-        first: (L,) first patch of each link.
-        length: (L,) m, of each bone.
-        tip: (L,) whether each link ends in a fingertip.
-        along: rows along each bone.
-        around: sectors around each bone.
-        rings: of a tip, the cap included.
+        layout: of the patches.
         link: index of the link.
         x: m, in the frame of the link.
         y: m.
@@ -251,20 +266,21 @@ def patch_at(first, length, tip, along, around, rings, link, x, y, z):
     Returns:
         The patch.
     """
+    along, around, rings = layout.along, layout.around, layout.rings
     # Sector 0 is centred on the palmar side (-x).
     turn = np.arctan2(y, x) * (around / (2 * np.pi)) + (1.5 * around + 0.5)
     sector = int(turn) % around
-    row = row_at(length, tip, along, link, z)
+    row = row_at(layout, link, z)
     if row == along:
-        polar = np.arctan2(np.hypot(x, y), z - length[link])  # 0 at the pole, pi/2 at the rim
+        polar = np.arctan2(np.hypot(x, y), z - layout.length[link])  # 0 at the pole, pi/2 at the rim
         ring = min(int(polar * (rings / (np.pi / 2))), rings - 1)
         beyond = 0 if ring == 0 else 1 + (ring - 1) * around + sector
-        return first[link] + along * around + beyond
-    return first[link] + row * around + sector
+        return layout.first[link] + along * around + beyond
+    return layout.first[link] + row * around + sector
 
 
 @kernel()
-def _locate(link, points, first, length, tip, along, around, rings, patch):
+def _locate(link, points, layout, patch):
     for m in range(len(points)):
         x, y, z = points[m]
-        patch[m] = patch_at(first, length, tip, along, around, rings, link[m], x, y, z)
+        patch[m] = patch_at(layout, link[m], x, y, z)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from haptic_env.compiled import inner
 from haptic_env.hand import Hand
-from haptic_env.patches import patch_at
+from haptic_env.patches import PatchLayout, patch_at
 
 
 class Touch:
@@ -51,7 +51,7 @@ class Touch:
                 self._link_of_geom,
                 self.bodies,
                 *self._frames,
-                *self._layout,
+                self._layout,
                 touched,
             )
         return touched
@@ -59,6 +59,10 @@ class Touch:
 
 _ANY = {n: types.Array(of, n, "A") for of, n in ((types.float64, 1), (types.float64, 2))}
 _INDEX = types.Array(types.int64, 1, "C")
+_FLAGS = types.Array(types.boolean, 1, "C")
+_LAYOUT = types.NamedTuple(
+    (_INDEX, types.Array(types.float64, 1, "C"), _FLAGS, types.int64, types.int64, types.int64), PatchLayout
+)
 
 
 # With a signature: contact points lie strided in memory but for a single one, which would be compiled for apart.
@@ -71,17 +75,12 @@ _INDEX = types.Array(types.int64, 1, "C")
         _INDEX,
         _ANY[2],
         _ANY[2],
-        _INDEX,
-        _ANY[1],
-        types.Array(types.boolean, 1, "C"),
-        types.int64,
-        types.int64,
-        types.int64,
-        types.Array(types.boolean, 1, "C"),
+        _LAYOUT,
+        _FLAGS,
     ),
     error_model="numpy",
 )
-def _touch(geom, dist, point, link_of_geom, bodies, xpos, xmat, first, length, tip, along, around, rings, touched):
+def _touch(geom, dist, point, link_of_geom, bodies, xpos, xmat, layout, touched):
     """Set `touched` (P,) for the contact points: `geom` (C, 2), `dist` (C,) m, below 0 where they touch, `point`
     (C, 3) m; the frames `xpos` (B, 3) m and `xmat` (B, 9)."""
     for c in range(len(dist)):
@@ -93,4 +92,4 @@ def _touch(geom, dist, point, link_of_geom, bodies, xpos, xmat, first, length, t
         x = dx * xmat[body, 0] + dy * xmat[body, 3] + dz * xmat[body, 6]
         y = dx * xmat[body, 1] + dy * xmat[body, 4] + dz * xmat[body, 7]
         z = dx * xmat[body, 2] + dy * xmat[body, 5] + dz * xmat[body, 8]
-        touched[patch_at(first, length, tip, along, around, rings, link, x, y, z)] = True
+        touched[patch_at(layout, link, x, y, z)] = True

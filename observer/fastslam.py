@@ -25,10 +25,11 @@ from observer import compiling, edge
 from observer import threads as side_by_side
 from observer.belief import Belief, Transition
 from observer.gaussian import carried_on
+from observer.maps.capsules import MapInput
 from observer.maps.contact_model import ContactModel
-from observer.maps.matching import MATCHING, Cloud, MapInput, match, sweep
-from observer.maps.novelty import MapNovelty
+from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
+from observer.novelty import MapNovelty
 from observer.pose.kalman import ContactDynamics
 from observer.pose.motions import MOTIONS
 from observer.pose.tracking import TracksPose
@@ -209,8 +210,8 @@ class HapticSLAM(TracksPose):
 
     @property
     def particle_maps(self) -> NDArray[np.int8]:
-        """(N, T) log-odds of the particles' own cells in units of `observer.maps.evidence.QUANTUM`, as they are kept:
-        not to be changed. Raises `ValueError` outside a trial."""
+        """(N, T) log-odds of the particles' own cells in units of `contact_model.QUANTUM`, as they are kept: not to
+        be changed. Raises `ValueError` outside a trial."""
         return self._running().maps.own
 
     def _assimilate(self, state: FilterState, ago: int) -> Belief:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from haptic_env.compiled import inner, kernel
 from haptic_env.hand import Hand
 from haptic_env.moved import renamed
+from observer.maps.capsules import MeanFrames
 
 __getattr__ = renamed(__name__, {"Said": "LinkHistory"})
 
@@ -29,13 +30,22 @@ APART = 3.0  # in units of what is alike: from places further apart nothing is s
 
 KEPT = 1024  # looks of a link that said something new; the oldest are forgotten
 LITTLE = 0.001  # share of what a link says that is not worth weighing
+ALIKE = 0.6  # voxels: what a link says of them from places further apart is news to a map
+FEW, MOSTLY = 0.05, 0.5  # share of it that is not worth weighing, and that from which on a map takes all in
 
 
 class LinkHistory(NamedTuple):
-    """The `place` (L, M, 6) m of each look, both ends of the link's bone, and the `exponent` (L, M) with which it
-    counts; what was felt, `contacts` (M, P), each link's in the columns of its patches, and how many of them did,
-    `touches` (L, M). `looks` (L,): how many there were, the last one at (looks - 1) % M. The `length` (L,) m of the
-    bones; the patches of link l are `first_patch[l]` up to `first_patch[l + 1]`."""
+    """What links have said.
+
+    Attributes:
+        place: (L, M, 6) m of each look, both ends of the link's bone.
+        exponent: (L, M) with which it counts.
+        contacts: (M, P) what was felt, each link's in the columns of its patches.
+        touches: (L, M) how many of those felt contact.
+        looks: (L,) how many there were, the last one at (looks - 1) % M.
+        length: (L,) m of the bones.
+        first_patch: (L + 1,) the patches of link l are `first_patch[l]` up to `first_patch[l + 1]`.
+    """
 
     place: NDArray[np.float64]
     exponent: NDArray[np.float64]
@@ -47,7 +57,15 @@ class LinkHistory(NamedTuple):
 
     @classmethod
     def nothing(cls, hand: Hand, kept: int = KEPT) -> Self:
-        """Before the first look of `hand`; of each link so many are `kept`."""
+        """Begin before the first look.
+
+        Args:
+            hand: with L links.
+            kept: M.
+
+        Returns:
+            The history.
+        """
         links = len(hand.links)
         return cls(
             np.zeros((links, kept, 6)),
@@ -62,9 +80,19 @@ class LinkHistory(NamedTuple):
 
 @inner()
 def repeated(said, link, place, contacts, touches, alike):
-    """Exponent with which `link` has `said` before what it says at `place` (6,) m while its patches feel `contacts`
-    (P,), `touches` of them: of each look the share that says the same (`observer.novelty`); places are some `alike` m
-    apart."""
+    """Tell how much of what a link says it has said before: of each look the share that says the same.
+
+    Args:
+        said: the history.
+        link: index.
+        place: (6,) m, where it is.
+        contacts: (P,) what its patches feel.
+        touches: how many of those feel contact.
+        alike: m, by which places may differ that say the same.
+
+    Returns:
+        The exponent of that, 0 where all is news.
+    """
     total, most = 0.0, 2.0 * (APART * alike) ** 2
     for look in range(min(said.looks[link], len(said.contacts))):
         square = 0.0
@@ -85,8 +113,14 @@ def repeated(said, link, place, contacts, touches, alike):
 
 @inner()
 def ends(length, position, rotation, place):
-    """Fill `place` (6,) m with both ends of a bone of `length` m that begins at `position` (3,) m and lies along the z
-    axis of `rotation` (3, 3)."""
+    """Find both ends of a bone.
+
+    Args:
+        length: m.
+        position: (3,) m, where it begins.
+        rotation: (3, 3), along whose z axis it lies.
+        place: (6,) m, filled.
+    """
     for i in range(3):
         place[i] = position[i]
         place[3 + i] = position[i] + length * rotation[i, 2]
@@ -94,10 +128,19 @@ def ends(length, position, rotation, place):
 
 @kernel()
 def note(said, position, rotation, contacts, alike, temper, least, news):
-    """Fill `news` (L,) with how much of what each link says is new, 1 for all of it, at `position` (L, 3) m and
-    `rotation` (L, 3, 3) and with `contacts` (P,); looks from places some `alike` (L,) m apart say the same. It is noted
-    in `said`, with the exponent `temper` as far as it is new, so that like looks together have at most 1; up to `least`
-    it is no news at all."""
+    """Tell how much of what each link says is new, and take note of it, so that like looks together have an exponent of
+    at most 1.
+
+    Args:
+        said: the history, added to.
+        position: (L, 3) m.
+        rotation: (L, 3, 3).
+        contacts: (P,).
+        alike: (L,) m, by which places may differ that say the same.
+        temper: exponent of what is all new.
+        least: share up to which it is no news at all.
+        news: (L,) filled: 1 where all of it is.
+    """
     place = np.empty(6)
     for link in range(len(news)):
         first, end = said.first_patch[link], said.first_patch[link + 1]
@@ -117,3 +160,40 @@ def note(said, position, rotation, contacts, alike, temper, least, news):
         said.touches[link, look] = touches
         said.exponent[link, look] = temper * new
         said.looks[link] += 1
+
+
+class MapNovelty:
+    """Which links have something to say to a map that they have not said from the same place already."""
+
+    def __init__(self, hand: Hand, repeats: float, resolution: float) -> None:
+        """Begin with all being news.
+
+        Args:
+            hand: of whose links it is.
+            repeats: as in `ContactModel`.
+            resolution: m, of the map.
+        """
+        self._hand = hand
+        self._share = 1.0 / repeats if repeats else 0.0  # of all that can be said at one place
+        self._alike = np.full(len(hand.links), ALIKE * resolution)
+        self.reset()
+
+    def reset(self) -> None:
+        """Start a trial: all is news."""
+        self._said, self._news = LinkHistory.nothing(self._hand), np.ones(len(self._hand.links))
+
+    def heard(self, stance: MeanFrames, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Tell what is news, and take note of it.
+
+        Args:
+            stance: of the hand at the mean pose.
+            contacts: (P,).
+
+        Returns:
+            (L,) whether a map takes in what each link says.
+        """
+        if self._share:
+            body = self._hand.link_bodies
+            frames = stance.position[body], stance.rotation[body]
+            note(self._said, *frames, contacts, self._alike, self._share, FEW, self._news)
+        return self._news > MOSTLY

@@ -7,7 +7,7 @@ moved(
         f"observer.{old}": [f"observer.{name}" for name in new.split()]
         for old, new in {
             "belief_observation": "wrappers.belief_observation",
-            "capsules": "maps.capsules maps.evidence maps.mean_frames",
+            "capsules": "maps.capsules maps.contact_model",
             "contact_model": "maps.contact_model",
             "decide_when_sure": "wrappers.decide_when_sure",
             "decision_reward": "wrappers.rewards",
@@ -19,7 +19,14 @@ moved(
             "kinematic_pose": "pose.smooth_motion",
             "known_kernels": "shape.surface_conditioning shape.distance_fields",
             "known_solids": "shape.pose_correction",
-            "marginal_kernels": "maps.scan_matching maps.suspects maps.free_space maps.cells kinematics",
+            "maps.evidence": "maps.contact_model",
+            "maps.mean_frames": "maps.capsules",
+            "maps.noisy_or": "maps.contact_model",
+            "maps.novelty": "novelty",
+            "maps.suspects": "maps.matching_geometry maps.scan_matching maps.capsules",
+            "marginal_kernels": (
+                "maps.scan_matching maps.matching_geometry maps.free_space maps.cells maps.capsules kinematics"
+            ),
             "matching": "maps.matching",
             "occupancy": "maps.occupancy",
             "partners": "pose.joint_pairs gaussian",

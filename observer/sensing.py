@@ -11,10 +11,9 @@ from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from observer.kinematics import placed, tree_of
-from observer.maps import capsules, hindsight, mean_frames
+from observer.maps import capsules, hindsight
+from observer.maps.capsules import MapInput, MeanFrames
 from observer.maps.contact_model import ContactModel
-from observer.maps.matching import MapInput
-from observer.maps.mean_frames import MeanFrames
 from observer.state import FilterState, Waiting
 
 
@@ -36,7 +35,7 @@ class Sensing:
         stands there; takes note of it in `state`."""
         contacts, root = step
         tree = placed(self.tree, root)
-        stance, reach = mean_frames.stand(tree, self.body, self.evidence, self.model.caution, pose, covariance)
+        stance, reach = capsules.stand(tree, self.body, self.evidence, self.model.caution, pose, covariance)
         touch = np.where(state.contacts, self.model.sustained, self.model.touch)
         heard = state.novelty.heard(stance, contacts)
         if self.in_hindsight and heard.any():
@@ -57,4 +56,4 @@ class Sensing:
 
     def in_retrospect(self, moments: list[hindsight.Moment]) -> Array:
         """(X, Y, Z) the map in hindsight of all that was noted."""
-        return hindsight.occupancy(moments, self.tree.link_body, self.grid, self.body, self.model)
+        return hindsight.occupancy(moments, self.tree, self.grid, self.body, self.model)

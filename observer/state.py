@@ -19,8 +19,8 @@ from observer import resampling
 from observer.belief import Belief, Transition
 from observer.gaussian import shifted
 from observer.maps.hindsight import Moment
-from observer.maps.novelty import MapNovelty
 from observer.maps.occupancy import Maps
+from observer.novelty import MapNovelty
 from observer.pose.source import PoseSource
 
 

@@ -62,7 +62,7 @@ def pose_and_hindsight(hand: Hand) -> None:
     sure, weight, heard = np.zeros(len(hand.links)), np.ones(len(hand.patches)), np.ones(len(hand.links), dtype=bool)
     moments = [hindsight.Moment(*frames, sure, contacts, weight, heard) for contacts in _felt(hand)]
     body = capsules.body_of(hand.patches, grid.resolution)
-    hindsight.occupancy(moments, tree.link_body, grid, body, ContactModel())
+    hindsight.occupancy(moments, tree, grid, body, ContactModel())
 
 
 def sampled_matching(hand: Hand) -> None:

@@ -16,8 +16,7 @@ from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from observer.kinematics import link_frames, tree_of
-from observer.maps.contact_model import ContactModel
-from observer.maps.evidence import BINS, LIMIT, QUANTUM
+from observer.maps.contact_model import BINS, LIMIT, QUANTUM, ContactModel
 
 
 def full_weight(**keywords: float) -> ContactModel:

@@ -7,22 +7,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from haptic_env.compiled import inner, kernel
-
-
-@inner()
-def any_of(flags):
-    """Whether any of `flags` (M,) is set."""
-    for flag in flags:  # noqa: SIM110 - compiled
-        if flag:
-            return True
-    return False
+from haptic_env.compiled import kernel
 
 
 @kernel()
-def settle(cells, used, kept, common, slot, own, seen, stale):
-    """Give each of `cells` (C,) a slot that has none: the first one free is `used`, and `kept` (> T,) lists the cells
-    of all slots. Sets `seen` and `stale` (V,); returns the slots (C,) and how many are used now."""
+def settle(cells, used, kept, maps):
+    """Give a slot to each cell that has none, and take note that they change.
+
+    Args:
+        cells: (C,).
+        used: how many slots are taken.
+        kept: (> T,) the cells of all slots; those of new ones are written.
+        maps: the `ParticleMaps`.
+
+    Returns:
+        The slots (C,), and how many are taken now.
+    """
+    common, slot, own, seen, stale = maps.common, maps.slot, maps.own, maps.seen, maps.stale
     where = np.empty(len(cells), dtype=np.int64)
     for c in range(len(cells)):
         cell = cells[c]
@@ -38,15 +39,15 @@ def settle(cells, used, kept, common, slot, own, seen, stale):
 
 
 @kernel()
-def mark(cells, touched, seen, stale):
-    """Set `stale` (V,) for those of `cells` (T,) that are `touched` (V,) and `seen` (V,)."""
+def mark(cells, maps):
+    """Set `maps.stale` for those of `cells` (T,) that are touched and seen."""
     for cell in cells:
-        stale[cell] |= touched[cell] & seen[cell]
+        maps.stale[cell] |= maps.touched[cell] & maps.seen[cell]
 
 
 @kernel()
 def flagged(flags):
-    """Where (C,) `flags` (V,) are set; few are, so that eight are looked at at a time."""
+    """Where `flags` (V,) are set (C,); few are, so that eight are looked at at a time."""
     words = flags[: len(flags) // 8 * 8].view(np.uint64)
     found, count = np.empty(len(flags), dtype=np.int64), 0
     for w in range(len(words)):
@@ -68,8 +69,16 @@ def flagged(flags):
 
 @kernel()
 def spread(cells, shape, told):
-    """Let something be told of `cells` (C,) and of the 26 neighbours of each: `told` (V,) int8 is 1 there, 2 for the
-    former; `shape` (3,) of the grid. Returns the neighbours (F,) of which nothing was told before."""
+    """Let something be told of cells and of the 26 neighbours of each.
+
+    Args:
+        cells: (C,).
+        shape: (3,) of the grid.
+        told: (V,) int8; becomes 1 at neighbours, 2 at the cells themselves.
+
+    Returns:
+        The neighbours (F,) of which nothing was told before.
+    """
     nx, ny, nz = shape
     fresh, count = np.empty(26 * len(cells), dtype=np.int64), 0
     for cell in cells:
@@ -92,8 +101,17 @@ def spread(cells, shape, told):
 
 @kernel()
 def mean_probability(where, own, weights, probability):
-    """Posterior probability (C,) of the voxels at the slots `where` (C,): the particles' own, averaged by `weights`
-    (N,); `probability` (256,) is that of an entry v at [v + 128]."""
+    """Average what particles believe.
+
+    Args:
+        where: (C,) slots.
+        own: (N, > T) int8, the particles' maps.
+        weights: (N,).
+        probability: (256,) of a map entry v at [v + 128].
+
+    Returns:
+        (C,) posterior probability of the voxels at those slots.
+    """
     result = np.zeros(len(where))
     for begin in range(0, len(where), 512):
         end = min(begin + 512, len(where))

@@ -1,128 +1,236 @@
-"""The cells that links sweep, and what they lose by it.
+"""The voxels about a link: those that it sweeps, and what they lose by it.
 
-Shapes: N particles, J joints, L links, P patches, (X, Y, Z) voxels. Metres and radians, world frame.
+Shapes: N particles, L links, P patches, B bodies, (X, Y, Z) voxels, V = X·Y·Z. Metres, world frame.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
-from haptic_env.compiled import inner, kernel
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+from haptic_env.compiled import inner, kernel, part
 from haptic_env.patches import row_at
-from observer.maps.capsules import from_bone, ringing, room, triple, voxel_box, voxel_span
-from observer.maps.cells import any_of
-from observer.maps.evidence import LIMIT
-from observer.maps.suspects import _owner
+from observer.maps.capsules import any_of, owner, ringing
+from observer.maps.contact_model import LIMIT
+
+
+class CapsuleVoxels(NamedTuple):
+    """Room for the voxels about one link.
+
+    Attributes:
+        cell: index in the flat map.
+        along: m, height of its centre along the bone.
+        square: m², its distance from the bone, squared.
+        lost: quanta of log-odds.
+    """
+
+    cell: NDArray[np.int64]
+    along: Array
+    square: Array
+    lost: NDArray[np.int64]
+
+
+@part()
+def capsule_voxels(lattice, at, axis, length, reach, found):
+    """Find the voxels whose centres lie less than some way from a bone.
+
+    Args:
+        lattice: the grid.
+        at: three numbers, m, where the bone begins.
+        axis: three numbers, along which it lies.
+        length: m, of the bone.
+        reach: m.
+        found: is filled but for `lost`; it has `room`.
+
+    Returns:
+        How many there are.
+    """
+    res, origin = lattice.resolution, triple(lattice.origin)
+    ny, nz = lattice.shape[1], lattice.shape[2]
+    low0, high0 = _voxel_range(at[0], axis[0] * length, reach, origin[0], res, lattice.shape[0])
+    low1, high1 = _voxel_range(at[1], axis[1] * length, reach, origin[1], res, ny)
+    low2, high2 = _voxel_range(at[2], axis[2] * length, reach, origin[2], res, nz)
+    outer, first, count = reach * reach, (origin[2] - at[2]) / res + 0.5, 0
+    for i in range(low0, high0):
+        dx = origin[0] + (i + 0.5) * res - at[0]
+        for j in range(low1, high1):
+            dy = origin[1] + (j + 0.5) * res - at[1]
+            begin, end = _voxel_span(dx, dy, axis, outer, first, res, low2, high2)
+            # Beyond the ends of the bone a row leaves the capsule before it leaves the cylinder.
+            while begin < end and _from_bone(dx, dy, origin[2] + (begin + 0.5) * res - at[2], axis, length)[1] >= outer:
+                begin += 1
+            while begin < end and _from_bone(dx, dy, origin[2] + (end - 0.5) * res - at[2], axis, length)[1] >= outer:
+                end -= 1
+            if begin >= end:
+                continue
+            row, shift = (i * ny + j) * nz, count - begin
+            for k in range(begin, end):  # nothing but arithmetic, several voxels at a time
+                z, square = _from_bone(dx, dy, origin[2] + (k + 0.5) * res - at[2], axis, length)
+                found.cell[shift + k], found.along[shift + k], found.square[shift + k] = row + k, z, square
+            count += end - begin
+    return count
+
+
+@part()
+def _voxel_range(start, along, pad, origin, res, count):
+    """Voxels along one axis that a capsule from `start` to `start + along` may fill, padded."""
+    low = int(np.floor((min(start, start + along) - pad - origin) / res))
+    high = int(np.floor((max(start, start + along) + pad - origin) / res)) + 1
+    return max(low, 0), min(high, count)
+
+
+@part()
+def _voxel_span(dx, dy, axis, outer, first, res, low, high):
+    """Of the voxels `low` to `high` of a row, whose first centre lies `first` voxels from the origin, those within
+    √`outer` m of the line through it along `axis`."""
+    across = 1.0 - axis[2] * axis[2]
+    if across < 1e-9:
+        return low, high
+    s = axis[0] * dx + axis[1] * dy
+    inside = (s * axis[2]) ** 2 - across * (dx * dx + dy * dy - s * s - outer)
+    if inside <= 0.0:
+        return low, low
+    half, per_voxel = np.sqrt(inside), 1.0 / (across * res)
+    begin = int(np.floor((s * axis[2] - half) * per_voxel - first))
+    end = int(np.ceil((s * axis[2] + half) * per_voxel - first)) + 1
+    return max(begin, low), min(end, high)
+
+
+@part()
+def _from_bone(dx, dy, dz, axis, length):
+    """Of a point, from the start of a bone of `length` m along `axis` (3,): its height along it, m, and the square of
+    its distance from it, m²."""
+    z = axis[0] * dx + axis[1] * dy + axis[2] * dz
+    along = min(max(z, 0.0), length)
+    return z, dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along
+
+
+@part()
+def triple(vector):
+    """The numbers of `vector` (3,) by themselves, so that loops over voxels need not read them anew."""
+    return vector[0], vector[1], vector[2]
+
+
+@part()
+def from_point(lattice, cell, at):
+    """Find the way to the centre of a voxel.
+
+    Args:
+        lattice: the grid.
+        cell: index of the voxel in the flat map.
+        at: (3,) m, from where.
+
+    Returns:
+        x, y and z, m.
+    """
+    res, origin, ny, nz = lattice.resolution, lattice.origin, lattice.shape[1], lattice.shape[2]
+    i, j, k = cell // (ny * nz), cell // nz % ny, cell % nz
+    return (
+        origin[0] + (i + 0.5) * res - at[0],
+        origin[1] + (j + 0.5) * res - at[1],
+        origin[2] + (k + 0.5) * res - at[2],
+    )
+
+
+@part()
+def most_voxels(body, lattice, link, reach):
+    """Bound the number of voxels whose centres lie less than some way from a bone.
+
+    Args:
+        body: the hand.
+        lattice: the grid.
+        link: index of the link with the bone.
+        reach: m.
+
+    Returns:
+        More than that, not whole.
+    """
+    radius = reach + lattice.resolution
+    volume = np.pi * radius**2 * (body.layout.length[link] + 4.0 / 3.0 * radius)
+    return min(volume / lattice.resolution**3, float(lattice.shape[0] * lattice.shape[1] * lattice.shape[2]))
+
+
+@kernel()
+def room(felt, margin):
+    """Make room for the voxels about any one link.
+
+    Args:
+        felt: what a step says (`observer.maps.capsules.MapInput`).
+        margin: m, beyond where a touched cell may lie.
+
+    Returns:
+        The `CapsuleVoxels`.
+    """
+    most, reach = 0.0, felt.reach
+    for link in range(len(felt.body.radius)):
+        near = max(felt.body.radius[link] + felt.evidence.near, reach.carved[link])
+        most = max(most, most_voxels(felt.body, felt.lattice, link, max(near, reach.felt[link] + margin)))
+    count = int(most) + 1
+    return CapsuleVoxels(
+        np.empty(count, dtype=np.int64), np.empty(count), np.empty(count), np.empty(count, dtype=np.int64)
+    )
 
 
 @inner()
-def sweep(
-    link_body,
-    body,
-    lattice,
-    evidence,
-    reach,
-    contacts,
-    rings,
-    carve,
-    position,
-    rotation,
-    common,
-    least,
-    slot,
-    seen,
-    stale,
-    where,
-    loses,
-    along,
-    square,
-):
-    """What `sweep_free` does, of a hand whose bodies are at `position` (B, 3) and `rotation` (B, 3, 3); returns how
-    many of `where` and `loses` are filled. `along` and `square` (Z,) are scratch."""
-    kept = 0
-    res, origin = lattice.resolution, triple(lattice.origin)
-    ny, nz = lattice.shape[1], lattice.shape[2]
-    for link in range(len(body.radius)):
-        at, turn = triple(position[link_body[link]]), rotation[link_body[link]]
-        axis, length, radius = triple(turn[:, 2]), body.length[link], body.radius[link]
-        close = radius + evidence.near
-        pad = max(close, reach.carved[link]) if carve else close
-        low0, high0, low1, high1, low2, high2 = voxel_box(at, axis, length, pad, lattice)
-        outer, near, carved = pad * pad, close * close, reach.carved[link] ** 2 if carve else 0.0
-        core, felt = max(radius - evidence.deep, 0.0) ** 2, reach.felt[link] ** 2
-        per_bin, first = 1.0 / reach.bin[link], (origin[2] - at[2]) / res + 0.5
-        touched = any_of(rings[link])
-        for i in range(low0, high0):
-            dx = origin[0] + (i + 0.5) * res - at[0]
-            for j in range(low1, high1):
-                dy = origin[1] + (j + 0.5) * res - at[1]
-                row = (i * ny + j) * nz
-                begin, end = voxel_span(dx, dy, axis, outer, first, res, low2, high2)
-                for k in range(begin, end):  # nothing but arithmetic, several voxels at a time
-                    along[k], square[k] = from_bone(dx, dy, origin[2] + (k + 0.5) * res - at[2], axis, length)
-                for k in range(begin, end):
-                    cell = row + k
-                    if square[k] < near and not seen[cell]:
-                        seen[cell] = stale[cell] = True
-                    if square[k] >= carved or common[cell] == least:
-                        continue
-                    if (
-                        touched
-                        and core <= square[k] < felt
-                        and rings[link, row_at(body.length, body.tip, body.along, link, along[k])]
-                        and contacts[_owner(body, turn, link, dx, dy, origin[2] + (k + 0.5) * res - at[2])]
-                    ):
-                        continue
-                    lost = reach.free[link, int(max(square[k], 0.0) * per_bin)]
-                    seen[cell] = stale[cell] = True
-                    if slot[cell] < 0:
-                        common[cell] = max(common[cell] - lost, least)
-                    else:
-                        where[kept], loses[kept] = slot[cell], lost
-                        kept += 1
-    return kept
+def sweep(felt, frames, rings, maps, least, found):
+    """Free the cells inside a hand, as `sweep_free` does.
 
-
-@kernel()
-def sweep_free(tree, body, lattice, evidence, reach, stance, contacts, carve, common, slot, seen, stale):
-    """Cells inside a link at the `stance` of the mean pose are free, the surer the deeper (`reach.free`), but for those
-    about the skin of a patch that feels contact: if `carve`, they lose log-odds in `common` (V,), down to -LIMIT. Of
-    those that particles keep, returns the slots (W,) and what they have to lose (W,); see `lose`.
-
-    `seen` (V,) is set for what lies within `evidence.near` m of the skin, `stale` (V,) for all that changes.
+    Args:
+        felt: of the step.
+        frames: where the bodies are, with `position` (B, 3) and `rotation` (B, 3, 3).
+        rings: as of `ringing`.
+        maps: the `ParticleMaps`.
+        least: quanta of log-odds, below which no cell falls that particles have in common.
+        found: scratch, of `room`.
     """
-    every = np.empty(len(body.radius), dtype=np.bool_)
-    for link in range(len(every)):
-        every[link] = True
-    most = room(body, lattice, reach.carved, every)
-    where, loses = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64)
-    kept = sweep(
-        tree.link_body,
-        body,
-        lattice,
-        evidence,
-        reach,
-        contacts,
-        ringing(body, contacts),
-        carve,
-        stance.position,
-        stance.rotation,
-        common,
-        -LIMIT,
-        slot,
-        seen,
-        stale,
-        where,
-        loses,
-        np.empty(lattice.shape[2]),
-        np.empty(lattice.shape[2]),
-    )
-    return where[:kept], loses[:kept]
+    body, lattice, evidence, reach = felt.body, felt.lattice, felt.evidence, felt.reach
+    common, slot, seen, stale = maps.common, maps.slot, maps.seen, maps.stale
+    for link in range(len(rings)):
+        at, turn = triple(frames.position[felt.tree.link_body[link]]), frames.rotation[felt.tree.link_body[link]]
+        radius = body.radius[link]
+        close, touched = radius + evidence.near, any_of(rings[link])
+        near, carved = close * close, reach.carved[link] ** 2
+        core, outer = max(radius - evidence.deep, 0.0) ** 2, reach.felt[link] ** 2
+        per_bin, kept = 1.0 / reach.bin[link], 0
+        axis, pad = triple(turn[:, 2]), max(close, reach.carved[link])
+        for v in range(capsule_voxels(lattice, at, axis, body.layout.length[link], pad, found)):
+            cell, square = found.cell[v], found.square[v]
+            if square < near and not seen[cell]:
+                seen[cell] = stale[cell] = True
+            if square >= carved or common[cell] == least:
+                continue
+            if (
+                touched
+                and core <= square < outer
+                and rings[link, row_at(body.layout, link, found.along[v])]
+                and felt.contacts[owner(body, link, turn, from_point(lattice, cell, at))]
+            ):
+                continue
+            lost = reach.free[link, int(max(square, 0.0) * per_bin)]
+            seen[cell] = stale[cell] = True
+            if slot[cell] < 0:
+                common[cell] = max(common[cell] - lost, least)
+            else:
+                found.cell[kept], found.lost[kept] = slot[cell], lost
+                kept += 1
+        for n in range(len(maps.own)):
+            for w in range(kept):
+                maps.own[n, found.cell[w]] = max(maps.own[n, found.cell[w]] - found.lost[w], -LIMIT)
 
 
 @kernel()
-def lose(where, loses, own):
-    """Take `loses` (W,) from the log-odds at the slots `where` (W,) in every particle's map."""
-    for n in range(len(own)):
-        for w in range(len(where)):
-            own[n, where[w]] = max(own[n, where[w]] - loses[w], -LIMIT)
+def sweep_free(felt, stance, maps):
+    """Free the cells inside a link, the surer the deeper (`LinkEvidence.free`), but for those about the skin of a patch
+    that feels contact: they lose log-odds, down to -LIMIT, in all maps.
+
+    Seen is then what lies within `Evidence.near` of the skin, and stale all that changes.
+
+    Args:
+        felt: of the step.
+        stance: at the mean pose.
+        maps: the `ParticleMaps`.
+    """
+    sweep(felt, stance, ringing(felt.body, felt.contacts), maps, -LIMIT, room(felt, 0.0))

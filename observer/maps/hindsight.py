@@ -19,14 +19,14 @@ from scipy.special import expit, logit
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from haptic_env.grid import Grid
+from observer.kinematics import Tree
 from observer.maps import capsules
-from observer.maps.capsules import Body, ringing, room
-from observer.maps.cells import any_of, spread
-from observer.maps.contact_model import ContactModel
-from observer.maps.evidence import QUANTUM, reach_of
-from observer.maps.free_space import sweep
-from observer.maps.noisy_or import evidence as evidence_of
-from observer.maps.suspects import gather, touched_links
+from observer.maps.capsules import Body, BodyFrames, MapInput, any_of, ringing
+from observer.maps.cells import spread
+from observer.maps.contact_model import QUANTUM, ContactModel, reach_of, touch_evidence
+from observer.maps.free_space import room, sweep
+from observer.maps.matching_geometry import near_skin, touched_room
+from observer.maps.occupancy import ParticleMaps
 
 WEIGHT = 3.0  # of a touch, times its own: shared out with all that is known it leaves fewer cells in doubt
 EDGE = 1.7  # of the skin, times its own: sweeps count in full here, so that what they exclude must be surer
@@ -36,9 +36,16 @@ ROUNDS = 8  # by then no probability of a trial of 30 s moves by more than 0.03
 
 
 class Moment(NamedTuple):
-    """One step of a trial: the frames of the hand's bodies at the smoothed pose, `position` (B, 3) m and `rotation`
-    (B, 3, 3), the SD of each link's `place` (L,) m, `contacts` (P,), and the weight of each patch's `touch` (P,); only
-    of the links that were `heard` (L,)."""
+    """One step of a trial, or several, in arrays with T in front.
+
+    Attributes:
+        position: (B, 3) m, of the hand's bodies at the smoothed pose.
+        rotation: (B, 3, 3).
+        place: (L,) m, SD of the place of each link.
+        contacts: (P,).
+        touch: (P,) weight of each patch's touch.
+        heard: (L,) the links that have something to say.
+    """
 
     position: Array
     rotation: Array
@@ -48,23 +55,29 @@ class Moment(NamedTuple):
     heard: NDArray[np.bool_]
 
 
-def occupancy(
-    moments: list[Moment], link_body: NDArray[np.int64], grid: Grid, body: Body, model: ContactModel
-) -> Array:
-    """(X, Y, Z) probability that each voxel is occupied given all `moments`, 0.5 where the hand never came near;
-    `link_body` (L,) as in `Tree`."""
+def occupancy(moments: list[Moment], tree: Tree, grid: Grid, body: Body, model: ContactModel) -> Array:
+    """Make the map of a trial that is over.
+
+    Args:
+        moments: all steps of it, one at least.
+        tree: the hand's kinematics.
+        grid: of the map.
+        body: the hand's capsules.
+        model: of touches and sweeps.
+
+    Returns:
+        (X, Y, Z) probability that each voxel is occupied given all `moments`, 0.5 where the hand never came near.
+    """
     evidence = model.evidence(grid.resolution)
     evidence = evidence._replace(edge=EDGE * evidence.edge)
     cells = int(np.prod(grid.shape))
     swept, seen = np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=bool)
-    position, rotation, place, contacts, touch, heard = (np.stack(each) for each in zip(*moments, strict=True))
+    trial = Moment(*(np.stack(each) for each in zip(*moments, strict=True)))
     lattice = capsules.lattice_of(grid)
-    step, link = np.nonzero(~heard)
-    position[step, link_body[link]] = lattice.origin - AWAY
-    contacts &= heard[:, body.patch_link]
-    suspects, weight, cell, hits = look_back(
-        link_body, body, lattice, evidence, position, rotation, place, contacts, touch, swept, seen
-    )
+    step, link = np.nonzero(~trial.heard)
+    trial.position[step, tree.link_body[link]] = lattice.origin - AWAY
+    trial.contacts[:] &= trial.heard[:, body.patch_link]
+    suspects, weight, cell, hits = look_back((tree, body, lattice, evidence), trial, swept, seen)
     log_odds = logit(model.prior) + QUANTUM * swept
     share(suspects, weight, cell, hits, 1.0 - evidence.false_alarm, ROUNDS, log_odds)
     told = np.zeros(cells, dtype=np.int8)
@@ -73,97 +86,76 @@ def occupancy(
 
 
 @kernel()
-def look_back(link_body, body, lattice, evidence, position, rotation, place, contacts, touch, swept, seen):
-    """What T moments have to say, as arrays with T in front: fills `swept` (V,) with the quanta of log-odds that sweeps
-    take, and `seen` (V,) with where the hand came near.
+def look_back(where, trial, swept, seen):
+    """Tell what T moments have to say.
 
-    Returns what `share` asks of the touches, step by step: `suspects` and `weight` (E,), `cell` and `hits` (C,).
+    Args:
+        where: tree and body of the hand, lattice of the grid, evidence of the contact model.
+        trial: the `Moment` of all of them.
+        swept: (V,) is filled with the quanta of log-odds that sweeps take.
+        seen: (V,) is set where the hand came near.
+
+    Returns:
+        What `share` asks of the touches, step by step: `suspects` and `weight` (E,), `cell` and `hits` (C,).
     """
+    tree, body, lattice, evidence = where
     slot, stale = np.empty(len(swept), dtype=np.int32), np.empty(len(swept), dtype=np.bool_)
     for each in range(len(slot)):
         slot[each] = -1
-    nowhere = np.empty(0, dtype=np.int64)  # no cell has a slot
-    along, square = np.empty(lattice.shape[2]), np.empty(lattice.shape[2])
-    felt = 0
-    for step in range(len(contacts)):
-        for patch in range(contacts.shape[1]):
-            felt += contacts[step, patch]
-    number, weight = np.empty(felt, dtype=np.int64), np.empty(felt)
-    cell, hits = np.empty(64 * felt, dtype=np.int64), np.empty(64 * felt)
+    nobody = np.empty((0, 1), dtype=np.int8)  # no particle, no cell has a slot
+    maps = ParticleMaps(lattice.shape, swept, slot, nobody, stale, stale, seen, stale)
+    felt_patches = 0
+    for step in range(len(trial.contacts)):
+        for patch in range(trial.contacts.shape[1]):
+            felt_patches += trial.contacts[step, patch]
+    number, weight = np.empty(felt_patches, dtype=np.int64), np.empty(felt_patches)
+    cell, hits = np.empty(64 * felt_patches, dtype=np.int64), np.empty(64 * felt_patches)
     events = count = 0
-    for step in range(len(contacts)):
-        reach, rings = reach_of(body, evidence, place[step]), ringing(body, contacts[step])
-        touched = touched_links(body, contacts[step])
-        if any_of(touched):
-            most = room(body, lattice, reach.felt, touched)
-            cells, owner, height = np.empty(most, dtype=np.int64), np.empty(most, dtype=np.int64), np.empty(most)
-            found = gather(
-                link_body,
-                body,
-                lattice,
-                evidence,
-                reach.felt,
-                contacts[step],
-                touched,
-                rings,
-                0.0,
-                position[step],
-                rotation[step],
-                cells,
-                owner,
-                height,
-            )
-            if count + found > len(cell):
-                more = 2 * len(cell) + found
+    for step in range(len(trial.contacts)):
+        reach, contacts = reach_of(body, evidence, trial.place[step]), trial.contacts[step]
+        felt = MapInput(tree, body, lattice, evidence, reach, contacts, trial.touch[step], trial.heard[step])
+        frames = BodyFrames(trial.position[step], trial.rotation[step])
+        rings, found = ringing(body, contacts), room(felt, 0.0)
+        if any_of(contacts):
+            near = touched_room(felt, rings, 0.0)
+            cells = near_skin(felt, frames, rings, 0.0, found, near)
+            if count + cells > len(cell):
+                more = 2 * len(cell) + cells
                 old_cell, old_hits = cell, hits
                 cell, hits = np.empty(more, dtype=np.int64), np.empty(more)
                 for c in range(count):
                     cell[c], hits[c] = old_cell[c], old_hits[c]
-            for patch in range(contacts.shape[1]):
-                if not contacts[step, patch]:
+            for patch in range(len(contacts)):
+                if not contacts[patch]:
                     continue
                 fall = reach.fall[body.patch_link[patch]]
                 number[events] = 0
-                for c in range(found):
-                    if owner[c] == patch:
-                        beyond = max(height[c] - evidence.shell, 0.0) / fall
-                        cell[count], hits[count] = cells[c], evidence.hit * np.exp(-0.5 * beyond**2)
-                        seen[cells[c]] = True
+                for c in range(cells):
+                    if near.patch[c] == patch:
+                        beyond = max(near.height[c] - evidence.shell, 0.0) / fall
+                        cell[count], hits[count] = near.cell[c], evidence.hit * np.exp(-0.5 * beyond**2)
+                        seen[near.cell[c]] = True
                         number[events] += 1
                         count += 1
-                weight[events] = WEIGHT * touch[step, patch]
+                weight[events] = WEIGHT * felt.touch[patch]
                 events += 1
-        sweep(
-            link_body,
-            body,
-            lattice,
-            evidence,
-            reach,
-            contacts[step],
-            rings,
-            True,
-            position[step],
-            rotation[step],
-            swept,
-            NO_FLOOR,
-            slot,
-            seen,
-            stale,
-            nowhere,
-            nowhere,
-            along,
-            square,
-        )
+        sweep(felt, frames, rings, maps, NO_FLOOR, found)
     return number, weight, cell[:count], hits[:count]
 
 
 @kernel()
 def share(suspects, weight, cell, hits, no_alarm, rounds, log_odds):
-    """Add to `log_odds` (V,) what the touches say: E of them, of so many `suspects` and of a `weight` each; `cell` (C,)
-    and `hits` (C,) are those of one touch after another. `no_alarm`: probability that a patch does not ring for
-    nothing.
+    """Add what the touches say: in each round every one takes back what it had said, and says what follows from what is
+    then known.
 
-    In each of the `rounds` every touch takes back what it had said, and says what follows from what is then known.
+    Args:
+        suspects: (E,) of how many cells each touch may be.
+        weight: (E,).
+        cell: (C,) index of those, one touch after the other.
+        hits: (C,) probability that each rings the patch if it is occupied.
+        no_alarm: probability that a patch does not ring for nothing.
+        rounds: how many.
+        log_odds: (V,), added to.
     """
     said, clear = np.empty(len(cell)), np.empty(len(cell))
     for c in range(len(cell)):
@@ -178,5 +170,5 @@ def share(suspects, weight, cell, hits, no_alarm, rounds, log_odds):
                 clear[c] = 1.0 - hits[c] / (1.0 + np.exp(-log_odds[cell[c]]))
                 silent *= clear[c]
             for c in range(begin, end):
-                said[c] = evidence_of(hits[c], clear[c], silent, weight[e], 0.0)
+                said[c] = touch_evidence(hits[c], clear[c], silent, weight[e], 0.0)
                 log_odds[cell[c]] += said[c]

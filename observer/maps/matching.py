@@ -15,33 +15,23 @@ from haptic_env.arrays import Array
 from haptic_env.moved import renamed
 from observer import threads
 from observer.gaussian import lower_factor
-from observer.kinematics import Tree
-from observer.maps import free_space, per_particle, scan_matching, suspects
-from observer.maps.capsules import Body, Lattice
-from observer.maps.evidence import Evidence, LinkEvidence
-from observer.maps.mean_frames import MeanFrames
+from observer.maps import free_space, matching_geometry, per_particle, scan_matching
+from observer.maps.capsules import MapInput, MeanFrames
 from observer.maps.occupancy import Maps
+from observer.maps.scan_matching import Candidates, MapQuery, Matched
 
 __getattr__ = renamed(__name__, {"Felt": "MapInput"})
 
 
-class MapInput(NamedTuple):
-    """What one step has to say to the maps: `contacts` (P,) and `touch` (P,), the weight of each patch's touch;
-    `watched` (L,): the links whose patches have a say in the pose; and what it says of the cells about a link."""
-
-    tree: Tree
-    body: Body
-    lattice: Lattice
-    evidence: Evidence
-    reach: LinkEvidence
-    contacts: NDArray[np.bool_]
-    touch: Array
-    watched: NDArray[np.bool_]
-
-
 class Cloud(NamedTuple):
-    """Where the particles' proposals lie: `centres` (N, J) from the mean pose, that of `stance`, each with the
-    covariance `rest` (J, J); `spread` (J, J): factor of the covariance of all that is uncertain of the pose."""
+    """Where the particles' proposals lie.
+
+    Attributes:
+        stance: of the mean pose.
+        centres: (N, J) rad from the mean pose.
+        rest: (J, J) rad², covariance of each proposal.
+        spread: (J, J) rad, factor of the covariance of all that is uncertain of the pose.
+    """
 
     stance: MeanFrames
     centres: Array
@@ -50,8 +40,13 @@ class Cloud(NamedTuple):
 
 
 class Search(NamedTuple):
-    """All that the `kernel` needs to match particles to their maps, side by side, but for what it fills; its poses are
-    `about` (J,) rad."""
+    """How particles are matched to their maps, side by side.
+
+    Attributes:
+        kernel: called with the first particle, the one after the last, the `arguments`, and the `Matched` to fill.
+        arguments: of the kernel.
+        about: (J,) rad, what its poses are from; None: 0.
+    """
 
     kernel: Callable[..., None]
     arguments: tuple[Any, ...]
@@ -59,88 +54,91 @@ class Search(NamedTuple):
 
 
 def mean_search(felt: MapInput, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator) -> Search | None:
-    """Every particle takes the mean of its candidates by likelihood, which come from all that is uncertain of the
-    pose, in pairs about the centre: where the map has nothing to say nothing moves. What the pose's uncertainty does
-    to the maps is in `LinkEvidence`, the same for all, so that sweeps are said once. None where no contact is."""
+    """Let every particle take the mean of its candidates by likelihood.
+
+    These come from all that is uncertain of the pose, in pairs about the centre: where the map has nothing to say
+    nothing moves. What the pose's uncertainty does to the maps is in `LinkEvidence`, the same for all, so that sweeps
+    are said once.
+
+    Args:
+        felt: of the step.
+        cloud: the proposals.
+        candidates: K.
+        maps: of the particles; they make room.
+        rng: draws the candidates.
+
+    Returns:
+        The search; None where no contact is.
+    """
     particles, joints = cloud.centres.shape
-    tree, body, lattice, evidence, reach, contacts, touch, watched = felt
-    stance = cloud.stance
-    if not watched.any():  # effort goes where contact is
+    if not felt.watched.any():  # effort goes where contact is
         return None
+    resolution = felt.lattice.resolution
     # Voxels that a candidate may be away; a single one of a single particle is where the pose is.
-    about = 1 + int(2.0 * reach.place.max() / lattice.resolution) if particles * candidates > 1 else 1
-    scan = scan_matching.scan(tree, body, lattice, stance, contacts, watched, maps.solid, about)
-    margin = 0.5 * lattice.resolution
-    causes = suspects.suspects_of(tree, body, lattice, evidence, reach, stance, contacts, touch, margin)
-    arguments = (
-        scan,
-        causes,
-        maps.make_room(causes.cell),
-        lattice,
-        evidence,
-        candidates,
-        cloud.centres,
-        cloud.spread,
-        rng.standard_normal((particles, candidates // 2, joints), dtype=np.float32),  # twice as fast to draw
-        maps.common,
-        maps.slot,
-        maps.own,
-        maps.touched,
-        maps.solid,
-    )
-    return Search(scan_matching.match_and_touch, arguments, stance.pose)
+    about = 1 + int(2.0 * felt.reach.place.max() / resolution) if particles * candidates > 1 else 1
+    skin, causes = matching_geometry.survey(felt, cloud.stance, maps.solid, about, 0.5 * resolution)
+    query = MapQuery(skin, causes, maps.make_room(causes.cell))
+    normals = rng.standard_normal((particles, candidates // 2, joints), dtype=np.float32)  # twice as fast to draw
+    drawn = Candidates(candidates, cloud.centres, cloud.spread, normals)
+    return Search(scan_matching.match_and_touch, (query, felt.evidence, drawn, maps.arrays), cloud.stance.pose)
 
 
 def sample_search(felt: MapInput, cloud: Cloud, candidates: int, maps: Maps, rng: np.random.Generator) -> Search:
-    """Every particle takes one of its candidates, drawn by likelihood from its proposal, and has the whole of its map
-    at its own pose."""
+    """Let every particle take one of its candidates, drawn by likelihood from its proposal, and have the whole of its
+    map at its own pose.
+
+    Args:
+        felt: of the step.
+        cloud: the proposals.
+        candidates: K.
+        maps: of the particles.
+        rng: draws the candidates, and one of them.
+
+    Returns:
+        The search.
+    """
     particles, joints = cloud.centres.shape
-    arguments = (
-        *felt,
-        cloud.stance.pose + cloud.centres,
-        lower_factor(cloud.rest),
-        rng.standard_normal((particles, candidates if felt.watched.any() else 1, joints)),
-        rng.random(particles),
-        maps.own,
-        maps.stale,
-    )
-    return Search(per_particle.advance, arguments)
+    count = candidates if felt.watched.any() else 1
+    normals = rng.standard_normal((particles, count, joints))
+    drawn = Candidates(count, cloud.stance.pose + cloud.centres, lower_factor(cloud.rest), normals)
+    return Search(per_particle.advance, (felt, drawn, rng.random(particles), maps.arrays))
 
 
 def match(search: Search | None, cloud: Cloud, poses: Array, number: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Fill `poses` (N, J) with those that match the maps, on `number` threads, and write into these what is felt there;
-    returns the log of the mean likelihood (N,) and whether the match moved the pose (N,)."""
-    log_likelihood, moved = np.zeros(len(poses)), np.zeros(len(poses), dtype=bool)
+    """Match particles to their maps, and write into these what is felt there.
+
+    Args:
+        search: how; None: poses are the proposals.
+        cloud: the proposals.
+        poses: (N, J) rad, filled.
+        number: of threads.
+
+    Returns:
+        The log of the mean likelihood (N,), and whether the match moved the pose (N,).
+    """
+    matched = Matched(poses, np.zeros(len(poses)), np.zeros(len(poses), dtype=bool))
     if search is None:
         np.add(cloud.stance.pose, cloud.centres, out=poses)
-        return log_likelihood, moved
-    threads.run(search.kernel, len(poses), number, *search.arguments, poses, log_likelihood, moved)
+        return matched.log_likelihood, matched.moved
+    threads.run(search.kernel, len(poses), number, *search.arguments, matched)
     if search.about is not None:
         poses += search.about
-    return log_likelihood, moved
+    return matched.log_likelihood, matched.moved
 
 
 def sweep(felt: MapInput, stance: MeanFrames, maps: Maps, carve: bool) -> None:
-    """Take note of what the hand came near, and `carve` the free space out of what all particles have in common; where
-    that is not asked for, each has carved its own."""
+    """Take note of what the hand came near, and carve the free space out of what all particles have in common.
+
+    Args:
+        felt: of the step.
+        stance: of the mean pose.
+        maps: of the particles.
+        carve: False: each has carved its own.
+    """
     if not carve:
         maps.seen |= maps.stale
-    where, loses = free_space.sweep_free(
-        felt.tree,
-        felt.body,
-        felt.lattice,
-        felt.evidence,
-        felt.reach,
-        stance,
-        felt.contacts,
-        carve,
-        maps.common,
-        maps.slot,
-        maps.seen,
-        maps.stale,
-    )
-    if len(where):
-        free_space.lose(where, loses, maps.own)
+        felt = felt._replace(reach=felt.reach.of(np.zeros_like(felt.watched)))
+    free_space.sweep_free(felt, stance, maps.arrays)
 
 
 MATCHING: dict[str, Callable[..., Search | None]] = {"mean": mean_search, "sample": sample_search}

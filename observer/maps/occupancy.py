@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,31 @@ __getattr__ = renamed(__name__, {"Then": "LazyMean", "Change": "UndoRecord"})
 FIRST_SLOTS = 256
 
 
+class ParticleMaps(NamedTuple):
+    """The maps of all particles, for the kernels. Log-odds are int8 in units of `QUANTUM`; of `common` and `own` a cell
+    has its log-odds in one and 0 in the other, so that their sum is what a particle believes.
+
+    Attributes:
+        shape: (X, Y, Z).
+        common: (V,) int8, to all particles; 0 for the cells that have a slot.
+        slot: (V,) int32, where `own` has a cell; -1, its last column, in which is 0, for the others.
+        own: (N, > T) int8, each particle's own.
+        touched: (V,) the cells of which particles may believe different things.
+        solid: (V,) those that any particle holds for occupied rather than free.
+        seen: (V,) those that the hand came near, of which and of whose neighbours something is told.
+        stale: (V,) those whose mean has changed since it was last asked for.
+    """
+
+    shape: NDArray[np.int64]
+    common: NDArray[np.int8]
+    slot: NDArray[np.int32]
+    own: NDArray[np.int8]
+    touched: NDArray[np.bool_]
+    solid: NDArray[np.bool_]
+    seen: NDArray[np.bool_]
+    stale: NDArray[np.bool_]
+
+
 class OccupancySnapshot:
     """The occupancy of one step, computed when it is first asked for."""
 
@@ -30,7 +55,11 @@ class OccupancySnapshot:
         self._value: Array | None = None
 
     def value(self) -> Array:
-        """(X, Y, Z) posterior probability that each voxel is occupied, 0.5 where the hand never came; read-only."""
+        """Compute it, or recall it.
+
+        Returns:
+            (X, Y, Z) posterior probability that each voxel is occupied, 0.5 where the hand never came; read-only.
+        """
         if self._compute is not None:
             self._value = self._compute()
             self._value.flags.writeable = False
@@ -44,8 +73,13 @@ class OccupancySnapshot:
 
 
 class UndoRecord:
-    """A change of the mean: what was `before` (C,) at its `cells` (C,), and the change `after` it, None while it has
-    not happened. Whoever holds a change can go back to the time before it."""
+    """A change of the mean. Whoever holds one can go back to the time before it.
+
+    Attributes:
+        cells: (C,).
+        before: (C,) what was there.
+        after: the change after it, None while it has not happened.
+    """
 
     __slots__ = ("after", "before", "cells")
 
@@ -87,24 +121,30 @@ class Maps:
     """What the particles believe of every voxel: a map in common, and each particle's own of the cells that a touch
     may have been due to.
 
-    `common` (V,) int8, 0 for the cells that have a slot; of those `own` (N, > T) int8 has the log-odds, `slot` (V,)
-    int32 says where, and -1 for the others: nothing is ever kept in the last one. With `dense` every cell has a slot,
-    in order. `touched` (V,): the cells of which particles may believe different things; `solid` (V,): those that any
-    particle holds for occupied rather than free; `seen` (V,): those that the hand came near, of which and of whose
-    neighbours something is told, and of the others 0.5; `stale` (V,): those whose mean has changed since it was last
-    asked for.
+    Attributes:
+        arrays: the `ParticleMaps`, whose arrays are also attributes of this one.
+        cells: (T,) the cells of the slots.
     """
 
     def __init__(self, particles: int, grid: Grid, probability: Array, dense: bool = False) -> None:
-        """`probability` (256,) that a voxel is occupied, of an entry v at [v + 128]."""
+        """Begin with nothing known.
+
+        Args:
+            particles: N.
+            grid: of the maps.
+            probability: (256,) that a voxel is occupied, of a map entry v at [v + 128].
+            dense: whether every cell has a slot, in order.
+        """
         count = int(np.prod(grid.shape))
         self.common = np.zeros(count, dtype=np.int8)
         self.slot = np.arange(count, dtype=np.int32) if dense else np.full(count, -1, dtype=np.int32)
         self._kept = np.arange(count) if dense else np.zeros(FIRST_SLOTS, dtype=np.int64)
-        self.cells = self._kept if dense else self._kept[:0]  # (T,) of the slots
+        self.cells = self._kept if dense else self._kept[:0]
         self.own = np.zeros((particles, count if dense else FIRST_SLOTS), dtype=np.int8)
         self.touched = np.full(count, dense)
         self.solid, self.seen, self.stale = np.zeros((3, count), dtype=bool)
+        self._shape = np.array(grid.shape)
+        self.arrays = self._arrays()
         self._told = np.zeros(count, dtype=np.int8)
         self._probability = probability
         self._mean = np.full(grid.shape, 0.5)
@@ -126,7 +166,14 @@ class Maps:
         self._last = None
 
     def make_room(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Give a slot to each of `cells` (C,) that has none, and take note that they change; returns the slots (C,)."""
+        """Give a slot to each cell that has none, and take note that they change.
+
+        Args:
+            cells: (C,).
+
+        Returns:
+            (C,) the slots.
+        """
         used = len(self.cells)
         if used + len(cells) >= self.own.shape[1]:
             room = 2 * (used + len(cells))
@@ -134,21 +181,34 @@ class Maps:
             own = np.zeros((len(self.own), room), dtype=np.int8)
             own[:, :used] = self.own[:, :used]
             self.own = own
-        where, used = settle(cells, used, self._kept, self.common, self.slot, self.own, self.seen, self.stale)
+            self.arrays = self._arrays()
+        where, used = settle(cells, used, self._kept, self.arrays)
         self.cells = self._kept[:used]
         return where
 
     def weights_changed(self) -> None:
         """Take note that the mean changes wherever particles differ."""
-        mark(self.cells, self.touched, self.seen, self.stale)
+        mark(self.cells, self.arrays)
 
     def copy(self, source: NDArray[np.int64], target: NDArray[np.int64]) -> None:
-        """Overwrite the maps of the particles `target` (C,) with those of `source` (C,); none may be in both."""
+        """Overwrite maps by others.
+
+        Args:
+            source: (C,) particles.
+            target: (C,) those that get their maps; none may be in both.
+        """
         used = len(self.cells)
         self.own[target, :used] = self.own[source, :used]
 
     def snapshot(self, weights: Array) -> OccupancySnapshot:
-        """The mean of the maps by `weights` (N,)."""
+        """Take the mean of the maps, as it is now.
+
+        Args:
+            weights: (N,).
+
+        Returns:
+            The mean, computed when it is asked for.
+        """
         then = self._held()
         if then is None:
             then = LazyMean(self, weights)
@@ -156,7 +216,14 @@ class Maps:
         return OccupancySnapshot(then)
 
     def refresh(self, weights: Array) -> tuple[Array, UndoRecord]:
-        """The mean (X, Y, Z) by `weights` (N,), which changes with the maps, and its next change."""
+        """Bring the mean of the maps up to date.
+
+        Args:
+            weights: (N,).
+
+        Returns:
+            The mean (X, Y, Z), which changes with the maps, and its next change.
+        """
         cells = flagged(self.stale)  # all of which the hand came near
         cells = np.concatenate([cells, spread(cells, self._mean.shape, self._told)])
         where, differs = self.slot[cells], self.touched[cells]
@@ -168,6 +235,10 @@ class Maps:
         self._mean.flat[cells] = mean
         self.stale[cells] = False
         return self._mean, self._next
+
+    def _arrays(self) -> ParticleMaps:
+        of_cells = self.touched, self.solid, self.seen, self.stale
+        return ParticleMaps(self._shape, self.common, self.slot, self.own, *of_cells)
 
     def _held(self) -> LazyMean | None:
         return None if self._last is None else self._last()

@@ -10,10 +10,10 @@ from scipy.special import expit, logit
 
 from observer.fastslam import HapticSLAM
 from observer.kinematics import tree_of
-from observer.maps import capsules, free_space, mean_frames, suspects
-from observer.maps.contact_model import ContactModel
-from observer.maps.evidence import LIMIT
-from observer.maps.hindsight import ROUNDS, WEIGHT, look_back, share
+from observer.maps import capsules, free_space, matching_geometry
+from observer.maps.contact_model import LIMIT, ContactModel
+from observer.maps.hindsight import ROUNDS, WEIGHT, Moment, look_back, share
+from observer.maps.occupancy import ParticleMaps
 
 STEPS = 60
 NO_ALARM = 0.97
@@ -104,19 +104,22 @@ def test_looking_back_finds_what_each_step_found(trial):
     known = 1e-4 * np.eye(trial.hand.joints)
     steps, suspected, rings, touch = [], [], [], np.full(len(trial.hand.patches), 0.5)
     common, seen, stale = np.zeros(cells, dtype=np.int8), *np.zeros((2, cells), dtype=bool)
+    unkept, every = np.full(cells, -1, dtype=np.int32), np.ones(len(trial.hand.links), dtype=bool)
+    nobody = np.zeros((0, 1), dtype=np.int8)
+    maps = ParticleMaps(lattice.shape, common, unkept, nobody, stale, stale, seen, stale)
     for felt, contacts in zip(trial.felt, trial.contacts.astype(bool), strict=True):
-        stance, reach = mean_frames.stand(tree, body, evidence, 1.0, felt, known)
-        found = suspects.suspects_of(tree, body, lattice, evidence, reach, stance, contacts, touch, 0.0)
+        stance, reach = capsules.stand(tree, body, evidence, 1.0, felt, known)
+        step = capsules.MapInput(tree, body, lattice, evidence, reach, contacts, touch, every)
+        _, found = matching_geometry.survey(step, stance, unkept >= 0, 1, 0.0)
         beyond = np.maximum(found.height - evidence.shell, 0.0) / np.repeat(found.fall, np.diff(found.begin))
         suspected.append(found.cell)
         rings.append(evidence.hit * np.exp(-0.5 * beyond**2))
         seen[found.cell] = True
-        unkept = np.full(cells, -1, dtype=np.int32)
-        free_space.sweep_free(tree, body, lattice, evidence, reach, stance, contacts, True, common, unkept, seen, stale)
-        steps.append((stance.position, stance.rotation, reach.place, contacts, touch))
+        free_space.sweep_free(step, stance, maps)
+        steps.append((stance.position, stance.rotation, reach.place, contacts, touch, every))
     swept, near = np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=bool)
-    several = [np.stack(each) for each in zip(*steps, strict=True)]
-    number, weight, cell, hits = look_back(tree.link_body, body, lattice, evidence, *several, swept, near)
+    several = Moment(*(np.stack(each) for each in zip(*steps, strict=True)))
+    number, weight, cell, hits = look_back((tree, body, lattice, evidence), several, swept, near)
     np.testing.assert_array_equal(cell, np.concatenate(suspected))
     np.testing.assert_allclose(hits, np.concatenate(rings), rtol=1e-12)
     np.testing.assert_array_equal(np.maximum(swept, -LIMIT), common)

@@ -11,8 +11,10 @@ from haptic_lab.benchmarks import reference
 from haptic_lab.benchmarks.reference import full_weight
 from observer import threads
 from observer.kinematics import body_frames, tree_of
-from observer.maps import capsules, evidence, per_particle
-from observer.maps.contact_model import ContactModel
+from observer.maps import capsules, per_particle
+from observer.maps.contact_model import QUANTUM, ContactModel, reach_of
+from observer.maps.occupancy import Maps
+from observer.maps.scan_matching import Candidates, Matched
 from tests.observer.hands import many_patches, random_tree
 
 HANDS = {**hands.HANDS, "many_patches": many_patches, "tree": lambda: random_tree(0)}
@@ -52,36 +54,24 @@ class Inputs:
 
     def advance(self, model=MODEL, number=1):
         """What the kernel makes of it, in the order of `reference.advance`."""
-        maps, known = self.maps.copy(), np.zeros(np.prod(self.grid.shape), dtype=bool)
+        maps = Maps(len(self.maps), self.grid, PROBABILITY, dense=True)
+        maps.own[:] = self.maps.reshape(len(self.maps), -1)
+        body, tables = capsules.body_of(self.hand.patches, self.grid.resolution), model.evidence(self.grid.resolution)
+        world = (tree_of(self.hand), body, capsules.lattice_of(self.grid), tables, reach_of(body, tables, self.place))
         poses = np.full(self.centres.shape, np.nan)
-        log_mean, moved = np.full(len(poses), np.nan), np.zeros(len(poses), dtype=bool)
+        matched = Matched(poses, np.full(len(poses), np.nan), np.zeros(len(poses), dtype=bool))
         threads.run(
             per_particle.advance,
             len(poses),
             number,
-            tree_of(self.hand),
-            capsules.body_of(self.hand.patches, self.grid.resolution),
-            capsules.lattice_of(self.grid),
-            model.evidence(self.grid.resolution),
-            evidence.reach_of(
-                capsules.body_of(self.hand.patches, self.grid.resolution),
-                model.evidence(self.grid.resolution),
-                self.place,
-            ),
-            self.contacts,
-            self.touch,
-            self.watched,
-            self.centres,
-            self.spread,
-            self.normals,
+            capsules.MapInput(*world, self.contacts, self.touch, self.watched),
+            Candidates(self.normals.shape[1], self.centres, self.spread, self.normals),
             self.uniform,
-            maps.reshape(len(maps), -1),
-            known,
-            poses,
-            log_mean,
-            moved,
+            maps.arrays,
+            matched,
         )
-        return log_mean, moved, poses, maps, known.reshape(self.grid.shape)
+        written = maps.own.reshape(self.maps.shape), maps.stale.reshape(self.grid.shape)
+        return matched.log_likelihood, matched.moved, poses, *written
 
     def expected(self, model=MODEL):
         """What the reference makes of it."""
@@ -169,9 +159,10 @@ def test_the_likelihood_agrees(hand):
         inputs = Inputs(hand, grid, seed, particles=1)
         q = inputs.centres[0]
         body_frames(tree, q, position, rotation)
-        pose = (tree.link_body, position, rotation)
-        felt = (inputs.contacts, inputs.watched, inputs.maps[0].ravel())
-        got = per_particle._log_likelihood(body, lattice, evidence, *pose, *felt)
+        reach = reach_of(body, evidence, inputs.place)
+        felt = capsules.MapInput(tree, body, lattice, evidence, reach, inputs.contacts, inputs.touch, inputs.watched)
+        frames = capsules.BodyFrames(position, rotation)
+        got = per_particle._log_likelihood(felt, frames, inputs.maps[0].ravel())
         expected = reference.log_likelihood(hand, grid, MODEL, q, inputs.contacts, inputs.watched, inputs.maps[0])
         assert got == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
@@ -194,7 +185,7 @@ def test_one_touch_is_bayes_rule(two_finger):
         rings = 1 - (1 - model.false_alarm) * (1 - model.hit) ** worlds.sum(axis=0)
         marginal = (worlds * rings).sum(axis=1) / rings.sum()
         written = reference.probability(model, [new[tuple(cell)] for cell in suspects])
-        np.testing.assert_allclose(written, marginal, atol=0.25 * evidence.QUANTUM)
+        np.testing.assert_allclose(written, marginal, atol=0.25 * QUANTUM)
         tried += 1
     assert tried >= 5
 

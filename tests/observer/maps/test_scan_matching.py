@@ -12,8 +12,9 @@ from haptic_env.grid import Grid
 from haptic_lab.benchmarks import reference
 from observer import threads
 from observer.kinematics import tree_of
-from observer.maps import capsules, cells, evidence, free_space, mean_frames, scan_matching, suspects
-from observer.maps.contact_model import ContactModel
+from observer.maps import capsules, cells, free_space, matching_geometry, scan_matching
+from observer.maps.contact_model import ContactModel, reach_of
+from observer.maps.matching_geometry import TouchCauses
 from observer.maps.occupancy import Maps
 from tests.observer.hands import many_patches, random_tree
 
@@ -47,7 +48,7 @@ class Step:
         self.watched[0] = True
         self.place = rng.uniform(0, 0.006, len(hand.links))
         self.pose = rng.uniform(*hand.joint_limits.T)
-        self.reach = evidence.reach_of(self.body, self.evidence, self.place)
+        self.reach = reach_of(self.body, self.evidence, self.place)
         self.candidates, self.deviations = candidates, np.zeros((particles, joints))
         self.spread = np.linalg.cholesky(1e-12 * np.eye(joints))
         self.normals = rng.standard_normal((particles, candidates // 2, joints))
@@ -59,10 +60,16 @@ class Step:
             self.maps.touched[self.maps.cells] = self.maps.solid[self.maps.cells] = True
 
     @property
+    def felt(self):
+        """What the step has to say."""
+        hand = (self.tree, self.body, self.lattice, self.evidence, self.reach)
+        return capsules.MapInput(*hand, self.contacts, self.touch, self.watched)
+
+    @property
     def stance(self):
         """At the mean pose."""
         known = np.zeros((self.hand.joints, self.hand.joints))
-        return mean_frames.stand(self.tree, self.body, self.evidence, 1.0, self.pose, known)[0]
+        return capsules.stand(self.tree, self.body, self.evidence, 1.0, self.pose, known)[0]
 
     def log_odds(self, n):
         """(X, Y, Z) the map of particle n, as the kernels read it."""
@@ -71,38 +78,27 @@ class Step:
 
     def match(self, number=1):
         """What `match_and_touch` makes of it: log mean likelihoods, moved, poses from the mean."""
+        skin, causes = self.survey()
+        return self.matched(skin, causes, number)
+
+    def survey(self, reach=FAR):
+        """What matching asks of the maps."""
+        return matching_geometry.survey(self.felt, self.stance, self.maps.solid, reach, 0.002)
+
+    def matched(self, skin, causes, number=1):
+        """As `match`, for what is asked."""
+        query = scan_matching.MapQuery(skin, causes, self.maps.make_room(causes.cell))
+        about = scan_matching.Candidates(self.candidates, self.deviations, self.spread, self.normals)
         poses = np.empty_like(self.deviations)
-        scan = scan_matching.scan(
-            self.tree, self.body, self.lattice, self.stance, self.contacts, self.watched, self.maps.solid, FAR
-        )
-        causes = suspects.suspects_of(
-            self.tree, self.body, self.lattice, self.evidence, self.reach, self.stance, self.contacts, self.touch, 0.002
-        )
-        where = self.maps.make_room(causes.cell)
-        maps = (self.maps.common, self.maps.slot, self.maps.own, self.maps.touched, self.maps.solid)
-        about = (self.candidates, self.deviations, self.spread, self.normals)
-        log_mean, moved = np.full(len(poses), np.nan), np.zeros(len(poses), dtype=bool)
-        given = (scan, causes, where, self.lattice, self.evidence, *about, *maps, poses, log_mean, moved)
+        matched = scan_matching.Matched(poses, np.full(len(poses), np.nan), np.zeros(len(poses), dtype=bool))
+        given = (query, self.evidence, about, self.maps.arrays, matched)
         threads.run(scan_matching.match_and_touch, len(poses), number, *given)
-        return log_mean, moved, poses
+        return matched.log_likelihood, matched.moved, poses
 
     def sweep(self, carve=True):
         """Let `sweep_free` write."""
-        where, loses = free_space.sweep_free(
-            self.tree,
-            self.body,
-            self.lattice,
-            self.evidence,
-            self.reach,
-            self.stance,
-            self.contacts,
-            carve,
-            self.maps.common,
-            self.maps.slot,
-            self.maps.seen,
-            self.maps.stale,
-        )
-        free_space.lose(where, loses, self.maps.own)
+        felt = self.felt if carve else self.felt._replace(reach=self.reach.of(np.zeros_like(self.watched)))
+        free_space.sweep_free(felt, self.stance, self.maps.arrays)
 
     def candidates_of(self, n):
         """(K, J) poses that particle n considers."""
@@ -192,30 +188,16 @@ def test_silent_points_are_left_out_only_where_nothing_is_known_to_be_occupied(t
     step.maps.solid[:] = False
     for n in range(3):
         step.maps.solid |= (step.log_odds(n) >= step.evidence.solid).ravel()
-    few, every = (
-        scan_matching.scan(
-            step.tree, step.body, step.lattice, step.stance, step.contacts, step.watched, step.maps.solid, reach
-        )
-        for reach in (1, FAR)
-    )
+    (few, _), (every, _) = step.survey(1), step.survey(FAR)
     assert few.place.shape[1] < every.place.shape[1]
-    nothing = scan_matching.scan(
-        step.tree, step.body, step.lattice, step.stance, step.contacts, step.watched, np.zeros_like(step.maps.solid), 1
-    )
+    nothing = matching_geometry.survey(step.felt, step.stance, np.zeros_like(step.maps.solid), 1, 0.002)[0]
     assert nothing.felt.all()
     whole = step.match()[0]
-    maps = (step.maps.common, step.maps.slot, step.maps.own, step.maps.touched, step.maps.solid)
-    none = suspects.TouchCauses(
+    none = TouchCauses(
         np.zeros(1, dtype=np.int64), *np.zeros((2, 0)), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 0)),
         np.zeros(0, dtype=np.int64),
     )  # fmt: skip
-    nowhere = step.maps.make_room(none.cell)
-    step = Step(two_finger, _grid(two_finger), seed=1)
-    about = (step.candidates, step.deviations, step.spread, step.normals)
-    maps = (step.maps.common, step.maps.slot, step.maps.own, step.maps.touched, step.maps.solid)
-    part, out = np.empty(len(step.deviations)), (np.empty_like(step.deviations),)
-    given = (few, none, nowhere, step.lattice, step.evidence, *about, *maps, *out, part, part > 0)
-    scan_matching.match_and_touch(0, len(part), *given)
+    part = Step(two_finger, _grid(two_finger), seed=1).matched(few, none)[0]
     np.testing.assert_allclose(part, whole, rtol=1e-9)
 
 
