@@ -73,6 +73,7 @@ def test_the_summary_gives_intervals(swept: Path) -> None:
     assert (swept / "evaluate.png").stat().st_size > 10_000
 
 
+@pytest.mark.usefixtures("serially")
 @pytest.mark.parametrize("where", ["within a row", "between two rows"])
 def test_killed_half_way_it_goes_on_to_the_same_rows(copied: Path, swept: Path, where: str) -> None:
     whole = (swept / "trials.csv").read_bytes()
