@@ -23,7 +23,7 @@ MODEL = ContactModel(prior=0.2, hit=0.3, false_alarm=0.07, free=0.31, shell=0.8,
 FAR = 1000  # voxels: every point of a silent patch is scored
 
 
-@pytest.fixture(params=HANDS)
+@pytest.fixture(scope="module", params=HANDS)
 def hand(request: pytest.FixtureRequest):
     """Every registered hand, one of a thousand patches, and a random tree."""
     return HANDS[request.param]()

@@ -17,8 +17,8 @@ from observer.shape.distance_fields import farthest, solids_of
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tables are too large a little sooner, and made in half the time."""
-    monkeypatch.setattr(grid, "VOXELS", 180**3)
-    monkeypatch.setattr(distance_fields, "NODES", 180)
+    monkeypatch.setattr(grid, "VOXELS", 190**3)
+    monkeypatch.setattr(distance_fields, "NODES", 190)
 
 
 def _cubes(*sizes: float) -> dict[str, list[shapes.Solid]]:
