@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from agents.layers import ACTIVATIONS, Array, Cell, Layer
 from agents.network import Memory, Network
 from agents.normalization import Normalization
+from agents.training import training_of
 from haptic_env import validate
 from haptic_env.files import atomic
 
@@ -20,7 +22,14 @@ SAMPLES = 8  # observations at which the file must act as the model
 TOLERANCE = 1e-4  # of the torque limits: float32, summed in another order
 
 
-def export(model: Any, path: str | os.PathLike[str], normalize: Any = None) -> None:
+def export(
+    model: Any,
+    path: str | os.PathLike[str],
+    normalize: Any = None,
+    *,
+    entries: Sequence[str] | None = None,
+    hold: int | None = None,
+) -> None:
     """Write the policy of a model to a file, whole or not at all; `agents.make("sb3", env, path=path)` uses it, without
     torch.
 
@@ -28,32 +37,39 @@ def export(model: Any, path: str | os.PathLike[str], normalize: Any = None) -> N
         model: an algorithm of Stable-Baselines3 or sb3-contrib.
         path: of the file, *.npz.
         normalize: the `VecNormalize` under which it was trained, if it was.
+        entries: of the `BeliefObservation` that it was shown, so that it can be shown the same again; None: those of
+            the model's own environment, which one that was loaded from a file has not.
+        hold: control steps for which each of its actions lasts; None: as the `HoldAction` of its environment says.
 
     Raises:
-        ValueError: for another path, and a model that is no plain network: of images, with layers that are not known,
-            or that does not act as its layers say.
+        ValueError: for another path, a model that is no plain network: of images, with layers that are not known, or
+            that does not act as its layers say, and for entries that it cannot have been shown.
         OSError: where it cannot be written.
     """
     path = validate.path("path", path)
     if path.suffix != ".npz":
         raise ValueError(f"path must end in .npz, got {str(path)!r}")
-    network = network_of(model, normalize)
+    network = network_of(model, normalize, entries, hold)
     with atomic(path) as place:
         network.write(place)
 
 
-def network_of(model: Any, normalize: Any = None) -> Network:
+def network_of(
+    model: Any, normalize: Any = None, entries: Sequence[str] | None = None, hold: int | None = None
+) -> Network:
     """Take the network out of a model: what `export` writes.
 
     Args:
         model: an algorithm of Stable-Baselines3 or sb3-contrib.
         normalize: the `VecNormalize` under which it was trained, if it was.
+        entries: as `export`'s.
+        hold: as `export`'s.
 
     Returns:
         The network.
 
     Raises:
-        ValueError: for a model that is no plain network.
+        ValueError: for a model that is no plain network, or was not shown such entries.
     """
     policy, space = getattr(model, "policy", None), getattr(model, "action_space", None)
     if policy is None or not isinstance(space, gym.spaces.Box):
@@ -63,7 +79,7 @@ def network_of(model: Any, normalize: Any = None) -> Network:
         observation_space=copy.deepcopy(model.observation_space),
         action_space=copy.deepcopy(space),
         normalization=None if normalize is None else Normalization.of(normalize, model.observation_space, trust=False),
-        told=dict(getattr(model, "exploration", {})),
+        told=training_of(model, entries, hold),
         **parts,
     )
     _compare(model, network)

@@ -12,7 +12,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents import lookahead
+from agents import lookahead, rollouts
 from agents.finger_kinematics import FingerKinematics
 from agents.map_lookahead import MapLookahead
 from agents.policy import Guided, State
@@ -20,10 +20,8 @@ from haptic_env import hand_env, validate
 from haptic_env.arrays import Array
 from observer import compiling
 from observer import threads as side_by_side
-from observer.kinematics import tree_of
 from observer.pose.forward_model import ForwardModel
 from observer.resampling import systematic_counts
-from observer.shape.skin import skin_of
 
 OBJECTIVES = ("class", "map")
 HYPOTHESES = 6  # of each label: what is felt is told apart between these
@@ -86,7 +84,7 @@ class InformationGain(Guided):
         self._model = ForwardModel(self.hand, rate)
         self._kinematics = FingerKinematics(self.hand)
         self.remembers = ((self.joints,), (), (self.joints,))
-        self._tree, self._skin, self._spheres = tree_of(self.hand), skin_of(self.hand), lookahead.spheres_of(self.hand)
+        self._hand = rollouts.hand_of(self.hand)
         self._map = MapLookahead(self.hand)
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
@@ -133,14 +131,14 @@ class InformationGain(Guided):
             )
         return np.array(drawn)
 
-    def _line(self, held: NDArray[np.float32], pose: Array, before: Array) -> lookahead.Line:
+    def _line(self, held: NDArray[np.float32], pose: Array, before: Array) -> rollouts.Line:
         """The forward model about now, at the speed of the last step."""
         state = np.concatenate([pose, (pose - before) * self._rate])
         ahead = self._model.predict(state, held.astype(np.float64))
         low, high = (np.ascontiguousarray(each) for each in self.hand.joint_limits.T)
-        return lookahead.Line(state, ahead.state, ahead.transition, ahead.torque_gain, low, high)
+        return rollouts.Line(state, ahead.state, ahead.transition, ahead.torque_gain, low, high)
 
-    def _class_left(self, line: lookahead.Line, push: Array) -> Array:
+    def _class_left(self, line: rollouts.Line, push: Array) -> Array:
         """(M,) bits: the expected entropy of the labels after each of `push` (M, J) N·m."""
         solids, log_probability, of = self.shape.hypotheses
         posterior = np.exp(log_probability)
@@ -176,18 +174,9 @@ class InformationGain(Guided):
             lookahead.class_entropies,
             len(push),
             side_by_side.chosen(self.threads, left.size * len(pick), ENOUGH),
-            self._tree,
-            self._spheres,
-            self._skin,
-            some,
-            line,
-            push,
-            self.every,
-            LOOKS,
-            np.array(worlds),
-            log_weights,
-            label,
-            int(of.max()) + 1,
+            self._hand,
+            lookahead.Worlds(some, log_weights, label, np.array(worlds)),
+            rollouts.Plan(line, push, self.every, LOOKS),
             told,
             left,
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from agents.finger_kinematics import FingerKinematics
-from agents.lookahead import Line
+from agents.rollouts import Line
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from haptic_env.hand import Hand

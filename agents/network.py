@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from agents import spaces_json
 from agents.layers import ACTIVATIONS, Array, Cell, Layer, times
 from agents.normalization import Normalization
+from agents.training import MOST_HELD
 from haptic_env import reading, validate
 
 Memory = tuple[NDArray[Any] | None, ...]
@@ -258,5 +259,5 @@ def _training(told: Any) -> dict[str, Any]:
         raise ValueError(f"how it was trained must be a table, got {told!r}")
     if not all(isinstance(each, str) for each in told.get("entries", [])):
         raise ValueError(f"entries must be names, got {told['entries']!r}")
-    validate.integer("hold", told.get("hold", 1), 1, 10_000)
+    validate.integer("hold", told.get("hold", 1), 1, MOST_HELD)
     return told

@@ -15,10 +15,15 @@ from agents import network
 from agents.network import Network
 from agents.policy import Guided, Policy, Remembered, State
 from agents.saved_model import WHY, SavedModel
+from agents.space_difference import difference
 from haptic_env import hand_of, validate
 from observer.wrappers.belief_observation import features_of
 
 SHIPPED = Path(str(resources.files("agents"))) / "trained.npz"
+UNTOLD = (
+    "; it does not say which entries of a belief it was shown: agents.export tells them of a model that has its "
+    "environment, or with entries="
+)
 WEIGHTS, SAVED = ".npz", ".zip"
 
 
@@ -29,8 +34,9 @@ class Sb3(Guided):
     can run, and torch is not needed. A .zip is what any algorithm has saved. It holds pickles, which can run any code
     when they are read, so that it is opened with `trust=True` alone: as you would run a program of whoever made it.
 
-    A model that was trained on `BeliefObservation` by `haptic-slam train` says which entries it was shown and for how
-    many steps it holds an action; `env` may then be an `ObserverWrapper` with a `ShapePosterior`, of any observation.
+    A model that was trained on `BeliefObservation` says, where `haptic-slam train` or `agents.export` has written it,
+    which entries it was shown and for how many steps it holds an action; `env` may then be an `ObserverWrapper` with a
+    `ShapePosterior`, of any observation.
     Any other model is used where `env` has the observations and actions that it was trained with. One that was trained
     under `VecNormalize` needs its statistics; in an .npz they are included.
     """
@@ -64,24 +70,23 @@ class Sb3(Guided):
         """
         hand_of(env)  # which it must have
         model = load_model(SHIPPED if path is None else path, normalize, trust=trust)
+        entries = model.told.get("entries", [])
         spaces = {"action": (model.action_space, env.action_space)}
         self._model, self._features = model, None
-        if model.told.get("entries") and model.observation_space != env.observation_space:
+        if entries and model.observation_space != env.observation_space:
             super().__init__(env, seed)
-            self._features = features_of(env, model.told["entries"])
+            self._features = features_of(env, entries)
             spaces["observation"] = (model.observation_space, self._features.space)
         else:
             Policy.__init__(self, env, seed)
             spaces["observation"] = (model.observation_space, env.observation_space)
-        wrong = [
-            f"{what} {validate.shown(trained)}, and here the {what} is {validate.shown(here)}"
-            for what, (trained, here) in sorted(spaces.items())
-            if trained != here
-        ]
+        differ = {what: difference(*both) for what, both in sorted(spaces.items())}
+        if differ["observation"] and entries:
+            differ["observation"] += f" (of {', '.join(entries)})"
+        wrong = [f"{what} {how}" for what, how in differ.items() if how]
         if wrong:
-            raise ValueError(
-                f"the model {path or SHIPPED.name} was trained for another hand or observation: {'; '.join(wrong)}"
-            )
+            told = "; ".join(wrong) + ("" if entries or differ["action"] else UNTOLD)
+            raise ValueError(f"the model {path or SHIPPED.name} was trained for another hand or observation: {told}")
         if isinstance(model, Network):
             noise = model.log_std if model.noise == "lasting" else None
             lasting = noise.shape if isinstance(noise, np.ndarray) else None

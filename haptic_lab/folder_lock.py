@@ -54,6 +54,9 @@ def claimed(folder: Path) -> Iterator[None]:
             with suppress(OSError):  # Windows keeps a file that is open
                 (folder / LOCK).unlink(missing_ok=True)  # before it is let go: whoever has opened it then starts over
             lock.release()
+            if sys.platform == "win32":  # elsewhere it might be another command's by now
+                with suppress(OSError):
+                    (folder / LOCK).unlink(missing_ok=True)
         with suppress(OSError):
             for each in made:
                 each.rmdir()

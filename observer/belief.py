@@ -49,6 +49,7 @@ class Belief:
 
     `joint_angles` (J,) rad: posterior mean now, and `joint_std` (J,). `lagged_joint_angles` (J,) rad and
     `lagged_joint_std` (J,): the smoothed pose `lag_steps` steps ago, whose contacts entered the maps at this step.
+    `joint_offset` (J,) rad and `joint_offset_std` (J,): felt angle = angle + offset + white noise.
     `lagged_covariance` (J, J) rad²: of that pose before the maps, or known solids, had a say. `transition`: how it
     follows from the one before; `lagged_contacts` (P,): what was felt there. Both are None while the lag fills up.
     `lagged_root`: where the hand's own frame then lay in the grid's; None where it does not move.
@@ -63,6 +64,8 @@ class Belief:
 
     joint_angles: Array
     joint_std: Array
+    joint_offset: Array
+    joint_offset_std: Array
     lagged_joint_angles: Array
     lagged_joint_std: Array
     lagged_covariance: Array

@@ -38,10 +38,15 @@ _compiles = False  # this process is one of those that compile
 
 
 def ensure(parts: Collection[str], hand: Hand, progress: Progress | None = None) -> None:
-    """See to it that `parts` are compiled, each a function "module:name" that calls all that it needs for a `hand`.
+    """See to it that parts of the code are compiled.
 
-    `progress` is called with how many functions are done and how many there are; None: a line is logged where anything
-    has to be compiled. Where no process can be started, functions are compiled when they are called.
+    Where no process can be started, functions are compiled when they are called.
+
+    Args:
+        parts: functions "module:name", each of which calls all that it needs for a hand.
+        hand: the hand.
+        progress: called with how many functions are done and how many there are; None: a line is logged where anything
+            has to be compiled.
     """
     names = [name for name in parts if name not in _ready]
     if not names or _compiles:
@@ -132,7 +137,11 @@ class _Reporter(event.Listener):
 
 
 def compile_part(part: str) -> None:
-    """Compile `part`, in a process of its own, which ends with the one that asked for it."""
+    """Compile one part, in a process of its own, which ends with the one that asked for it.
+
+    Args:
+        part: as of `ensure`; the hand comes by standard input.
+    """
     global _compiles
     _compiles = True
     hand = pickle.load(sys.stdin.buffer)  # of the process that started this one

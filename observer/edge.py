@@ -39,7 +39,13 @@ COUNT = 10**12  # of anything: far more than fits into the memory
 
 
 class SensedStep(NamedTuple):
-    """One turn: the `torque` (J,) commanded, the `joint_angles` (J,) rad and `contacts` (P,) felt."""
+    """One turn.
+
+    Attributes:
+        torque: (J,) commanded, fractions.
+        joint_angles: (J,) rad, felt.
+        contacts: (P,) felt.
+    """
 
     torque: Array
     joint_angles: Array
@@ -47,8 +53,14 @@ class SensedStep(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """What a belief says of the lagged pose: how it moved, its `covariance` (J, J) rad², the `contacts` (P,) felt at it
-    and where the `root` was."""
+    """What a belief says of the lagged pose.
+
+    Attributes:
+        transition: how it moved.
+        covariance: (J, J) rad².
+        contacts: (P,) felt at it.
+        root: where the hand as a whole was.
+    """
 
     transition: Transition
     covariance: Array
@@ -57,8 +69,21 @@ class Followed(NamedTuple):
 
 
 def told(hand: Hand, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> SensedStep:
-    """What an observer of `hand` is told at a step. Raises `ValueError` that names the joint for a torque beyond ± 1 of
-    its limit, an angle beyond ± 4π rad, and what is not finite; and for contacts that are not 0 or 1."""
+    """Check what an observer is told at a step.
+
+    Args:
+        hand: with J joints and P patches.
+        torque: (J,) fractions.
+        joint_angles: (J,) rad.
+        contacts: (P,).
+
+    Returns:
+        The same as arrays.
+
+    Raises:
+        ValueError: that names the joint, for a torque beyond ± 1 of its limit, an angle beyond ± 4π rad, and what is
+            not finite; and for contacts that are not 0 or 1.
+    """
     return SensedStep(
         validate.array("torque", torque, (hand.joints,), bound=1.0, names=hand.joint_names),
         angles(hand, joint_angles),
@@ -67,17 +92,33 @@ def told(hand: Hand, torque: ArrayLike, joint_angles: ArrayLike, contacts: Array
 
 
 def angles(hand: Hand, joint_angles: ArrayLike) -> Array:
-    """Felt `joint_angles` (J,) rad; raises `ValueError` as `told` does."""
+    """Check felt angles.
+
+    Args:
+        hand: with J joints.
+        joint_angles: (J,) rad.
+
+    Returns:
+        The same as an array.
+
+    Raises:
+        ValueError: as `told`.
+    """
     return validate.array("joint_angles", joint_angles, (hand.joints,), "radians", bound=WIDEST, names=hand.joint_names)
 
 
-def sigma(sigma_deg: float) -> float:
-    """Rad: the SD of felt angles that is given in degrees; raises `ValueError` unless it is in [0, 90]."""
-    return np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees"))
-
-
 def root(given: Pose | None) -> Pose | None:
-    """A copy of the pose of a hand as a whole; raises `ValueError` for what is none."""
+    """Check where a hand as a whole is.
+
+    Args:
+        given: its pose; None: it does not move.
+
+    Returns:
+        A copy of the pose, or None.
+
+    Raises:
+        ValueError: for what is none.
+    """
     if given is None:
         return None
     validate.instance("root", given, Pose, "a haptic_env.pose.Pose, or None for a hand that does not move as a whole")
@@ -85,15 +126,32 @@ def root(given: Pose | None) -> Pose | None:
 
 
 def world(**given: object) -> None:
-    """Raise `ValueError` where a `hand`, a `grid` or a `solid` is `given` that is none."""
+    """Check that things are what they are called.
+
+    Args:
+        **given: a `hand`, a `grid` or a `solid`.
+
+    Raises:
+        ValueError: for one that is none.
+    """
     for what, value in given.items():
         validate.instance(what, value, *WORLD[what])
 
 
 def belief(hand: Hand, given: Belief) -> Followed:
-    """What a belief with a transition says of `hand`, as arrays like an observer's own whatever was put in their place.
-    Raises `ValueError` for the belief of another hand, and for one whose pose, or how it moved, is not finite or
-    beyond all angles."""
+    """Check what a belief with a transition says of a hand.
+
+    Args:
+        hand: with J joints and P patches.
+        given: the belief.
+
+    Returns:
+        What it says, as arrays like an observer's own, whatever was put in their place.
+
+    Raises:
+        ValueError: for the belief of another hand, and for one whose pose, or how it moved, is not finite or beyond all
+            angles.
+    """
     validate.instance("transition of belief", given.transition, Transition, "a Transition")
     if _as_made(hand, given):
         now, covariance, contacts = given.transition, given.lagged_covariance, given.lagged_contacts
@@ -158,7 +216,14 @@ def _own(array: Array) -> Array:
 
 
 def candidates(given: object) -> None:
-    """Raise `ValueError` unless labels, which are texts, are `given`, and for each of them solids, one at least."""
+    """Check what an object may be.
+
+    Args:
+        given: solids by label.
+
+    Raises:
+        ValueError: unless labels are texts with one solid each at least.
+    """
     wrong: object = given
     if isinstance(given, Mapping) and given:
         wrong = next((pair for pair in given.items() if not isinstance(pair[0], str) or not _solids(pair[1])), None)
@@ -171,7 +236,15 @@ def _solids(given: object) -> bool:
 
 
 def memory(told: str, needed: float) -> None:
-    """Raise `ValueError` where what is `told` needs more than `MEMORY` bytes."""
+    """Check that something fits into the memory.
+
+    Args:
+        told: what it is.
+        needed: bytes.
+
+    Raises:
+        ValueError: for more than `MEMORY`.
+    """
     if needed > MEMORY:
         raise ValueError(
             f"{told} would need {needed / GIB:.3g} GiB of memory, more than the {MEMORY / GIB:g} GiB that an observer "
@@ -191,8 +264,18 @@ def of_hypotheses(joints: int, hypotheses: float, samples: float) -> float:
 
 
 def of_maps(hand: Hand, grid: Grid, particles: int, candidates: int, slots: int) -> float:
-    """Bytes that the maps of `particles` take, each with its own `slots` of voxels, and what is made of them at a step:
-    `candidates` of each particle, and the voxels about the links."""
+    """Count what the maps of particles take, and what is made of them at a step.
+
+    Args:
+        hand: whose links have voxels about them.
+        grid: of the maps.
+        particles: N.
+        candidates: K of each particle.
+        slots: voxels that each keeps of its own.
+
+    Returns:
+        Bytes.
+    """
     voxels = float(np.prod(grid.shape))
     radius = np.array([link.radius for link in hand.links]) + 2.0 * grid.resolution
     length = np.array([link.length for link in hand.links])

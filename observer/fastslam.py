@@ -30,6 +30,7 @@ from observer.maps.contact_model import ContactModel
 from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import FIRST_SLOTS, Maps, OccupancySnapshot
 from observer.novelty import MapNovelty
+from observer.pose.angle_noise import believed
 from observer.pose.kalman import ContactDynamics
 from observer.pose.motions import MOTIONS
 from observer.pose.tracking import TracksPose
@@ -56,9 +57,14 @@ class HapticSLAM(TracksPose):
     def __init__(
         self,
         hand: Hand,
-        sigma_deg: float = 3.0,
+        sigma_deg: float | None = 3.0,
         particles: int = 200,
         *,
+        bias_deg: float = 0.0,
+        drift_deg: float = 0.0,
+        drift_seconds: float = 10.0,
+        proportional: float = 0.0,
+        start_std_deg: float = 0.0,
         motion: str = "forward_model",
         candidates: int = 8,
         matching: str = "mean",
@@ -72,7 +78,9 @@ class HapticSLAM(TracksPose):
         solids: ShapePosterior | None = None,
         threads: int | None = None,
     ) -> None:
-        """`sigma_deg` and `motor_noise` as the observer believes them; `motion`: what it knows of how torques move
+        """`sigma_deg` (None: found out), `bias_deg`, `drift_deg`, `drift_seconds`, `proportional` and `motor_noise`:
+        the environment's keywords, as the observer believes them; `start_std_deg`: SD of each joint about the rest pose
+        at the reset (`observer.pose.angle_noise`). `motion`: what it knows of how torques move
         the hand, its physics ("forward_model"), a line ("delta_pose"), nothing but that it moves smoothly ("kinematic",
         for recordings without torques), or that it is where it is felt ("raw_angles"); `candidates` K of scan matching;
         `lag` in steps (None: 200 ms); `grid` (None: 4 mm voxels over the hand's workspace).
@@ -95,10 +103,12 @@ class HapticSLAM(TracksPose):
         Raises `ValueError` for a value out of range.
         """
         edge.world(hand=hand)
-        sigma = edge.sigma(sigma_deg)
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.hand, self.control_hz = hand, rate
+        sigma, noise = believed(
+            hand.joints, rate, sigma_deg, bias_deg, drift_deg, drift_seconds, proportional, start_std_deg
+        )
         self.n_particles = validate.integer("particles", particles, 1, edge.COUNT)
         self.n_candidates = validate.integer("candidates", candidates, 1, edge.COUNT)
         self.matching = validate.choice("matching", matching, MATCHING)
@@ -124,7 +134,8 @@ class HapticSLAM(TracksPose):
             motor_noise=motor,
             control_hz=rate,
             lag=self.lag + 1,  # the proposal needs the step before the lagged one as well
-            dynamics=ContactDynamics() if dynamics is None else dynamics,
+            dynamics=dynamics,
+            noise=noise,
         )
         self.in_hindsight = validate.boolean("in_hindsight", in_hindsight) and matching == "mean"
         if solids is not None:

@@ -1,54 +1,51 @@
 """How good a belief is. Metrics may read the truth; observers never do.
 
-Shapes: T steps, J joints, P patches, C labels, B bins, M places, (X, Y, Z) voxels. Angles in radians, lengths in
-metres. What cannot be said (a share of nothing) is NaN. What is given must be finite, real, of these shapes and, where
-it is a probability, in [0, 1]: else all raise `ValueError`, which quotes it.
+Shapes: T steps, J joints, C labels, B bins, (X, Y, Z) voxels. Angles in radians. What cannot be said (a share of
+nothing) is NaN. What is given must be finite, real, of these shapes and, where it is a probability, in [0, 1]: else all
+raise `ValueError`, which quotes it. Of a map and a surface: `observer.surface_metrics`, whose names are here too.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 from scipy.special import ndtr, ndtri
 
 from haptic_env import validate
 from haptic_env.arrays import Array
-from haptic_env.grid import Grid
-from haptic_env.hand import Hand
-from haptic_env.pose import Pose
-from haptic_env.shapes.base import Solid
-from observer import edge
-from observer.kinematics import placed_points
-from observer.swept_volume import LEAST_SPACING, posed
+from observer.surface_metrics import TOUCH_TOLERANCE as TOUCH_TOLERANCE
+from observer.surface_metrics import SurfaceScore as SurfaceScore
+from observer.surface_metrics import reachable as reachable
+from observer.surface_metrics import reached_into as reached_into
+from observer.surface_metrics import surface_coverage as surface_coverage
+from observer.surface_metrics import surface_places as surface_places
+from observer.surface_metrics import surface_precision as surface_precision
+from observer.surface_metrics import surface_recall as surface_recall
+from observer.surface_metrics import surface_score as surface_score
+from observer.surface_metrics import touched_places as touched_places
 from observer.swept_volume import neighbourhood as neighbourhood
 from observer.swept_volume import swept as swept
 
-OCCUPIED = 0.5
 IMPOSSIBLE = 1e-6  # probability below which the log loss takes all for the same
 LATEST = 1e10  # seconds: a clock that counts from 1970
 MOST_BINS = 100_000
 WIDEST = 1e9  # rad: an angle that has been added up for years
-FAR = 1e6  # metres
-TOUCH_TOLERANCE = 0.002  # metres: skin further from the surface than this rang falsely
-
-
-class SurfaceScore(NamedTuple):
-    """Shares in [0, 1]; `f_score` is the harmonic mean of `precision` and `recall`."""
-
-    precision: float
-    recall: float
-    f_score: float
 
 
 class Reliability(NamedTuple):
-    """For each bin of predicted probability (B,): their mean, how often it was true, and how many cells; then the
-    expected calibration error (mean gap between the two, weighted by cells), and over all cells the Brier score and
-    the `log_loss` (nats), of a truth held for impossible that of one in a million."""
+    """Calibration of probabilities.
+
+    Attributes:
+        predicted: (B,) mean of the predicted probabilities in each bin.
+        observed: (B,) how often it was true.
+        cells: (B,) how many cells.
+        ece: expected calibration error, the mean gap between the two, weighted by cells.
+        brier: Brier score, over all cells.
+        log_loss: nats, over all cells, of a truth held for impossible that of one in a million.
+    """
 
     predicted: Array
     observed: Array
@@ -59,7 +56,14 @@ class Reliability(NamedTuple):
 
 
 class Share(NamedTuple):
-    """A share of trials with its interval."""
+    """A share of trials with its interval.
+
+    Attributes:
+        mean: the share.
+        low: where the interval begins.
+        high: where it ends.
+        trials: how many.
+    """
 
     mean: float
     low: float
@@ -71,7 +75,18 @@ class Share(NamedTuple):
 
 
 def pose_error_deg(estimate: ArrayLike, truth: ArrayLike) -> Array:
-    """(T,) degrees: RMS over joints of `estimate` (T, J) rad about `truth` (T, J) rad, at each step."""
+    """Tell how far a pose is off at each step.
+
+    Args:
+        estimate: (T, J) rad.
+        truth: (T, J) rad.
+
+    Returns:
+        (T,) degrees, RMS over joints.
+
+    Raises:
+        ValueError: for what is none of these.
+    """
     one, other = validate.together(WIDEST, estimate=estimate, truth=truth)
     if one.ndim == 0 or one.shape[-1] == 0:
         raise ValueError(f"estimate and truth must be angles of some joints (T, J), got shape {one.shape}")
@@ -79,13 +94,37 @@ def pose_error_deg(estimate: ArrayLike, truth: ArrayLike) -> Array:
 
 
 def pose_rmse_deg(estimate: ArrayLike, truth: ArrayLike) -> float:
-    """Degrees: RMS over steps and joints."""
+    """Tell how far a pose is off.
+
+    Args:
+        estimate: (T, J) rad.
+        truth: (T, J) rad.
+
+    Returns:
+        Degrees, RMS over steps and joints.
+
+    Raises:
+        ValueError: for what is none of these.
+    """
     error = pose_error_deg(estimate, truth)
     return float(np.sqrt(np.square(error).mean())) if error.size else float("nan")
 
 
 def credible_coverage(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, level: float = 0.9) -> float:
-    """How often the central interval of probability `level` of a Gaussian of `mean` and `std` holds `truth`."""
+    """Tell how often the central interval of a Gaussian holds the truth.
+
+    Args:
+        mean: of each Gaussian.
+        std: of each.
+        truth: of the same shape.
+        level: probability of the interval.
+
+    Returns:
+        The share.
+
+    Raises:
+        ValueError: for what is none of these.
+    """
     middle, spread, true = _gaussians(mean, std, truth)
     # Not the quantile itself, which is infinite at 1, and nothing times that is NaN.
     inside = np.abs(true - middle) <= min(ndtri(0.5 + 0.5 * validate.number("level", level, 0.0, 1.0)), 1e9) * spread
@@ -93,10 +132,22 @@ def credible_coverage(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, level: 
 
 
 def rank_counts(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, bins: int = 40) -> NDArray[np.int64]:
-    """(bins,): how often `truth` falls into each of `bins` equally probable parts of a Gaussian of `mean` and `std`.
+    """Count in which of equally probable parts of a Gaussian the truth lies.
 
     Flat where a belief is honest, heaped at the ends where it is too sure (Talts et al. 2018, arXiv:1804.06788); what
     is exact and said to be falls into the middle.
+
+    Args:
+        mean: of each Gaussian.
+        std: of each.
+        truth: of the same shape.
+        bins: how many parts.
+
+    Returns:
+        (bins,) counts.
+
+    Raises:
+        ValueError: for what is none of these.
     """
     middle, spread, true = _gaussians(mean, std, truth)
     error = true - middle
@@ -108,98 +159,20 @@ def rank_counts(mean: ArrayLike, std: ArrayLike, truth: ArrayLike, bins: int = 4
 # Map
 
 
-def touched_places(
-    hand: Hand,
-    joint_angles: ArrayLike,
-    contacts: ArrayLike,
-    solid: Solid,
-    spacing: float = 0.002,
-    roots: Sequence[Pose] | None = None,
-) -> Array:
-    """(M, 3) m: where the skin really touched `solid`, one place per cube of edge `spacing` (m).
-
-    At each step, with the true `joint_angles` (T, J), it is the point of every patch that rang (`contacts` (T, P))
-    nearest to the surface; a patch whose skin is further than `TOUCH_TOLERANCE` away rang falsely and is left out.
-    `roots` (T): where the hand as a whole was in the frame of `solid`, if it moved.
-    """
-    edge.world(hand=hand, solid=solid)
-    skin = hand.patches.surface(validate.number("spacing", spacing, LEAST_SPACING, 1.0, unit="m"))
-    found, steps = [], list(posed(hand, joint_angles, roots))
-    for (tree, angles), rang in zip(
-        steps, validate.binary("contacts", contacts, (len(steps), len(hand.patches))), strict=True
-    ):
-        if not rang.any():
-            continue
-        mine = np.flatnonzero(rang[skin.patch])
-        points = placed_points(tree, angles, skin.points[mine], skin.link[mine])
-        gap = np.abs(solid.signed_distance(points))
-        order = np.lexsort((gap, skin.patch[mine]))  # patch by patch, the nearest point first
-        nearest = order[np.unique(skin.patch[mine][order], return_index=True)[1]]
-        found.append(points[nearest[gap[nearest] <= TOUCH_TOLERANCE]])
-    places = np.concatenate(found) if found else np.empty((0, 3))
-    cubes = np.floor(places / spacing).astype(np.int64)
-    return places[np.sort(np.unique(cubes, axis=0, return_index=True)[1])]
-
-
-def surface_precision(occupancy: Array, grid: Grid, solid: Solid, voxels: float = 1.0) -> float:
-    """Share of the occupied voxels whose centre lies within `voxels` of the true surface; 0 where none is occupied."""
-    edge.world(grid=grid, solid=solid)
-    centres = grid.centres()[_map(occupancy, grid) > OCCUPIED]
-    near = np.abs(solid.signed_distance(centres)) <= _length(voxels, grid)
-    return float(near.mean()) if near.size else 0.0
-
-
-def surface_recall(occupancy: Array, grid: Grid, places: Array, voxels: float = 1.0) -> float:
-    """Share of `places` (M, 3) m with the centre of an occupied voxel within `voxels`; NaN without a place."""
-    edge.world(grid=grid)
-    where = _places("places", places)
-    occupied, near = _map(occupancy, grid) > OCCUPIED, _length(voxels, grid)
-    if len(where) == 0:
-        return float("nan")
-    if not occupied.any():
-        return 0.0
-    distance, _ = cKDTree(grid.centres()[occupied]).query(where)
-    return float((distance <= near).mean())
-
-
-def surface_score(occupancy: Array, grid: Grid, solid: Solid, touched: Array, voxels: float = 1.0) -> SurfaceScore:
-    """Precision of the occupied voxels against the true surface, recall of the `touched` (M, 3) places, F-score."""
-    precision = surface_precision(occupancy, grid, solid, voxels)
-    recall = surface_recall(occupancy, grid, _places("touched", touched), voxels)
-    total = precision + recall
-    return SurfaceScore(precision, recall, 2 * precision * recall / total if total != 0 else 0.0)
-
-
-def surface_coverage(occupancy: Array, grid: Grid, solid: Solid, voxels: float = 1.0) -> float:
-    """Share of the whole true surface (voxels that it passes through) with an occupied voxel within `voxels`."""
-    return surface_recall(occupancy, grid, surface_places(solid, grid), voxels)
-
-
-def surface_places(solid: Solid, grid: Grid) -> Array:
-    """(M, 3) m: the centres of the voxels that the surface of `solid` passes through."""
-    edge.world(grid=grid, solid=solid)
-    centres = grid.centres()
-    return centres[np.abs(solid.signed_distance(centres)) <= _length(0.5, grid)]
-
-
-def reachable(
-    hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose] | None = None
-) -> NDArray[np.bool_]:
-    """(X, Y, Z): the voxels that the hand swept (`swept`), and their 26 neighbours: the skin could have felt what is
-    there."""
-    return neighbourhood(swept(hand, joint_angles, grid, roots))
-
-
-def reached_into(solid: Solid, grid: Grid) -> NDArray[np.bool_]:
-    """(X, Y, Z): the voxels whose centre lies inside `solid` or within half a voxel of its surface."""
-    edge.world(grid=grid, solid=solid)
-    return np.asarray(solid.signed_distance(grid.centres()) <= _length(0.5, grid))
-
-
 def reliability(occupancy: Array, truth: NDArray[np.bool_], cells: NDArray[np.bool_], bins: int = 10) -> Reliability:
-    """Calibration of `occupancy` (X, Y, Z) against `truth` (X, Y, Z), over `cells` (X, Y, Z) alone.
+    """Hold a map against the truth.
 
-    Bins are of equal width; `predicted` and `observed` are NaN in an empty one.
+    Args:
+        occupancy: (X, Y, Z) probabilities.
+        truth: (X, Y, Z) whether each voxel is occupied.
+        cells: (X, Y, Z) which voxels are asked.
+        bins: B, of equal width.
+
+    Returns:
+        The calibration; NaN in an empty bin.
+
+    Raises:
+        ValueError: for what is none of these.
     """
     told = validate.probabilities("occupancy", occupancy)
     true, asked = validate.binary("truth", truth, told.shape), validate.binary("cells", cells, told.shape)
@@ -222,8 +195,19 @@ def reliability(occupancy: Array, truth: NDArray[np.bool_], cells: NDArray[np.bo
 
 
 def accuracy(correct: ArrayLike, level: float = 0.95) -> Share:
-    """Share of `correct` (n,) with its Wilson interval. Entries may be shares themselves (of several draws of the
-    exemplars): the interval is then that of as many trials, which is wide rather than narrow."""
+    """Tell a share with its Wilson interval.
+
+    Args:
+        correct: (n,) of each trial; entries may be shares themselves (of several draws of the exemplars): the interval
+            is then that of as many trials, which is wide rather than narrow.
+        level: probability of the interval.
+
+    Returns:
+        The share.
+
+    Raises:
+        ValueError: for what is none of these.
+    """
     values = validate.probabilities("correct", correct, 1)
     validate.number("level", level, 0.0, 1.0)
     if values.size == 0:
@@ -236,9 +220,18 @@ def accuracy(correct: ArrayLike, level: float = 0.95) -> Share:
 
 
 def time_to_decision(seconds: ArrayLike, posterior: ArrayLike, threshold: float = 0.95) -> float:
-    """The first of `seconds` (T,) from which on the label that ends most probable stays above `threshold`.
+    """Find from when on the label that ends most probable stays above a threshold.
 
-    `posterior` (T, C). NaN where the decision is not made by the end.
+    Args:
+        seconds: (T,).
+        posterior: (T, C).
+        threshold: probability.
+
+    Returns:
+        The first of `seconds`; NaN where the decision is not made by the end.
+
+    Raises:
+        ValueError: for what is none of these.
     """
     chain = validate.probabilities("posterior", posterior, 2)
     stamps = validate.numbers("seconds", seconds, 1, bound=LATEST)
@@ -253,8 +246,19 @@ def time_to_decision(seconds: ArrayLike, posterior: ArrayLike, threshold: float 
 
 
 def closure(slam: float, floor: float, ceiling: float) -> float:
-    """(slam - floor) / (ceiling - floor): 0 at the floor, 1 at the ceiling; NaN where the two are the same, or where
-    any of the three could not be said."""
+    """Tell how much of the way from floor to ceiling is gone, (slam - floor) / (ceiling - floor).
+
+    Args:
+        slam: any measure.
+        floor: the same of the floor.
+        ceiling: the same of the ceiling.
+
+    Returns:
+        0 at the floor, 1 at the ceiling; NaN where the two are the same, or where any of the three could not be said.
+
+    Raises:
+        ValueError: for what is none of these.
+    """
     ends = {"slam": slam, "floor": floor, "ceiling": ceiling}
     one, low, high = (
         each if isinstance(each, float) and math.isnan(each) else validate.number(what, each, -1e300, 1e300)
@@ -262,25 +266,6 @@ def closure(slam: float, floor: float, ceiling: float) -> float:
     )
     gap = high - low
     return (one - low) / gap if gap != 0 else float("nan")
-
-
-def _length(voxels: float, grid: Grid) -> float:
-    """Metres; a hair more, so that rounding does not decide about what is exactly so far away (neighbours are)."""
-    return validate.number("voxels", voxels, 0.0, 1e6) * grid.resolution * (1 + 1e-6)
-
-
-def _places(what: str, value: ArrayLike) -> Array:
-    places = validate.numbers(what, value, 2, bound=FAR)
-    if places.shape[1] != 3:
-        raise ValueError(f"{what} must be of shape (M, 3) in m, got shape {places.shape}")
-    return places
-
-
-def _map(occupancy: ArrayLike, grid: Grid) -> Array:
-    result = validate.probabilities("occupancy", occupancy, 3)
-    if result.shape != grid.shape:
-        raise ValueError(f"occupancy must be of the grid's shape {grid.shape}, got {result.shape}")
-    return result
 
 
 def _gaussians(mean: ArrayLike, std: ArrayLike, truth: ArrayLike) -> list[Array]:

@@ -18,6 +18,7 @@ from observer import compiling, edge
 from observer.belief import Belief, Transition
 from observer.fastslam import LAG_SECONDS, RESOLUTION
 from observer.maps.occupancy import OccupancySnapshot
+from observer.pose.angle_noise import believed
 from observer.pose.kalman import ContactDynamics, PoseFilter
 from observer.pose.tracking import TracksPose
 
@@ -32,8 +33,13 @@ class PoseOnly(TracksPose):
     def __init__(
         self,
         hand: Hand,
-        sigma_deg: float = 3.0,
+        sigma_deg: float | None = 3.0,
         *,
+        bias_deg: float = 0.0,
+        drift_deg: float = 0.0,
+        drift_seconds: float = 10.0,
+        proportional: float = 0.0,
+        start_std_deg: float = 0.0,
         stride: int = 1,
         dynamics: ContactDynamics | None = None,
         motor_noise: float = 0.1,
@@ -51,24 +57,26 @@ class PoseOnly(TracksPose):
         edge.memory(f"stride={stride}", edge.of_poses(hand.joints, self.lag + self.stride))
         if dynamics is not None:
             validate.instance("dynamics", dynamics, ContactDynamics, "a ContactDynamics")
+        sigma, noise = believed(
+            hand.joints, rate, sigma_deg, bias_deg, drift_deg, drift_seconds, proportional, start_std_deg
+        )
         self.pose = PoseFilter(
             hand,
-            sigma=edge.sigma(sigma_deg),
+            sigma=sigma,
             motor_noise=validate.number("motor_noise", motor_noise, 0.0, 1.0),
             control_hz=rate,
             lag=self.lag + self.stride,
-            dynamics=ContactDynamics() if dynamics is None else dynamics,
+            dynamics=dynamics,
+            noise=noise,
         )
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
         self._contacts: list[NDArray[np.bool_]] | None = None
 
     def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
-        """Start at the rest pose, as `HapticSLAM.reset`; nothing here is left to chance, nor to what is felt first."""
+        """Start at the rest pose, as `HapticSLAM.reset`; nothing here is left to chance."""
         compiling.ensure(compiling.USUAL, self.hand)
         validate.seed(seed)
-        if joint_angles is not None:
-            edge.angles(self.hand, joint_angles)
-        self.pose.reset()
+        self.pose.reset(None if joint_angles is None else edge.angles(self.hand, joint_angles))
         self._contacts = []  # of every step so far
         self._told = 0  # steps that were told of
         self._belief = self._now(ago=0)
@@ -109,10 +117,12 @@ class PoseOnly(TracksPose):
     def _now(self, ago: int, **told: Any) -> Belief:
         lagged = self.pose.lagged(min(ago, self.lag))
         mean, covariance = self.pose.mean, self.pose.covariance
-        variance = np.diag(covariance)
+        variance, offset = np.diag(covariance), self.pose.offset
         return Belief(
             joint_angles=mean[: self.hand.joints].copy(),
             joint_std=np.sqrt(variance[: self.hand.joints]),
+            joint_offset=offset.mean,
+            joint_offset_std=offset.std,
             lagged_joint_angles=mean[lagged].copy(),
             lagged_joint_std=np.sqrt(variance[lagged]),
             lagged_covariance=covariance[lagged, lagged].copy(),

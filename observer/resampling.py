@@ -10,7 +10,14 @@ from haptic_env.compiled import kernel, part
 
 @kernel()
 def effective_sample_size(weights):
-    """Neff = 1 / Σ w² of normalised `weights` (N,) (paper, section 3, step 6)."""
+    """Count the particles that matter, Neff = 1 / Σ w² (paper, section 3, step 6).
+
+    Args:
+        weights: (N,), whose sum is 1.
+
+    Returns:
+        Neff, in [1, N].
+    """
     total = 0.0
     for weight in weights:
         total += weight * weight
@@ -19,8 +26,14 @@ def effective_sample_size(weights):
 
 @part()
 def exponentiate(score):
-    """Turn log `score` (K,) into weights, the largest of which is 1; returns the largest and the least of the logs, and
-    the sum of the weights."""
+    """Turn logs of weights into weights, the largest of which is 1.
+
+    Args:
+        score: (K,), changed.
+
+    Returns:
+        The largest and the least of the logs, and the sum of the weights.
+    """
     best = least = score[0]
     for c in range(len(score)):
         best, least = max(best, score[c]), min(least, score[c])
@@ -33,8 +46,15 @@ def exponentiate(score):
 
 @kernel()
 def normalise(log_weights):
-    """Take log Σw from `log_weights` (N,); returns it, the weights (N,), whose sum is 1, and Neff. It is not finite
-    where a weight is not, or where all are 0."""
+    """Take log Σw from the logs of weights.
+
+    Args:
+        log_weights: (N,), changed.
+
+    Returns:
+        log Σw, the weights (N,), whose sum is 1, and Neff. The first is not finite where a weight is not, or where all
+        are 0.
+    """
     most, weights = log_weights[0], np.empty(len(log_weights))
     for n in range(len(weights)):
         most = max(most, log_weights[n])
@@ -50,7 +70,15 @@ def normalise(log_weights):
 
 
 def systematic_counts(weights: NDArray[np.float64], uniform: float) -> NDArray[np.int64]:
-    """Copies (N,) of each particle: N·w expected, never a whole copy away from it. `uniform` lies in [0, 1)."""
+    """Deal out copies: N·w expected of each particle, never a whole copy away from it.
+
+    Args:
+        weights: (N,), whose sum is 1.
+        uniform: random number in [0, 1).
+
+    Returns:
+        (N,) copies, whose sum is N.
+    """
     edges = np.cumsum(weights) * len(weights)
     upto = np.clip(np.ceil(edges - uniform), 0, len(weights)).astype(np.int64)
     upto[-1] = len(weights)  # whatever the rounding, all N are dealt out
@@ -58,7 +86,14 @@ def systematic_counts(weights: NDArray[np.float64], uniform: float) -> NDArray[n
 
 
 def in_place(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which particle to copy (C,) into which dead slot (C,), so that every survivor stays where it is."""
+    """Copy so that every survivor stays where it is.
+
+    Args:
+        counts: (N,) copies of each.
+
+    Returns:
+        Which particle to copy (C,), and into which dead slot (C,).
+    """
     dead = np.flatnonzero(counts == 0)
     spare = np.repeat(np.arange(len(counts)), np.maximum(counts - 1, 0))
     return spare, dead

@@ -106,9 +106,12 @@ def belief_of(
     # What the maps say of the lagged pose moves the present one as far as the two are correlated.
     shift = np.zeros(lagged.stop - lagged.start) if step is None else weights @ state.poses - mean[lagged]
     angles, std, lagged_angles, lagged_std, lagged_covariance = shifted(mean, covariance, lagged.start, shift)
+    offset = pose.offset
     return Belief(
         joint_angles=angles,
         joint_std=std,
+        joint_offset=offset.mean,
+        joint_offset_std=offset.std,
         lagged_joint_angles=lagged_angles,
         lagged_joint_std=lagged_std,
         lagged_covariance=lagged_covariance,

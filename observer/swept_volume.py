@@ -26,8 +26,20 @@ LEAST_SPACING = 0.0002  # metres: with less the skin has more points than fit in
 
 
 def swept(hand: Hand, joint_angles: ArrayLike, grid: Grid, roots: Sequence[Pose] | None = None) -> NDArray[np.bool_]:
-    """(X, Y, Z): the voxels that a point inside a finger fell into at some step, along the true `joint_angles` (T, J),
-    at `roots` (T) if the hand moved as a whole."""
+    """Find the voxels that a point inside a finger fell into at some step.
+
+    Args:
+        hand: with J joints.
+        joint_angles: (T, J) rad, the true ones.
+        grid: of the voxels.
+        roots: (T,) where the hand as a whole was in the frame of the grid, if it moved.
+
+    Returns:
+        (X, Y, Z) which.
+
+    Raises:
+        ValueError: for what is of other shapes, and for a grid too fine.
+    """
     edge.world(hand=hand, grid=grid)
     fine = validate.number("the grid's resolution", grid.resolution, LEAST_SPACING, unit="m")
     inside = hand.patches.volume(0.75 * fine)
@@ -47,7 +59,18 @@ def _mark(points: Array, lattice: Any, found: NDArray[np.bool_]) -> None:
 
 
 def neighbourhood(cells: NDArray[np.bool_], faces: bool = False) -> NDArray[np.bool_]:
-    """(X, Y, Z): `cells` and the 26 voxels about each, or only the 6 that share a face with it."""
+    """Add to cells their neighbours.
+
+    Args:
+        cells: (X, Y, Z) which.
+        faces: whether only the 6 that share a face, not all 26.
+
+    Returns:
+        (X, Y, Z) which.
+
+    Raises:
+        ValueError: for cells of another shape.
+    """
     marked, few = validate.binary("cells", cells), validate.boolean("faces", faces)
     if marked.ndim != 3:
         raise ValueError(f"cells must be of shape (X, Y, Z), got shape {marked.shape}")
@@ -55,7 +78,19 @@ def neighbourhood(cells: NDArray[np.bool_], faces: bool = False) -> NDArray[np.b
 
 
 def posed(hand: Hand, joint_angles: ArrayLike, roots: Sequence[Pose] | None) -> Iterator[tuple[Tree, Array]]:
-    """At each step the tree of `hand` where it was, and its angles (J,)."""
+    """Follow a hand.
+
+    Args:
+        hand: with J joints.
+        joint_angles: (T, J) rad.
+        roots: (T,) where the hand as a whole was in the frame of the grid, if it moved.
+
+    Yields:
+        At each step the tree of the hand where it was, and its angles (J,).
+
+    Raises:
+        ValueError: for what is of other shapes.
+    """
     tree, angles = tree_of(hand), validate.numbers("joint_angles", joint_angles, 2)
     if angles.shape[1] != hand.joints:
         raise ValueError(f"joint_angles must be of shape (T, {hand.joints}) in rad, got shape {angles.shape}")

@@ -21,25 +21,58 @@ _pools: dict[tuple[int, int], ThreadPoolExecutor] = {}
 
 
 def limit(most: int | None) -> None:
-    """At most so many threads wherever nobody says how many, in this process; None: one a core."""
+    """Bound the number of threads wherever nobody says how many, in this process.
+
+    Args:
+        most: threads; None: one a core.
+
+    Raises:
+        ValueError: for what is no such number.
+    """
     global _most
     _most = None if most is None else validate.integer("threads", most, 1)
 
 
 def check(threads: int | None) -> int | None:
-    """`threads`, a number or None; else raises `ValueError`."""
+    """Check how many threads somebody asks for.
+
+    Args:
+        threads: a number, or None.
+
+    Returns:
+        The same.
+
+    Raises:
+        ValueError: for anything else, and beyond 1024.
+    """
     return None if threads is None else validate.integer("threads", threads, 1, 1024)
 
 
 def chosen(threads: int | None, work: float, enough: float) -> int:
-    """`threads`, or where that is None as many as pay: one where there is less `work` than `enough` for two."""
+    """Choose how many threads pay.
+
+    Args:
+        threads: as many as that; None: one where there is less work than is enough for two.
+        work: in any unit.
+        enough: from which on two threads are faster than one, in the same unit.
+
+    Returns:
+        The number.
+    """
     if threads is not None:
         return threads
     return 1 if work < enough else min(_most or cpu_count(), max(1, int(2 * work / enough)))
 
 
 def run(kernel: Callable[..., None], count: int, threads: int, *arguments: Any) -> None:
-    """`kernel(begin, end, *arguments)` over all of range(`count`), side by side on `threads` threads."""
+    """Call a kernel over a range, side by side on several threads.
+
+    Args:
+        kernel: called with where a part of the range begins, where it ends, and the `arguments`.
+        count: length of the range.
+        threads: how many.
+        *arguments: of the kernel.
+    """
     if threads == 1 or count < 2:
         kernel(0, count, *arguments)
         return

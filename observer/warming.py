@@ -28,10 +28,17 @@ UNKNOWN: dict[str, Any] = {"size_jitter": 0.1, "yaw_jitter": 10.0, "variants": 8
 
 
 def warm_up(hand: Hand, progress: Progress | None = None) -> None:
-    """Compile, or load, all that an exploration with `hand` needs, so that no step of it waits for the compiler.
+    """Compile, or load, all that an exploration needs, so that no step of it waits for the compiler.
 
-    Compiling takes its time once for each version of the code on each kind of processor. `progress` is called with how
-    many functions are done and how many there are; None: a line is logged where anything has to be compiled.
+    Compiling takes its time once for each version of the code on each kind of processor.
+
+    Args:
+        hand: that explores.
+        progress: called with how many functions are done and how many there are; None: a line is logged where anything
+            has to be compiled.
+
+    Raises:
+        ValueError: for what is no hand, or no such function.
     """
     edge.world(hand=hand)
     if progress is not None and not callable(progress):
@@ -42,14 +49,22 @@ def warm_up(hand: Hand, progress: Progress | None = None) -> None:
 
 
 def maps(hand: Hand) -> None:
-    """Steps of an observer with a map."""
+    """Take steps of an observer with a map.
+
+    Args:
+        hand: any.
+    """
     observer = DeadReckoning(hand, in_hindsight=False)
     _explore(observer)
     Maps(2, observer.grid, ContactModel().evidence(RESOLUTION).probability).weights_changed()
 
 
 def pose_and_hindsight(hand: Hand) -> None:
-    """The pose filter, the posterior over names, and the map in hindsight."""
+    """Call the pose filter, the posterior over names, and the map in hindsight.
+
+    Args:
+        hand: any.
+    """
     posteriors = ShapePosterior(hand), ShapePosterior(hand, **UNKNOWN)
     observer = PoseOnly(hand, control_hz=10.0)
     observer.reset()
@@ -66,17 +81,29 @@ def pose_and_hindsight(hand: Hand) -> None:
 
 
 def sampled_matching(hand: Hand) -> None:
-    """`HapticSLAM(matching="sample")`."""
+    """Take steps of `HapticSLAM(matching="sample")`.
+
+    Args:
+        hand: any.
+    """
     _explore(HapticSLAM(hand, particles=2, matching="sample", lag=1))
 
 
 def smooth_motion(hand: Hand) -> None:
-    """`HapticSLAM(motion="kinematic")`."""
+    """Take steps of `HapticSLAM(motion="kinematic")`.
+
+    Args:
+        hand: any.
+    """
     _explore(HapticSLAM(hand, particles=2, motion="kinematic", lag=1))
 
 
 def known_solids(hand: Hand) -> None:
-    """`HapticSLAM(solids=…)`."""
+    """Take steps of `HapticSLAM(solids=…)`.
+
+    Args:
+        hand: any.
+    """
     _explore(HapticSLAM(hand, particles=2, solids=ShapePosterior(hand), lag=1))
 
 

@@ -56,6 +56,25 @@ class Noise(ABC):
         """
 
 
+class Lasting(Noise):
+    """An error that lasts, as a Markov process of each joint: N(0, `sd`²) at the reset, then `decay` times what it was
+    and N(0, `step_sd`²) at each step; rad.
+
+    An observer that is told of it keeps it in its state (`observer.pose.angle_noise`).
+    """
+
+    sd: float
+    decay: float
+    step_sd: float
+    value: Angles
+
+    def reset(self, rng: Rng, joints: int) -> None:
+        self.value = self.sd * rng.standard_normal(joints)
+
+    def variance(self, joint_angles: Angles) -> Angles:
+        return np.full(joint_angles.shape, self.sd**2)
+
+
 class White(Noise):
     """Independent Gaussian noise per joint and step: the paper's, q̃ = q + ε (section 3)."""
 
@@ -77,8 +96,10 @@ class White(Noise):
         return np.full(joint_angles.shape, self.sigma**2)
 
 
-class Bias(Noise):
+class Bias(Lasting):
     """A constant error per joint and episode, drawn from a normal."""
+
+    decay, step_sd = 1.0, 0.0
 
     def __init__(self, bias_deg: float) -> None:
         """Check the SD.
@@ -91,17 +112,11 @@ class Bias(Noise):
         """
         self.sd = np.deg2rad(validate.number("bias_deg", bias_deg, 0.0, 90.0, unit="degrees"))
 
-    def reset(self, rng: Rng, joints: int) -> None:
-        self.value = self.sd * rng.standard_normal(joints)
-
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
         return self.value.copy()
 
-    def variance(self, joint_angles: Angles) -> Angles:
-        return np.full(joint_angles.shape, self.sd**2)
 
-
-class Drift(Noise):
+class Drift(Lasting):
     """A slow error: an Ornstein–Uhlenbeck process, sampled exactly at the control rate.
 
     References:
@@ -124,17 +139,11 @@ class Drift(Noise):
         self.decay = np.exp(-validate.seconds("step_seconds", step_seconds) / tau)
         self.step_sd = self.sd * np.sqrt(1 - self.decay**2)
 
-    def reset(self, rng: Rng, joints: int) -> None:
-        self.value = self.sd * rng.standard_normal(joints)
-
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
         present = self.value
         fresh = self.step_sd * rng.standard_normal(len(joint_angles))
         self.value = self.decay * present + fresh
         return present
-
-    def variance(self, joint_angles: Angles) -> Angles:
-        return np.full(joint_angles.shape, self.sd**2)
 
 
 class Proportional(Noise):

@@ -154,12 +154,13 @@ def numbers_of(column: pd.Series) -> np.ndarray:
     """Read a column of which each field holds several numbers, with spaces between them.
 
     Args:
-        column: (T,) texts, of equally many numbers each.
+        column: (T,) of equally many numbers each, which may be none.
 
     Returns:
         (T, B) the numbers.
     """
-    return np.array([[float(each) for each in text.split()] for text in column])
+    # pandas takes a field of one number for a number, and an empty one for NaN.
+    return np.array([[float(each) for each in str(text).split()] for text in column.astype(object).fillna("")])
 
 
 def _draw_ranks(axes: Axes, rows: pd.DataFrame, colours: dict[float, str]) -> None:

@@ -92,7 +92,7 @@ imported = time.perf_counter()
 def peak():
     status = pathlib.Path("/proc/self/status")  # of this process alone; the other one may be its parent's
     if status.exists():
-        return next(1024 * int(line.split()[1]) for line in status.open() if line.startswith("VmHWM"))
+        return next(1024 * int(line.split()[1]) for line in status.open(encoding="utf-8") if line.startswith("VmHWM"))
     import resource
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 env_id, shape, particles, voxels, steps = sys.argv[1], sys.argv[2], *map(int, sys.argv[3:])
@@ -134,5 +134,6 @@ def fresh_process(env_id: str, shape: str, particles: int, voxels: int, steps: i
     """
     command = [sys.executable, "-c", CHILD, env_id, shape, str(particles), str(voxels), str(steps)]
     path = os.pathsep.join(filter(None, sys.path))
-    ran = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
+    environment = {**os.environ, "PYTHONPATH": path}
+    ran = subprocess.run(command, check=True, capture_output=True, encoding="utf-8", env=environment)
     return dict(json.loads(ran.stdout))

@@ -17,7 +17,7 @@ from haptic_env.recordings import Recording
 from haptic_lab import replay, worlds
 from haptic_lab.conditions import TRUST
 from haptic_lab.exploration.output import picture, save_trace
-from haptic_lab.exploration.run import begin, explore
+from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, ExplorationSettings
 from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
@@ -138,6 +138,11 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
         tell_error(str(error))
         return 2
     get_ready(console, session.hand)
+    try:
+        trial = make_trial(settings, session)
+    except ValueError as error:  # a policy that is not for this hand
+        tell_error(str(error))
+        return 2
     what = "a hidden object"
     if settings.shape:
         what = f"a {titles_of((*session.candidates, settings.shape))[settings.shape]}"
@@ -148,7 +153,7 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     if session.simulated:
         console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
     try:
-        exploration, traces, took, stopped = explore(settings, session, console)
+        exploration, traces, took, stopped = explore(trial, console)
     except ValueError as error:  # an object that this hand cannot hold
         tell_error(str(error))
         return 2

@@ -33,7 +33,7 @@ from haptic_lab.style import styled
 from haptic_lab.sweeps import options
 from haptic_lab.sweeps.driver import WIDTH, make_files, progress_on, run, sweep
 from haptic_lab.sweeps.executors import workers
-from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES
+from haptic_lab.sweeps.measures import COURSE_SECONDS, COURSES, HISTOGRAMS, MEASURES
 from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.results import KEY, Results
 from haptic_lab.sweeps.tasks import STREAM, SweepTask
@@ -140,6 +140,8 @@ def parse(arguments: list[str] | None) -> FiguresPlan:
             validate.choice("figure", name, FIGURES)
         validate.integer("--seed", given.seed, 0, 2**32 - 1)
         validate.number("--show-seconds", given.show_seconds, 0.0, 3600.0, above=0.0, unit="s")
+        if given.trials_of is None and "time_course" in names:
+            validate.number("--seconds (of time_course)", sweep.conditions[0].seconds, COURSE_SECONDS, 3600.0, unit="s")
         if given.trials_of is not None and not os.path.isfile(Path(given.trials_of) / "trials.csv"):
             refuse(f"--trials-of must be a folder of evaluate.py, with trials.csv in it, got {given.trials_of!r}")
     except ValueError as error:

@@ -29,7 +29,7 @@ from rich.console import Console
 from rich.table import Table
 
 from haptic_env import validate
-from haptic_lab.files import atomic
+from haptic_lab.files import write_csv
 from haptic_lab.sweeps import options
 from haptic_lab.sweeps.cluster import cluster_workers
 from haptic_lab.sweeps.driver import sweep
@@ -206,7 +206,6 @@ def main(arguments: list[str] | None = None) -> int:
     console.print(table)
     out = Path(given.out)
     out.mkdir(parents=True, exist_ok=True)
-    with atomic(out / "scheduling.csv") as place:
-        rows.to_csv(place, index=False)
+    write_csv(out / "scheduling.csv", rows)
     console.print(f"Written: {out}/scheduling.csv", highlight=False)
     return 0

@@ -15,7 +15,7 @@ from haptic_lab import replay
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
-from haptic_lab.trial import Trial, guided, make_observers
+from haptic_lab.trial import Trial, check_model, guided, make_observers
 from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior
 from observer.variants import Observer
@@ -32,7 +32,7 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
         The environment, and who acts and names in it.
 
     Raises:
-        ValueError: for a recording that does not fit, or a policy that does not fit the environment.
+        ValueError: for a recording or a trained model that does not fit.
     """
     if recording is not None:
         return replay.session(settings, recording)
@@ -46,29 +46,24 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
     )
     hand = hand_of(env)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    return replay.ExplorationSession(env, settings.policy, candidates, ShapePosterior(hand, candidates))
+    namer = ShapePosterior(hand, candidates)
+    check_model(env, settings.policy, namer, settings.trust)
+    return replay.ExplorationSession(env, settings.policy, candidates, namer)
 
 
-def explore(
-    settings: ExplorationSettings, session: replay.ExplorationSession, console: Console
-) -> tuple[Exploration, dict[str, BeliefTrace], float, bool]:
-    """Run an exploration; Ctrl-C ends it at the next step, a second one at once.
+def make_trial(settings: ExplorationSettings, session: replay.ExplorationSession) -> Trial:
+    """Make who acts and who observes.
 
     Args:
         settings: of the exploration.
-        session: what `begin` returns; its environment is closed.
-        console: shows how it goes.
+        session: what `begin` returns.
 
     Returns:
-        What happened, what the observers believed, by name, how many seconds it took, and whether it was cut short.
+        The trial, not begun.
+
+    Raises:
+        ValueError: for a policy that does not fit the environment.
     """
-    stop = False
-
-    def interrupt(*_: object) -> None:
-        nonlocal stop
-        stop = True
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
-
     names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
     observers: dict[str, Observer] = {}
     rate = hand_env(session.env).control_hz
@@ -78,9 +73,29 @@ def explore(
     env = session.env
     if isinstance(session.policy, str):
         env = guided(env, session.policy, settings.sigma, session.namer)
-    trial = Trial(
-        env, session.policy, observers, session.namer, settings.seed, naming=(OBSERVER,), trust=settings.trust
-    )
+    return Trial(env, session.policy, observers, session.namer, settings.seed, naming=(OBSERVER,), trust=settings.trust)
+
+
+def explore(trial: Trial, console: Console) -> tuple[Exploration, dict[str, BeliefTrace], float, bool]:
+    """Run an exploration; Ctrl-C ends it at the next step, a second one at once.
+
+    Args:
+        trial: what `make_trial` returns; its environment is closed.
+        console: shows how it goes.
+
+    Returns:
+        What happened, what the observers believed, by name, how many seconds it took, and whether it was cut short.
+
+    Raises:
+        ValueError: for an object that the hand cannot hold.
+    """
+    stop = False
+
+    def interrupt(*_: object) -> None:
+        nonlocal stop
+        stop = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
+
     usual = signal.signal(signal.SIGINT, interrupt)
     try:
         with Screen(console, trial) as screen:
@@ -93,4 +108,4 @@ def explore(
         return exploration, traces, time.perf_counter() - start, stop
     finally:
         signal.signal(signal.SIGINT, usual)
-        session.env.close()
+        trial.env.close()

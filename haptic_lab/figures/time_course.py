@@ -55,8 +55,13 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
 
     Returns:
         A panel for each of `PANELS`; a curve for each noise, and the brackets of the largest.
+
+    Raises:
+        ValueError: for trials that are shorter than `COURSE_SECONDS`, after which the first point of a curve is.
     """
     data = curves(rows)
+    if data.empty:
+        raise ValueError(f"time_course has a point each {COURSE_SECONDS:g} s, and these trials are shorter")
     sigmas = sorted(set(data["sigma_deg"]))
     colours = noise_colours(sigmas)
     figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")

@@ -124,7 +124,7 @@ def _places(folder: Path) -> list[Path]:
 def _listed(place: Path) -> dict[str, Any] | None:
     """What the list of a checkpoint says; None where it was cut short."""
     try:
-        listed = json.loads((place / LIST).read_text())
+        listed = json.loads((place / LIST).read_text(encoding="utf-8"))
         digests = {name: digest for name, digest in listed["files"].items() if name in (MODEL, REPLAY)}
         return listed if all(_digest(place / name) == digest for name, digest in digests.items()) else None
     except (OSError, ValueError, AttributeError, KeyError, TypeError):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import multiprocessing
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
@@ -17,6 +18,8 @@ from typing import Any
 from haptic_lab.processes import deaf, end_with_parent
 from haptic_lab.sweeps.cluster import cluster_workers
 from haptic_lab.sweeps.workers import Call, Workers, WorkersLostError, limit_threads
+
+MOST_ON_WINDOWS = 61  # processes that it lets another one wait for
 
 
 def workers(jobs: int, cluster: str | None) -> AbstractContextManager[Workers]:
@@ -43,6 +46,8 @@ def local_workers(jobs: int) -> Iterator[Workers]:
     Yields:
         The workers.
     """
+    if sys.platform == "win32":
+        jobs = min(jobs, MOST_ON_WINDOWS)
     executor = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _prepare)
     try:
         yield LocalWorkers(executor, jobs)

@@ -43,7 +43,18 @@ __all__ = [
 
 
 def make(name: str, **keywords: Any) -> MapClassifier:
-    """Make the classifier `name`; raises `ValueError` for an unknown name or keyword."""
+    """Make a classifier.
+
+    Args:
+        name: one of `CLASSIFIERS`.
+        **keywords: of its constructor.
+
+    Returns:
+        The classifier.
+
+    Raises:
+        ValueError: for an unknown name or keyword, and for a value out of range.
+    """
     build = CLASSIFIERS[validate.choice("classifier", name, CLASSIFIERS)]
     validate.keywords(f"{name} classifier", keywords, inspect.signature(build).parameters)
     return build(**keywords)

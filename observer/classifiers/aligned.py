@@ -31,19 +31,34 @@ REFINEMENTS = {"none": 0, "yaw": 12, "all": 40}  # evaluations at full resolutio
 
 
 class AlignedNearestNeighbour(MapClassifier):
-    """`rotations`: "none", "yaw" (about z, an object that stands), or "all". `reach`: the largest translation along
-    each axis, as a share of the grid. `bandwidth`: how sure the probabilities are, in voxels that differ altogether.
-
-    All rotations are tried at half of the resolution, and the best is refined at the full one.
+    """Compares maps however one is turned and moved: all rotations are tried at half of the resolution, and the best is
+    refined at the full one.
     """
 
     def __init__(self, rotations: str = "yaw", reach: float = 0.25, bandwidth: float = 2.4) -> None:
+        """Check the arguments.
+
+        Args:
+            rotations: "none", "yaw" (about z, an object that stands), or "all".
+            reach: the largest translation along each axis, as a share of the grid.
+            bandwidth: how sure the probabilities are, in voxels that differ altogether.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         self.rotations = validate.choice("rotations", rotations, REFINEMENTS)
         self.reach = validate.number("reach", reach, 0.0, 1.0)
         self.bandwidth = validate.number("bandwidth", bandwidth, *WINDOW, unit="voxels")
 
     def square_distances(self, map: Array) -> Array:
-        """(M,): least squared distance of `map` (X, Y, Z), probabilities, to each exemplar, however that is moved."""
+        """Compare a map with each exemplar, however that is moved.
+
+        Args:
+            map: (X, Y, Z) probabilities.
+
+        Returns:
+            (M,) the least squared distances.
+        """
         probe = map - 0.5
         full, half = _Overlap(probe, self.reach), _Overlap(_halved(probe), self.reach)
         square = np.square(probe).sum()

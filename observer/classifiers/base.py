@@ -24,13 +24,27 @@ WINDOW = 1e-6, 1e6  # of a bandwidth: beyond, squares of distances in its units 
 
 
 class MapClassifier(ABC):
-    """`fit(maps, labels)`, then `predict_proba(map)` or `predict(map)`; `classes_` (C,) are the sorted labels."""
+    """Learns names from maps: `fit(maps, labels)`, then `predict_proba(map)` or `predict(map)`.
+
+    Attributes:
+        classes_: (C,) the sorted labels.
+    """
 
     classes_: NDArray[np.str_]
 
     def fit(self, maps: Sequence[ArrayLike], labels: Sequence[str]) -> Self:
-        """Learn from `maps` (M, X, Y, Z) and their `labels` (M,). Raises `ValueError` where they do not match, for a
-        label that is no text and a map that holds no probabilities."""
+        """Learn.
+
+        Args:
+            maps: (M, X, Y, Z).
+            labels: (M,) names.
+
+        Returns:
+            The classifier itself.
+
+        Raises:
+            ValueError: where the two do not match, for a label that is no text and a map that holds no probabilities.
+        """
         names = _texts(labels)
         stack = [_checked(each) for each in _several("maps", maps)]
         if not stack or len(stack) != len(names):
@@ -44,8 +58,17 @@ class MapClassifier(ABC):
         return self
 
     def predict_proba(self, map: ArrayLike) -> Array:
-        """Probability (C,) of each of `classes_` for one `map` (X, Y, Z). Raises `ValueError` before `fit`, and for a
-        map of another shape or without probabilities."""
+        """Tell how probable each label is.
+
+        Args:
+            map: (X, Y, Z).
+
+        Returns:
+            (C,), of each of `classes_`.
+
+        Raises:
+            ValueError: before `fit`, and for a map of another shape or without probabilities.
+        """
         if not hasattr(self, "classes_"):
             raise ValueError(f"this {type(self).__name__} is not fitted yet: call fit(maps, labels) first")
         probabilities = _checked(map)
@@ -54,7 +77,14 @@ class MapClassifier(ABC):
         return self._predict_proba(probabilities)
 
     def predict(self, map: ArrayLike) -> str:
-        """The most probable label for one `map` (X, Y, Z)."""
+        """Name the most probable label.
+
+        Args:
+            map: (X, Y, Z).
+
+        Returns:
+            The label.
+        """
         best = int(np.argmax(self.predict_proba(map)))
         return str(self.classes_[best])
 
@@ -68,8 +98,15 @@ class MapClassifier(ABC):
 
 
 def touch_evidence(map: Array, prior: float) -> Array:
-    """What touch added to the log-odds of every voxel: those of `map` (...) above the `prior`'s, 0 where there is less
-    than that or nothing is known. How far the free space around an object was swept says nothing of the object.
+    """Tell what touch added to the log-odds of every voxel. How far the free space around an object was swept says
+    nothing of the object.
+
+    Args:
+        map: (...) probabilities.
+        prior: probability of a voxel of which nothing is known.
+
+    Returns:
+        (...) log-odds above the prior's; 0 where there is less than that or nothing is known.
     """
     evidence = np.zeros(map.shape)
     felt = (map > prior) & (map != UNKNOWN)

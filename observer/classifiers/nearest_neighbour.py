@@ -18,15 +18,24 @@ DOUBLED = np.log(2.0)
 class NearestNeighbour(MapClassifier):
     """With one map a class, one-shot learning.
 
-    `metric` "hamming" compares which voxels are occupied (p > 0.5), as the paper does; "touched" which of them touch
-    has made at least twice as likely as their `prior` (in odds), which the paper's are where the prior is 0.5;
+    Of the metrics "hamming" compares which voxels are occupied (p > 0.5), as the paper does; "touched" which of them
+    touch has made at least twice as likely as their prior (in odds), which the paper's are where the prior is 0.5;
     "overlap" looks at the same voxels, but at the share that two maps have in common of all that either has (Jaccard
     1912, New Phytologist 11(2), 37-50), so that a map of few touches is not near to every other such map; "squared"
-    compares the probabilities. Of maps that are equally near the one that was learnt first counts. `prior`: of the
-    maps, `ContactModel.prior`.
+    compares the probabilities. Of maps that are equally near the one that was learnt first counts.
     """
 
     def __init__(self, metric: str = "hamming", neighbours: int = 1, prior: float = ContactModel.prior) -> None:
+        """Check the arguments.
+
+        Args:
+            metric: one of `METRICS`.
+            neighbours: how many have a say.
+            prior: of the maps, `ContactModel.prior`.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         self.metric = validate.choice("metric", metric, METRICS)
         self.neighbours = validate.integer("neighbours", neighbours, 1)
         self.prior = validate.number("prior", prior, 0.0, 0.999, above=0.0)

@@ -17,12 +17,20 @@ from observer.classifiers.base import MapClassifier
 
 
 class ScikitLearn(MapClassifier):
-    """`estimator`, any of scikit-learn's with `predict_proba`, on p - 0.5 of each voxel: what is unknown is 0.
+    """A classifier of scikit-learn on p - 0.5 of each voxel: what is unknown is 0.
 
     Some (linear discriminants, calibrated support vectors) need several maps a label and say so in `fit`.
     """
 
     def __init__(self, estimator: Any) -> None:
+        """Take the estimator.
+
+        Args:
+            estimator: any of scikit-learn's with `predict_proba`.
+
+        Raises:
+            ValueError: for what is none.
+        """
         fits = hasattr(estimator, "fit") and hasattr(estimator, "predict_proba")
         if not fits or isinstance(estimator, type):
             raise ValueError(

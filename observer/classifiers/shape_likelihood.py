@@ -22,11 +22,19 @@ class ShapeLikelihood(MapClassifier):
     touch added to each voxel's log-odds.
 
     With one map a label it learns in one shot, and several maps of a label are its variants (sizes, poses, other
-    explorations). `bandwidth`: SD of the window, in log-odds; it sets how sure the posterior is. `prior`: of the maps,
-    `ContactModel.prior`.
+    explorations).
     """
 
     def __init__(self, bandwidth: float = 8.0, prior: float = ContactModel.prior) -> None:
+        """Check the arguments.
+
+        Args:
+            bandwidth: SD of the window, in log-odds; it sets how sure the posterior is.
+            prior: of the maps, `ContactModel.prior`.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         self.bandwidth = validate.number("bandwidth", bandwidth, *WINDOW, unit="log-odds")
         self.prior = validate.number("prior", prior, 0.0, 0.999, above=0.0)
 

@@ -203,7 +203,14 @@ def ringing(body, contacts):
 
 @inner()
 def any_of(flags):
-    """Whether any of `flags` (M,) is set."""
+    """Tell whether any flag is set.
+
+    Args:
+        flags: (M,).
+
+    Returns:
+        Whether.
+    """
     for flag in flags:  # noqa: SIM110 - compiled
         if flag:
             return True

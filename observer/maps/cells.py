@@ -40,14 +40,26 @@ def settle(cells, used, kept, maps):
 
 @kernel()
 def mark(cells, maps):
-    """Set `maps.stale` for those of `cells` (T,) that are touched and seen."""
+    """Take note that the mean of cells changes.
+
+    Args:
+        cells: (T,), of which those that are touched and seen become stale.
+        maps: the `ParticleMaps`.
+    """
     for cell in cells:
         maps.stale[cell] |= maps.touched[cell] & maps.seen[cell]
 
 
 @kernel()
 def flagged(flags):
-    """Where `flags` (V,) are set (C,); few are, so that eight are looked at at a time."""
+    """Find the flags that are set: few are, so that eight are looked at at a time.
+
+    Args:
+        flags: (V,).
+
+    Returns:
+        (C,) indices.
+    """
     words = flags[: len(flags) // 8 * 8].view(np.uint64)
     found, count = np.empty(len(flags), dtype=np.int64), 0
     for w in range(len(words)):

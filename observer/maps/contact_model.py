@@ -225,7 +225,7 @@ def reach_of(body, evidence, place):
 
 
 @part()
-def touch_evidence(hits, clear, silent, weight, least):
+def cause_evidence(hits, clear, silent, weight, least):
     """Tell what a touch says of one cell that it may be due to, by a noisy-OR (Pearl 1988), given what is known of the
     others.
 

@@ -84,8 +84,11 @@ def _voxel_range(start, along, pad, origin, res, count):
 
 @part()
 def _voxel_span(dx, dy, axis, outer, first, res, low, high):
-    """Of the voxels `low` to `high` of a row, whose first centre lies `first` voxels from the origin, those within
-    √`outer` m of the line through it along `axis`."""
+    """Of the voxels `low` to `high` of a row, whose first centre lies `first` voxels from the origin, find some.
+
+    Returns:
+        The first within √`outer` m of the line through it along `axis`, and the one after the last.
+    """
     across = 1.0 - axis[2] * axis[2]
     if across < 1e-9:
         return low, high
@@ -101,8 +104,11 @@ def _voxel_span(dx, dy, axis, outer, first, res, low, high):
 
 @part()
 def _from_bone(dx, dy, dz, axis, length):
-    """Of a point, from the start of a bone of `length` m along `axis` (3,): its height along it, m, and the square of
-    its distance from it, m²."""
+    """Of a point, from the start of a bone of `length` m along `axis` (3,).
+
+    Returns:
+        Its height along it, m, and the square of its distance from it, m².
+    """
     z = axis[0] * dx + axis[1] * dy + axis[2] * dz
     along = min(max(z, 0.0), length)
     return z, dx * dx + dy * dy + dz * dz - 2.0 * z * along + along * along
@@ -110,7 +116,14 @@ def _from_bone(dx, dy, dz, axis, length):
 
 @part()
 def triple(vector):
-    """The numbers of `vector` (3,) by themselves, so that loops over voxels need not read them anew."""
+    """Take a vector's numbers by themselves, so that loops over voxels need not read them anew.
+
+    Args:
+        vector: (3,).
+
+    Returns:
+        Three numbers.
+    """
     return vector[0], vector[1], vector[2]
 
 

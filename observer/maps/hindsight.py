@@ -23,7 +23,7 @@ from observer.kinematics import Tree
 from observer.maps import capsules
 from observer.maps.capsules import Body, BodyFrames, MapInput, any_of, ringing
 from observer.maps.cells import spread
-from observer.maps.contact_model import QUANTUM, ContactModel, reach_of, touch_evidence
+from observer.maps.contact_model import QUANTUM, ContactModel, cause_evidence, reach_of
 from observer.maps.free_space import room, sweep
 from observer.maps.matching_geometry import near_skin, touched_room
 from observer.maps.occupancy import ParticleMaps
@@ -170,5 +170,5 @@ def share(suspects, weight, cell, hits, no_alarm, rounds, log_odds):
                 clear[c] = 1.0 - hits[c] / (1.0 + np.exp(-log_odds[cell[c]]))
                 silent *= clear[c]
             for c in range(begin, end):
-                said[c] = touch_evidence(hits[c], clear[c], silent, weight[e], 0.0)
+                said[c] = cause_evidence(hits[c], clear[c], silent, weight[e], 0.0)
                 log_odds[cell[c]] += said[c]

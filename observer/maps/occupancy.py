@@ -51,6 +51,11 @@ class OccupancySnapshot:
     """The occupancy of one step, computed when it is first asked for."""
 
     def __init__(self, compute: Callable[[], Array]) -> None:
+        """Keep what computes it.
+
+        Args:
+            compute: gives (X, Y, Z), and is called once at most.
+        """
         self._compute: Callable[[], Array] | None = compute
         self._value: Array | None = None
 
@@ -96,6 +101,12 @@ class LazyMean:
     """
 
     def __init__(self, maps: Maps, weights: Array) -> None:
+        """Keep what it is the mean of.
+
+        Args:
+            maps: of the particles.
+            weights: (N,).
+        """
         self._maps: Maps | None = maps
         self._weights = weights
 

@@ -17,7 +17,7 @@ from haptic_env.compiled import kernel
 from haptic_env.patches import row_at
 from observer.kinematics import body_frames
 from observer.maps.capsules import BodyFrames, any_of, owner, ringing
-from observer.maps.contact_model import LEAST, LIMIT, QUANTUM, touch_evidence
+from observer.maps.contact_model import LEAST, LIMIT, QUANTUM, cause_evidence
 from observer.maps.free_space import capsule_voxels, from_point, room, triple
 from observer.resampling import exponentiate
 
@@ -33,10 +33,13 @@ class Suspects(NamedTuple):
 
 @kernel(fastmath=True)
 def _log_likelihood(felt, frames, flat):
-    """log p(z | q, m) up to a constant, over the patches of the watched links.
+    """Of one map, over the patches of the watched links.
 
     A touch is a noisy-OR over the cells just outside the patch; silence, over the cells just beneath it, where only
     what is known to be occupied counts: an unknown cell is no reason to stay away.
+
+    Returns:
+        log p(z | q, m) up to a constant.
     """
     body, lattice, evidence, contacts, first = (
         felt.body,
@@ -130,7 +133,7 @@ def _share(felt, patch, flat, written, suspects, count):
         if suspects.patch[c] == patch:
             cell, hits = suspects.cell[c], suspects.hits[c]
             mine = 1.0 - hits * evidence.probability[flat[cell] + 128]
-            quanta = touch_evidence(hits, mine, clear, felt.touch[patch] / QUANTUM, 0.0)
+            quanta = cause_evidence(hits, mine, clear, felt.touch[patch] / QUANTUM, 0.0)
             flat[cell] = min(flat[cell] + int(np.round(quanta)), LIMIT)
             if not written[cell]:
                 written[cell] = True

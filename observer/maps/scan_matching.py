@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel, part
 from haptic_env.moved import renamed
-from observer.maps.contact_model import LEAST, LIMIT, QUANTUM, touch_evidence
+from observer.maps.contact_model import LEAST, LIMIT, QUANTUM, cause_evidence
 from observer.maps.matching_geometry import ScoredSkin, TouchCauses
 from observer.resampling import exponentiate
 
@@ -103,9 +103,12 @@ def _shift(gain, active, delta, out):
 
 @part()
 def _heard(skin, evidence, maps, n, cell):
-    """log p(z | q, m) up to a constant to particle n, the points of `skin` being in `cell` (S,), -1 outside the grid.
+    """Of the map of particle n, the points of `skin` being in `cell` (S,), -1 outside the grid.
 
     Without `fastmath`, which would take the factors in another order with threads than without.
+
+    Returns:
+        log p(z | q, m) up to a constant.
     """
     common, slot, own = maps.common, maps.slot, maps.own
     total, rung = 0.0, 1.0  # log probability of what is silent, probability of what is felt
@@ -184,7 +187,7 @@ def _share(query, evidence, maps, n, delta, hits, ring):
             ring[c] = 1.0 - hits[c] * evidence.probability[own[n, where[c]] + 128]
             clear *= ring[c]
         for c in range(begin, end):
-            quanta = touch_evidence(hits[c], ring[c], clear, weight, 0.5)
+            quanta = cause_evidence(hits[c], ring[c], clear, weight, 0.5)
             if quanta == 0.0:
                 continue
             new = min(own[n, where[c]] + int(quanta + 0.5), LIMIT)

@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
-from observer.pose.gating import Gate, Gated, take_in
-from observer.pose.kalman import RESTART_ANGLE, ContactDynamics
+from observer.pose.angle_noise import AngleNoise, Offset, summed
+from observer.pose.gating import Gate, Gated, Heard, take_in
+from observer.pose.kalman import EXACTLY, RESTART_ANGLE, ContactDynamics
 
 HOLDS = 300
 HOLD_SECONDS = 0.2  # about as long as a torque of random exploration lasts
@@ -42,57 +43,79 @@ class DeltaPose(Gated):
     """Posterior of the angles of now and of the last T steps under the linear motion model; for `HapticSLAM`."""
 
     def __init__(
-        self, hand: Hand, *, sigma: float, motor_noise: float, control_hz: float, lag: int, dynamics: ContactDynamics
+        self,
+        hand: Hand,
+        *,
+        sigma: float,
+        motor_noise: float,
+        control_hz: float,
+        lag: int,
+        dynamics: ContactDynamics | None = None,
+        noise: AngleNoise | None = None,
     ) -> None:
-        """`sigma` rad, `motor_noise` a fraction; `dynamics` is not used: the paper's motion knows no forces."""
+        """`sigma` rad, `motor_noise` a fraction; `noise`: what else is wrong with the felt angles (None: nothing);
+        `dynamics` is not used: the paper's motion knows no forces."""
         self.hand = hand
         self.motor_noise = motor_noise
         self.lag = lag
         self.motion = babble(hand, control_hz)
-        self._gate = Gate(hand, sigma, 1.0 / control_hz)
+        self.noise = AngleNoise(hand.joints, 1.0 / control_hz) if noise is None else noise
+        self._kinds = self.noise.kinds((lag + 1) * hand.joints, hand.joints)
+        self._gate = Gate(hand, sigma, 1.0 / control_hz, self.noise.sd)
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
-        """Start at the rest pose, known exactly, whatever is `felt`."""
-        self._begin(self.hand.rest_pose, 1e-10)
+        """Start at the rest pose, as exactly as it is known; `felt` (J,) rad tells of the offsets, if any."""
+        self._begin(self.hand.rest_pose, EXACTLY, self.noise.start_variance)
         self.log_evidence = 0.0
         self._gate.reset()
+        if felt is not None and (len(self.noise.decay) or self.noise.start_variance):
+            self._feel(felt)
 
-    def _begin(self, angles: Array, variance: float) -> None:
-        self.mean = np.tile(angles, self.lag + 1).astype(np.float64)
-        self.covariance = variance * np.eye(self.mean.size)
+    def _begin(self, angles: Array, variance: float, shared: float = 0.0) -> None:
+        """Start at `angles` (J,) rad: `shared` is what those of the past have in common beside their `variance`."""
+        joints, poses = self.hand.joints, (self.lag + 1) * self.hand.joints
+        self.mean = np.concatenate([np.tile(angles, self.lag + 1).astype(np.float64), np.zeros(len(self.noise.decay))])
+        self.covariance = np.diag(np.concatenate([np.full(poses, variance), self.noise.prior]))
+        self.covariance[:poses, :poses] += np.kron(np.full((self.lag + 1, self.lag + 1), shared), np.eye(joints))
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
         joints, size, before = self.hand.joints, self.mean.size, self.log_evidence
-        kept = np.concatenate([np.arange(joints), np.arange(size - joints)])  # now's angles twice, the oldest dropped
+        errors = slice(size - len(self.noise.decay), size)
+        poses = np.arange(errors.start - joints)
+        # Now's angles twice, the oldest dropped.
+        kept = np.concatenate([np.arange(joints), poses, np.arange(errors.start, size)])
         mean, covariance = self.mean[kept], self.covariance[np.ix_(kept, kept)]
         move = self.motion.gain @ torque
         held = self.hand.stopped_by[self.hand.patches.link[contacts]].any(axis=0)
         mean[:joints] = np.clip(mean[:joints] + np.where(held, 0.0, move), *self.hand.joint_limits.T)
         effort = self.motion.gain * (self.motor_noise * np.abs(torque))
         covariance[:joints, :joints] += self.motion.noise + effort @ effort.T + np.diag(np.where(held, move, 0.0) ** 2)
-        heard = self._gate.judge(joint_angles, mean[:joints], covariance.diagonal()[:joints])
-        if heard is not None:
-            self.log_evidence += take_in(mean, covariance, heard, self.sigma**2)
-            self.mean, self.covariance = mean, covariance
-            self._check(joint_angles, before)
-            return
-        residual = joint_angles - mean[:joints]
-        total = covariance[:joints, :joints] + self.sigma**2 * np.eye(joints)
-        fused = np.linalg.solve(total, covariance[:joints]).T  # (D, J)
-        self.mean = mean + fused @ residual
-        covariance -= fused @ covariance[:joints]
-        self.covariance = 0.5 * (covariance + covariance.T)
-        square = residual @ np.linalg.solve(total, residual)
-        self.log_evidence -= 0.5 * float(square + np.linalg.slogdet(2 * np.pi * total)[1])
-        self._check(joint_angles, before)
-
-    def _check(self, felt: Array, log_evidence: float) -> None:
-        """Begin anew at what is `felt` (J,) rad where the filter was lost; `log_evidence` was that before the step."""
+        mean[errors] *= self.noise.decay
+        covariance[errors] *= self.noise.decay[:, None]
+        covariance[:, errors] *= self.noise.decay
+        covariance[errors, errors] += np.diag(self.noise.fresh)
+        self.mean, self.covariance = mean, covariance
+        self._feel(joint_angles)
         if self._gate.lost(self.mean, self.covariance, 0):
-            self.log_evidence = log_evidence  # what it said of this step may be no number
-            self._begin(self._gate.at_last(self.mean[: self.hand.joints], felt), RESTART_ANGLE)
+            self.log_evidence = before  # what it said of this step may be no number
+            self._begin(self._gate.at_last(self.mean[:joints], joint_angles), RESTART_ANGLE)
+
+    def _feel(self, felt: Array) -> None:
+        """Take in the `felt` angles (J,) rad."""
+        joints = self.hand.joints
+        expected = summed(self.mean, self.covariance, [slice(0, joints), *self._kinds])
+        heard = self._gate.judge(felt, *expected)
+        if heard is None:
+            heard = Heard(felt, np.arange(joints), np.zeros(joints, dtype=bool))
+        white = self.noise.variance(self.sigma, *expected)
+        self.log_evidence += take_in(self.mean, self.covariance, heard, white, self._kinds)
+
+    @property
+    def offset(self) -> Offset:
+        """What is known of the felt angles' offsets now."""
+        return Offset.of(self.mean, self.covariance, self._kinds, self.hand.joints)
 
     def lagged(self, steps: int) -> slice:
         """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""

@@ -10,6 +10,7 @@ be is taken without them. Both are counted and, once a trial, said. Where no rea
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -74,9 +75,11 @@ class Gated:
 
 
 class Gate:
-    """Tells readings of `hand` with noise of SD `sigma` rad apart; `set_aside` (J,) counts the odd ones of a trial."""
+    """Tells readings of `hand` with noise of SD `sigma` rad, and offsets of SD `offset` rad, apart; `set_aside` (J,)
+    counts the odd ones of a trial."""
 
-    def __init__(self, hand: Hand, sigma: float, step_seconds: float) -> None:
+    def __init__(self, hand: Hand, sigma: float, step_seconds: float, offset: float = 0.0) -> None:
+        self._offset = BEYOND_SDS * offset  # how far felt angles may lie from the true ones for good
         self._names = hand.joint_names
         self._jump = JUMP + FASTEST * step_seconds
         self._limits = hand.joint_limits.T
@@ -95,7 +98,7 @@ class Gate:
     def sigma(self, sigma: float) -> None:
         self._sigma = max(sigma, LEAST_SIGMA)
         low, high = self._between
-        margins = (max(each, BEYOND_SDS * self._sigma) for each in (BEYOND, TURNED, LOST))
+        margins = (max(each, BEYOND_SDS * self._sigma) + self._offset for each in (BEYOND, TURNED, LOST))
         self._possible, self._turned, self._lost_beyond = (Range(low - each, high + each) for each in margins)
 
     def reset(self) -> None:
@@ -196,17 +199,20 @@ def _sound(mean: Array, covariance: Array, past: int, low: Array, high: Array) -
     return sound
 
 
-def take_in(mean: Array, covariance: Array, heard: Heard, variance: float) -> float:
+def take_in(mean: Array, covariance: Array, heard: Heard, variance: Array, kinds: Sequence[slice] = ()) -> float:
     """Condition the Gaussian of `mean` (S,) and `covariance` (S, S), whose first J numbers are the present angles, in
-    place, on the joints that are `heard` with noise of `variance` rad²; returns the log density of what is heard."""
+    place, on the joints that are `heard` with noise of `variance` (J,) rad² and with the `kinds` of errors that last,
+    J numbers each; returns the log density of what is heard."""
     for joint in np.flatnonzero(heard.anew):
         covariance[joint, joint] += (heard.angles[joint] - mean[joint]) ** 2
     joints = heard.joints
-    residual = heard.angles[joints] - mean[joints]
-    total = covariance[np.ix_(joints, joints)] + variance * np.eye(len(joints))
-    fused = np.linalg.solve(total, covariance[joints]).T  # (S, H)
+    parts = [joints, *(joints + kind.start for kind in kinds)]
+    residual = heard.angles[joints] - sum(mean[part] for part in parts)
+    with_felt = np.sum([covariance[part] for part in parts], axis=0)  # (H, S)
+    total = np.sum([with_felt[:, part] for part in parts], axis=0) + np.diag(variance[joints])
+    fused = np.linalg.solve(total, with_felt).T  # (S, H)
     mean += fused @ residual
-    covariance -= fused @ covariance[joints]
+    covariance -= fused @ with_felt
     covariance[:] = 0.5 * (covariance + covariance.T)
     square = residual @ np.linalg.solve(total, residual)
     return -0.5 * float(square + np.linalg.slogdet(2.0 * np.pi * total)[1])

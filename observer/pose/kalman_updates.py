@@ -1,7 +1,8 @@
 """The compiled parts of the pose filter: move on, condition, and what contacts do. All work in place.
 
-Shapes: J joints, D = 2J numbers of state (q, v), S = D + T·J numbers of the filter with T steps of lag, M
-measurements, P patches, B bodies. Loops over the last axis are plain, so that they vectorise without reordering sums.
+Shapes: J joints, D numbers of state, (q, v) and, where forces last, the joints' torques by them, E numbers of errors
+that last, S = D + E + T·J numbers of the filter with T steps of lag, M measurements, P patches, B bodies. Loops over
+the last axis are plain, so that they vectorise without reordering sums.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from observer.kinematics import body_frames, point_jacobian
 
 @kernel()
 def process_noise(gain, torque, limits, motor_noise, velocity_noise):
-    """Covariance (D, D) of what a step adds: motor noise, a fraction of the `torque` (J,), itself a fraction of its
-    `limits` (J,), through `gain` (D, J), and `velocity_noise` in rad/s."""
+    """Covariance (2J, 2J) of what a step adds: motor noise, a fraction of the `torque` (J,), itself a fraction of its
+    `limits` (J,), through `gain` (2J, J), and `velocity_noise` in rad/s."""
     present, joints = gain.shape
     noise = np.zeros((present, present))
     effort = np.empty(present)
@@ -31,9 +32,11 @@ def process_noise(gain, torque, limits, motor_noise, velocity_noise):
 
 
 @kernel()
-def shift(mean, covariance, state, transition, noise, joints):
-    """Move the lagged angles on by one step, then predict: `state` (D,), `transition` and `noise` (D, D)."""
-    size, present = mean.size, 2 * joints
+def shift(mean, covariance, state, transition, noise, joints, decay, fresh):
+    """Move the lagged angles on by one step, then predict: `state` (D,), `transition` and `noise` (D, D); of each error
+    that lasts `decay` (E,) is left, and a variance `fresh` (E,) is added."""
+    size, dynamic = mean.size, len(state)
+    present = dynamic + len(decay)
     if size > present:
         # Of the present state with the angles that are kept: now's, then the older ones.
         kept = np.empty((present, size - present))
@@ -49,7 +52,10 @@ def shift(mean, covariance, state, transition, noise, joints):
             for j in range(present + joints, size):
                 covariance[i, j] = covariance[i - joints, j - joints]
         moved = np.empty((present, size - present))
-        times(transition, kept, moved)
+        times(transition, kept[:dynamic], moved[:dynamic])
+        for e in range(len(decay)):
+            for j in range(size - present):
+                moved[dynamic + e, j] = decay[e] * kept[dynamic + e, j]
         for i in range(joints):
             mean[present + i] = mean[i]
             for j in range(size - present):
@@ -60,28 +66,47 @@ def shift(mean, covariance, state, transition, noise, joints):
         for i in range(size - present):
             for j in range(present):
                 covariance[present + i, j] = moved[j, i]
-    now, turned, moved = np.empty((present, present)), np.empty((present, present)), np.empty((present, present))
-    fill(covariance[:present, :present], now)
+    now, turned, moved = np.empty((dynamic, dynamic)), np.empty((dynamic, dynamic)), np.empty((dynamic, dynamic))
+    fill(covariance[:dynamic, :dynamic], now)
     times(transition, now, moved)
-    for i in range(present):
+    for i in range(dynamic):
         mean[i] = state[i]
-        for j in range(present):
+        for j in range(dynamic):
             turned[i, j] = transition[j, i]
     times(moved, turned, now)
-    for i in range(present):
-        for j in range(present):
+    for i in range(dynamic):
+        for j in range(dynamic):
             covariance[i, j] = now[i, j] + noise[i, j]
+    if len(decay):
+        _decay(mean, covariance, transition, decay, fresh)
 
 
 @kernel()
-def condition(mean, covariance, rows, value, variance, felt, felt_variance):
-    """Condition on what is measured: first M `rows` (M, D) of the state with `value` (M,) and `variance` (M,), then
-    the present angles `felt` (J,) with `felt_variance`. Leaves the covariance exactly symmetric.
+def _decay(mean, covariance, transition, decay, fresh):
+    """What a step makes of the errors that last, and of their covariance with (q, v)."""
+    dynamic, errors = len(transition), len(decay)
+    with_state, moved = np.empty((dynamic, errors)), np.empty((dynamic, errors))
+    fill(covariance[:dynamic, dynamic : dynamic + errors], with_state)
+    times(transition, with_state, moved)
+    for e in range(errors):
+        mean[dynamic + e] *= decay[e]
+        for i in range(dynamic):
+            covariance[i, dynamic + e] = covariance[dynamic + e, i] = decay[e] * moved[i, e]
+        for other in range(errors):
+            covariance[dynamic + e, dynamic + other] *= decay[e] * decay[other]
+        covariance[dynamic + e, dynamic + e] += fresh[e]
+
+
+@kernel()
+def condition(mean, covariance, rows, value, variance, felt, felt_variance, first_error, errors):
+    """Condition on what is measured: first M `rows` (M, 2J) of (q, v) with `value` (M,) and `variance` (M,), then what
+    is `felt` (J,) with `felt_variance` (J,): the present angles and the errors that last, `errors` numbers from
+    `first_error` on. Leaves the covariance exactly symmetric.
 
     Returns the log density of `felt` given the rows before it. With S = L·Lᵀ the covariance of all that is measured
     and W = L⁻¹ times their covariance with the state, P ← P - Wᵀ·W: as one measurement after another.
     """
-    first, joints, size = len(value), len(felt), mean.size
+    first, joints, size, end = len(value), len(felt), mean.size, first_error + errors
     count = first + joints
     w = np.zeros((count, size))
     residual = np.empty(count)
@@ -95,6 +120,9 @@ def condition(mean, covariance, rows, value, variance, felt, felt_variance):
         residual[first + j] = felt[j] - mean[j]
         for i in range(size):
             w[first + j, i] = covariance[j, i]
+        for e in range(first_error + j, end, joints):
+            residual[first + j] -= mean[e]
+            add(1.0, covariance[e], w[first + j])
     total = np.empty((count, count))
     for m in range(count):
         for n in range(min(first, m + 1)):
@@ -103,7 +131,9 @@ def condition(mean, covariance, rows, value, variance, felt, felt_variance):
                 total[m, n] += rows[n, d] * w[m, d]
         for n in range(first, m + 1):
             total[m, n] = w[m, n - first]
-        total[m, m] += variance[m] if m < first else felt_variance
+            for e in range(first_error + n - first, end, joints):
+                total[m, n] += w[m, e]
+        total[m, m] += variance[m] if m < first else felt_variance[m - first]
     log_density = 0.0
     for m in range(count):
         for n in range(m):  # its rows hold L by now
@@ -148,11 +178,12 @@ def _downdate(covariance, w):
 
 
 @kernel()
-def contact_effects(tree, q, gain, body, point, axes, force, felt, noise, along):
+def contact_effects(tree, q, gain, body, point, axes, force, lasting, felt, noise, along):
     """Add to `noise` (D, D) what unknown forces on the F patches `felt` do, and fill `along` (F, 3, J), the speed of
-    their skin along each axis by joint speed.
+    their skin along each axis by joint speed. To forces that last, which move the joints from the next step on, a step
+    adds `lasting` times as much.
 
-    `gain` (D, J) by joint torque; for each patch (P,): `body`, `point` (P, 3) m and `axes` (P, 3, 3), rows, in the
+    `gain` (2J, J) by joint torque; for each patch (P,): `body`, `point` (P, 3) m and `axes` (P, 3, 3), rows, in the
     body's frame, and `force` (P, 3) N, the SD along each axis.
     """
     joints = len(q)
@@ -184,4 +215,11 @@ def contact_effects(tree, q, gain, body, point, axes, force, felt, noise, along)
                     pushed[i] += gain[i, j] * along[f, a, j]
                 pushed[i] *= force[patch, a]
             for i in range(2 * joints):
-                add(pushed[i], pushed, noise[i])
+                add(pushed[i], pushed, noise[i, : 2 * joints])
+            if lasting > 0.0:
+                for i in range(joints):
+                    add(
+                        along[f, a, i] * (lasting * force[patch, a]) ** 2,
+                        along[f, a],
+                        noise[2 * joints + i, 2 * joints :],
+                    )

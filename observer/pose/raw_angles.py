@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
+from observer.pose.angle_noise import AngleNoise, Offset
 
 
 class RawAngles:
@@ -19,9 +20,14 @@ class RawAngles:
 
     log_evidence = 0.0
 
-    def __init__(self, hand: Hand, *, sigma: float, lag: int, **_: Any) -> None:
-        """`sigma` rad; the rest of what a motion may be given says nothing here."""
+    def __init__(
+        self, hand: Hand, *, sigma: float, control_hz: float, lag: int, noise: AngleNoise | None = None, **_: Any
+    ) -> None:
+        """`sigma` rad; `noise`: what else is wrong with the felt angles (None: nothing), of which nothing is found out;
+        the rest of what a motion may be given says nothing here."""
         self.hand = hand
+        self.noise = AngleNoise(hand.joints, 1.0 / control_hz) if noise is None else noise
+        self._lasting = self.noise.over_time(lag + 1)
         self.sigma = sigma
         self.lag = lag
         self.set_aside = np.zeros(hand.joints, dtype=np.int64)  # all is taken at its word
@@ -36,7 +42,13 @@ class RawAngles:
         """Take over the felt `joint_angles` (J,) rad."""
         joints = self.hand.joints
         self.mean = np.concatenate([joint_angles, self.mean[:-joints]])
-        np.fill_diagonal(self.covariance, self.sigma**2)
+        white = self.noise.variance(self.sigma, self.mean, np.zeros(self.mean.size))
+        self.covariance = np.diag(white) + np.kron(self._lasting, np.eye(joints))
+
+    @property
+    def offset(self) -> Offset:
+        """What is known of the felt angles' offsets: no more than beforehand."""
+        return self.noise.unknown(self.hand.joints)
 
     def lagged(self, steps: int) -> slice:
         """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""

@@ -27,6 +27,7 @@ from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.gaussian import mixture
 from observer.pose import interacting_models
+from observer.pose.angle_noise import AngleNoise, Offset
 from observer.pose.gating import Gate, Gated, Heard
 from observer.pose.interacting_models import PRESENT
 from observer.pose.joint_pairs import JointPairs
@@ -103,9 +104,18 @@ class KinematicPose(Gated):
     """
 
     def __init__(
-        self, hand: Hand, *, sigma: float, control_hz: float, lag: int, smooth: SmoothMotion | None = None, **_: Any
+        self,
+        hand: Hand,
+        *,
+        sigma: float,
+        control_hz: float,
+        lag: int,
+        noise: AngleNoise | None = None,
+        smooth: SmoothMotion | None = None,
+        **_: Any,
     ) -> None:
-        """`sigma` rad; the rest of what a motion may be given says nothing here."""
+        """`sigma` rad; `noise`: what else is wrong with the felt angles (None: nothing); the rest of what a motion may
+        be given says nothing here. Where a hand is, nothing but the felt angles says: offsets are not found out."""
         self.hand = hand
         self.lag = lag
         self.smooth = SmoothMotion() if smooth is None else smooth
@@ -116,7 +126,9 @@ class KinematicPose(Gated):
         self._noise = squares[:, None, None] * self.smooth.noise(step)  # (M, 3, 3)
         self._switch = self.smooth.switching(step)
         self._start = squares[:, None] * [1.0, self.smooth.seconds**-2]  # (M, 2): of velocity and acceleration
-        self._gate = Gate(hand, sigma, step)
+        self.noise = AngleNoise(hand.joints, step) if noise is None else noise
+        self._lasting = self.noise.over_time(1 + lag)
+        self._gate = Gate(hand, sigma, step, self.noise.sd)
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
@@ -198,6 +210,11 @@ class KinematicPose(Gated):
             log_density[some] = density
         return self.partners.without(log_density, told)
 
+    @property
+    def offset(self) -> Offset:
+        """What is known of the felt angles' offsets: no more than beforehand."""
+        return self.noise.unknown(self.hand.joints)
+
     def lagged(self, steps: int) -> slice:
         """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
         first = 0 if steps == 0 else (PRESENT - 1 + steps) * self.hand.joints
@@ -213,3 +230,6 @@ class KinematicPose(Gated):
         self.covariance.reshape(state, joints, state, joints)[:, each, :, each] = 0.5 * (
             covariance + np.swapaxes(covariance, 1, 2)
         )
+        if self.noise.lasting:  # it has followed the angles as they are felt
+            angles = np.r_[:joints, PRESENT * joints : state * joints]
+            self.covariance[np.ix_(angles, angles)] += np.kron(self._lasting, np.eye(joints))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
+from observer.pose.angle_noise import Offset
 
 
 class PoseSource(Protocol):
@@ -26,6 +27,10 @@ class PoseSource(Protocol):
     """(D, D), in the same order."""
     log_evidence: float
     """Log density of the angles felt so far."""
+
+    @property
+    def offset(self) -> Offset:
+        """What is known of the offsets of the felt angles now."""
 
     @property
     def set_aside(self) -> NDArray[np.int64]:

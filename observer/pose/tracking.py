@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from observer import edge
+from haptic_env import sensors
 from observer.pose.source import PoseSource
 
 
@@ -22,7 +22,7 @@ class TracksPose:
 
     @sigma_deg.setter
     def sigma_deg(self, sigma_deg: float) -> None:
-        self.pose.sigma = edge.sigma(sigma_deg)
+        self.pose.sigma = sensors.White(sigma_deg).sigma
 
     @property
     def set_aside(self) -> NDArray[np.int64]:

@@ -6,8 +6,12 @@ are pure: random numbers come in.
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
 from haptic_env.compiled import inner, kernel, part
 from observer.kinematics import body_frames
 from observer.shape.distance_fields import field_distance, in_field
@@ -16,13 +20,65 @@ CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
 
 
+class TouchModel(NamedTuple):
+    """How well the gap between a link and a solid says what the link feels.
+
+    Attributes:
+        tolerance: m, SD of a gap; of all links (L,) or of one.
+        press: m, how deep what feels contact may lie inside.
+        surprise: probability of what the model cannot explain.
+    """
+
+    tolerance: Array | float
+    press: float
+    surprise: float
+
+
+class WeighedTouch(NamedTuple):
+    """What links feel.
+
+    Attributes:
+        contacts: (P,).
+        touches: how many patches of a link feel contact; of all links (L,) or of one.
+        exponent: of its likelihood; likewise.
+    """
+
+    contacts: NDArray[np.bool_]
+    touches: NDArray[np.int64] | int
+    exponent: Array | float
+
+
+class PoseSamples(NamedTuple):
+    """Samples of the pose.
+
+    Attributes:
+        poses: (S, C) rad.
+        column: (G, J) in which each part of the hand finds its joints.
+    """
+
+    poses: Array
+    column: NDArray[np.int64]
+
+
 @part(fastmath=True)
-def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
-    """Fill `gaps` (P,) of the patches of `link`, at `position` (3,) and `rotation` (3, 3), with their distance from
-    hypothesis `h`, or `clear` m where it is more; whether any is less.
+def patch_gaps(solids, h, skin, link, frame, clear, gaps):
+    """Find how far the patches of a link are from a hypothesis.
 
     Distance changes no faster than its place: what a look-up shows to be clear is skipped.
+
+    Args:
+        solids: the distance fields.
+        h: index of the hypothesis.
+        skin: of the hand.
+        link: index.
+        frame: of the link, position (3,) m and rotation (3, 3).
+        clear: m, beyond which no distance counts.
+        gaps: (P,) m, filled for the patches of the link if any is less than `clear`, with `clear` where it is not.
+
+    Returns:
+        Whether any is less.
     """
+    position, rotation = frame
     field = solids.field[solids.drawn_in[h]]
     scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]
     resolution, half, far = solids.resolution, solids.half, solids.far
@@ -64,19 +120,31 @@ def patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
 
 
 @part(fastmath=True)
-def link_likelihood(
-    solids, h, skin, link, position, rotation, contacts, touches, tolerance, press, surprise, news, gaps
-):
-    """p(z_l | q, h) of `link` at `position` (3,) and `rotation` (3, 3), with the exponent `news`: of its patches
-    `touches` feel contact, those in `contacts` (P,). `tolerance` m: the SD of a gap; `gaps` (P,) is scratch.
+def link_likelihood(solids, h, skin, link, frame, felt, model, gaps):
+    """Tell how probable it is that a link feels what it does, p(z_l | q, h).
 
     That a link feels nothing is one event, its nearest patch is clear: an error of the pose moves all of them together.
     Silent patches of a link that feels contact lie no deeper than those that ring, which may be `press` m inside; that
     they are as near says nothing, for the physics has few points of contact a link, however flat it lies.
+
+    Args:
+        solids: the distance fields.
+        h: index of the hypothesis.
+        skin: of the hand.
+        link: index.
+        frame: of the link, position (3,) m and rotation (3, 3).
+        felt: the `WeighedTouch` of the link.
+        model: the `TouchModel` of the link.
+        gaps: (P,) scratch.
+
+    Returns:
+        The probability to the power of the exponent.
     """
+    contacts, touches, exponent = felt
+    tolerance, press, surprise = model
     clear = CLEAR * tolerance
-    if not patch_gaps(solids, h, skin, link, position, rotation, clear, gaps):
-        return surprise ** (news * touches) if touches > 0 else 1.0
+    if not patch_gaps(solids, h, skin, link, frame, clear, gaps):
+        return surprise ** (exponent * touches) if touches > 0 else 1.0
     told, touched, silent = 1.0, clear, clear
     for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
         gap = gaps[patch]
@@ -93,51 +161,50 @@ def link_likelihood(
     if ratio < CLEAR:
         # A normal's distribution function, nearly.
         told *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
-    return told**news if told < 1.0 else 1.0
+    return told**exponent if told < 1.0 else 1.0
 
 
 @inner(fastmath=True)
-def _part_likelihood(skin, solids, g, frames, contacts, touches, tolerance, press, surprise, news, gaps, likelihood):
-    """Fill `likelihood` (H,) with p(z_g | q, h) of part `g`, whose bodies have `frames` (B, 3) and (B, 3, 3); `touches`
-    (L,) count the contacts of each link, what it says has the exponent `news` (L,); `gaps` (P,) is scratch."""
+def _part_likelihood(skin, solids, g, frames, felt, model, gaps, likelihood):
+    """Fill `likelihood` (H,) with p(z_g | q, h) of part `g`, whose bodies have `frames` (B, 3) and (B, 3, 3); `felt`
+    and `model` are those of all links, `gaps` (P,) is scratch."""
     position, rotation = frames
     for h in range(len(likelihood)):
         likelihood[h] = 1.0
     for link in range(len(skin.body)):
-        if skin.group[link] != g or news[link] <= 0.0:
+        if skin.group[link] != g or felt.exponent[link] <= 0.0:
             continue
-        body = skin.body[link]
+        frame = position[skin.body[link]], rotation[skin.body[link]]
         for h in range(len(likelihood)):
-            likelihood[h] *= link_likelihood(
-                solids,
-                h,
-                skin,
-                link,
-                position[body],
-                rotation[body],
-                contacts,
-                touches[link],
-                tolerance[link],
-                press,
-                surprise,
-                news[link],
-                gaps,
-            )
+            # Made for each: outside the loop, with `fastmath`, divisions by the tolerance would round otherwise.
+            mine = WeighedTouch(felt.contacts, felt.touches[link], felt.exponent[link])
+            of_link = TouchModel(model.tolerance[link], model.press, model.surprise)
+            likelihood[h] *= link_likelihood(solids, h, skin, link, frame, mine, of_link, gaps)
 
 
 @kernel(fastmath=True)
-def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise, news, out):
-    """Fill `out` (G, H, S) with p(z_g | q, h) of what each part g feels at each of the `poses` (S, C), in which it
-    finds its joints in its `column` (G, J); the SD of a gap is the `tolerance` (L,) m of its link, and what a link says
-    counts with the exponent `news` (L,), as `link_likelihood` has it.
+def contact_likelihood(tree, skin, solids, samples, contacts, exponent, model, out):
+    """Tell how probable it is that the parts of a hand feel what they do, p(z_g | q, h); see `link_likelihood`.
+
+    Args:
+        tree: the hand's kinematics.
+        skin: of the hand.
+        solids: the distance fields of H hypotheses.
+        samples: the `PoseSamples`.
+        contacts: (P,).
+        exponent: (L,) with which counts what each link says.
+        model: the `TouchModel` of all links.
+        out: (G, H, S), filled.
     """
-    parts, _, samples = out.shape
+    parts, _, number = out.shape
+    poses, column = samples
     links = len(skin.body)
     touches = np.zeros(links, dtype=np.int64)
     for link in range(links):
         for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
             touches[link] += contacts[patch]
-    for s in range(samples):
+    felt = WeighedTouch(contacts, touches, exponent)
+    for s in range(number):
         position = np.empty((len(tree.parent), 3))
         rotation = np.empty((len(tree.parent), 3, 3))
         gaps = np.empty(len(contacts))
@@ -147,26 +214,19 @@ def contact_likelihood(tree, skin, solids, poses, column, contacts, tolerance, p
                 for j in range(len(angles)):
                     angles[j] = poses[s, column[g, j]]
                 body_frames(tree, angles, position, rotation)
-            _part_likelihood(
-                skin,
-                solids,
-                g,
-                (position, rotation),
-                contacts,
-                touches,
-                tolerance,
-                press,
-                surprise,
-                news,
-                gaps,
-                out[g, :, s],
-            )
+            _part_likelihood(skin, solids, g, (position, rotation), felt, model, gaps, out[g, :, s])
 
 
 @kernel()
 def weigh(weights, likelihood, temper, log_evidence):
-    """Multiply `weights` (G, H, S) by `likelihood` (G, H, S) and normalise them over samples; `temper` times the logs
-    of the sums are added to `log_evidence` (H,)."""
+    """Multiply weights by a likelihood, and normalise them over samples.
+
+    Args:
+        weights: (G, H, S), changed.
+        likelihood: (G, H, S).
+        temper: exponent of the evidence.
+        log_evidence: (H,), to which `temper` times the logs of the sums are added.
+    """
     parts, count, samples = weights.shape
     for g in range(parts):
         for h in range(count):
@@ -181,10 +241,16 @@ def weigh(weights, likelihood, temper, log_evidence):
 
 @kernel()
 def resample(weights, share, poses, part, uniform):
-    """Resample the poses (S, C) of each part, the `part` (C,) that a column belongs to, for which the effective number,
-    the mean over hypotheses by their `share` (H,), is below half of the samples; systematically (one of `uniform` (G,)
-    for each), from the mixture of the hypotheses' `weights` (G, H, S), which become what each hypothesis has more than
-    the mixture."""
+    """Resample the poses of each part for which the effective number is below half of the samples: systematically, from
+    the mixture of the hypotheses' weights, which become what each hypothesis has more than the mixture.
+
+    Args:
+        weights: (G, H, S), changed.
+        share: (H,) of the hypotheses in the mixture, and in the mean of the effective numbers.
+        poses: (S, C) rad, changed.
+        part: (C,) that a column belongs to.
+        uniform: (G,) random numbers.
+    """
     parts, count, samples = weights.shape
     source, mixture, kept = np.empty(samples, dtype=np.int64), np.empty(samples), np.empty(samples)
     for g in range(parts):

@@ -26,9 +26,18 @@ NODES = int(np.cbrt(VOXELS) + 0.5)  # at most, along each axis of a field
 
 
 class Solids(NamedTuple):
-    """Signed distance `field` (F, X, X, X) m of each distinct shape in its own frame, its nodes `resolution` apart, the
-    first at `-half`; whatever lies beyond is at least `far` away. For each hypothesis (H,): which field it has, its
-    `scale`, and its pose, `rotation` (H, 3, 3) and `position` (H, 3) m."""
+    """Hypothetical solids.
+
+    Attributes:
+        field: (F, X, X, X) m, signed distance of each distinct shape in its own frame.
+        resolution: m from node to node.
+        half: m, the first node is at minus that.
+        far: m, from whatever lies beyond the nodes at least.
+        drawn_in: (H,) which field each hypothesis has.
+        scale: (H,) times as large as it.
+        rotation: (H, 3, 3).
+        position: (H, 3) m.
+    """
 
     field: NDArray[np.float32]
     resolution: float
@@ -41,14 +50,20 @@ class Solids(NamedTuple):
 
 
 def farthest(hypotheses: Sequence[Solid]) -> float:
-    """The largest `far` m for which `solids_of` has tables of `hypotheses`; there is none where it is negative."""
+    """Tell how far tables may reach.
+
+    Args:
+        hypotheses: what there would be tables of.
+
+    Returns:
+        The largest `far` m for which `solids_of` has some; negative where there are none.
+    """
     drawn, _, scale = _shared(hypotheses)
     return min(scale) * (0.5 * (NODES * FIELD_RESOLUTION - max(max(solid.size) for solid in drawn)) - FIELD_RESOLUTION)
 
 
 def _shared(hypotheses: Sequence[Solid]) -> tuple[list[Solid], list[int], list[float]]:
-    """The solids for which fields are drawn, and of each of `hypotheses` which one it has and how many times as large
-    it is."""
+    """The solids for which fields are drawn; of each of `hypotheses`, which one it has and times as large as which."""
     index: dict[tuple, int] = {}
     drawn: list[Solid] = []
     drawn_in: list[int] = []
@@ -64,9 +79,15 @@ def _shared(hypotheses: Sequence[Solid]) -> tuple[list[Solid], list[int], list[f
 
 
 def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
-    """The tables of `hypotheses`; `far` m: the distance beyond which they need not be told apart.
+    """Make the tables of solids; those that differ in scale and pose alone share one field, drawn at the first one's
+    size.
 
-    Solids that differ in scale and pose alone share one field, drawn at the first one's size.
+    Args:
+        hypotheses: H solids.
+        far: m, the distance beyond which they need not be told apart.
+
+    Returns:
+        The tables.
     """
     drawn, drawn_in, scale = _shared(hypotheses)
     reach = far / min(scale)
@@ -106,7 +127,20 @@ def _field(shape: Shape, size: tuple[float, float, float], extent: float) -> NDA
 
 @part(fastmath=True)
 def field_distance(field, resolution, half, far, x, y, z):
-    """Signed distance at a point of the field's frame, between its nodes linearly; `far` outside."""
+    """Look up the signed distance at a point of the field's frame, between its nodes linearly.
+
+    Args:
+        field: (X, X, X) m.
+        resolution: m.
+        half: m.
+        far: m.
+        x: m.
+        y: m.
+        z: m.
+
+    Returns:
+        The distance, m; `far` outside.
+    """
     last = field.shape[0] - 1
     u, v, w = (x + half) / resolution, (y + half) / resolution, (z + half) / resolution
     if u < 0.0 or v < 0.0 or w < 0.0 or u >= last or v >= last or w >= last:
@@ -124,7 +158,18 @@ def field_distance(field, resolution, half, far, x, y, z):
 
 @part(fastmath=True)
 def in_field(turn, scale, x, y, z):
-    """A world vector in the frame of a field that is turned by `turn` (3, 3) and `scale` times as large."""
+    """Turn a vector of the world into the frame of a field.
+
+    Args:
+        turn: (3, 3) rotation of the field.
+        scale: times as large as which it is.
+        x: m.
+        y: m.
+        z: m.
+
+    Returns:
+        Three numbers, m.
+    """
     return (
         (turn[0, 0] * x + turn[1, 0] * y + turn[2, 0] * z) / scale,
         (turn[0, 1] * x + turn[1, 1] * y + turn[2, 1] * z) / scale,
@@ -134,7 +179,18 @@ def in_field(turn, scale, x, y, z):
 
 @inner()
 def distance_from(solids, h, x, y, z):
-    """Signed distance (m) of a point of the world from hypothesis `h`."""
+    """Tell the signed distance of a point of the world from a hypothesis.
+
+    Args:
+        solids: the tables.
+        h: index of the hypothesis.
+        x: m.
+        y: m.
+        z: m.
+
+    Returns:
+        The distance, m.
+    """
     at, scale = solids.position[h], solids.scale[h]
     u, v, w = in_field(solids.rotation[h], scale, x - at[0], y - at[1], z - at[2])
     field = solids.field[solids.drawn_in[h]]
@@ -143,8 +199,17 @@ def distance_from(solids, h, x, y, z):
 
 @inner()
 def way_out(solids, h, x, y, z, step, normal):
-    """Fill `normal` (3,) with the direction in which the distance of a point from hypothesis `h` grows, by differences
-    over `step` m either way; zeros where it does not."""
+    """Find the direction in which the distance of a point from a hypothesis grows, by differences.
+
+    Args:
+        solids: the tables.
+        h: index of the hypothesis.
+        x: m.
+        y: m.
+        z: m.
+        step: m either way.
+        normal: (3,), filled; zeros where it does not grow.
+    """
     normal[0] = distance_from(solids, h, x + step, y, z) - distance_from(solids, h, x - step, y, z)
     normal[1] = distance_from(solids, h, x, y + step, z) - distance_from(solids, h, x, y - step, z)
     normal[2] = distance_from(solids, h, x, y, z + step) - distance_from(solids, h, x, y, z - step)

@@ -25,9 +25,21 @@ SHRINK = 0.97  # Liu & West's a: a moved variant lies this far from the mean of 
 
 
 def far_of(solids: Sequence[Solid], size_jitter: float, tolerance: float, spread: float, ball: float) -> float:
-    """How `far` m `Variants` of `solids` have to reach for gaps of SD `tolerance` m, with a place of the link known to
-    `spread` m, about a hand whose largest link is in a `ball` of this radius in m. Raises `ValueError` where no table
-    is so large."""
+    """Tell how far the tables of `Variants` have to reach.
+
+    Args:
+        solids: what the object may be.
+        size_jitter: as of `Variants`.
+        tolerance: m, SD of a gap.
+        spread: m, to which the place of a link is known.
+        ball: m, radius about the largest link.
+
+    Returns:
+        `far`, m.
+
+    Raises:
+        ValueError: where no table is so large, and for a jitter out of range.
+    """
     size = validate.number("size_jitter", size_jitter, 0.0, MOST_JITTER)
     near = ball + FIELD_RESOLUTION
     far, most = near + CLEAR * np.hypot(tolerance, spread), (1.0 - size) * farthest(solids)
@@ -43,7 +55,13 @@ def far_of(solids: Sequence[Solid], size_jitter: float, tolerance: float, spread
 
 
 class Variants:
-    """Every solid as `variants` V samples of size, yaw and offset, uniform in their ranges."""
+    """Every solid as V samples of size, yaw and offset, uniform in their ranges.
+
+    Attributes:
+        ranges: (5,) of size (fraction), yaw (rad) and place (m), plus or minus.
+        unknown: whether any is not 0.
+        count: V; 1 where all is known.
+    """
 
     def __init__(
         self,
@@ -55,9 +73,19 @@ class Variants:
         position_jitter: float,
         far: float,
     ) -> None:
-        """Ranges as the environment's keyword arguments of the same names: the whole size by a fraction, the yaw
-        about the vertical in degrees, each coordinate of the place in m; all are plus or minus. `far` m: as that of
-        `solids_of`. Raises `ValueError` for a value out of range."""
+        """Check the ranges, which are the environment's keyword arguments of the same names.
+
+        Args:
+            solids: K of them.
+            variants: V.
+            size_jitter: of the whole size, a fraction.
+            yaw_jitter: degrees about the vertical.
+            position_jitter: m, of each coordinate of the place.
+            far: m, as of `solids_of`.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         size = validate.number("size_jitter", size_jitter, 0.0, MOST_JITTER)
         yaw = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
         offset = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
@@ -72,12 +100,26 @@ class Variants:
         self._solid_of = np.repeat(np.arange(len(solids)), self.count)
 
     def draw(self, rng: np.random.Generator) -> Array:
-        """(H, 5) in [-1, 1], the unknowns of each hypothesis in units of their ranges; 0 where all is known."""
+        """Draw what is not known.
+
+        Args:
+            rng: draws.
+
+        Returns:
+            (H, 5) in [-1, 1], the unknowns of each hypothesis in units of their ranges; 0 where all is known.
+        """
         units = np.zeros((len(self._solid_of), UNKNOWNS))
         return rng.uniform(-1.0, 1.0, units.shape) if self.unknown else units
 
     def place(self, units: Array) -> Solids:
-        """The solids of `units` (H, 5)."""
+        """Make the solids of what was drawn.
+
+        Args:
+            units: (H, 5) as of `draw`.
+
+        Returns:
+            The tables.
+        """
         size, yaw, *offset = (units * self.ranges).T
         turn = np.zeros((len(units), 3, 3))
         turn[:, 0, 0] = turn[:, 1, 1] = np.cos(yaw)
@@ -93,11 +135,18 @@ class Variants:
         )
 
     def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> NDArray[np.int64] | None:
-        """Resample and move, in place, the variants of each solid of which fewer than half are effective: `units`
-        (H, 5), and `log_evidence` (H,), the sum of which over a solid's variants stays what it was.
+        """Resample and move the variants of each solid of which fewer than half are effective.
 
-        Their mean and covariance stay too (Liu & West 2001, in Sequential Monte Carlo Methods in Practice, ch. 10).
-        Returns which hypothesis each one comes from (H,); None where none has moved.
+        Their mean and covariance stay what they were (Liu & West 2001, in Sequential Monte Carlo Methods in Practice,
+        ch. 10).
+
+        Args:
+            units: (H, 5), changed.
+            log_evidence: (H,), changed; the sum over a solid's variants stays.
+            rng: draws.
+
+        Returns:
+            Which hypothesis each one comes from (H,); None where none has moved.
         """
         if self.count == 1:
             return None
@@ -121,8 +170,13 @@ class Variants:
 
 
 class Hypotheses(NamedTuple):
-    """What the object may be: `solids` of H hypotheses, log of the probability of each (H,), and the `label` (H,) that
-    it belongs to."""
+    """What the object may be.
+
+    Attributes:
+        solids: of H hypotheses.
+        log_probability: (H,).
+        label: (H,) index of the label that each belongs to.
+    """
 
     solids: Solids
     log_probability: Array

@@ -25,6 +25,12 @@ class Misfit:
     """Share of `patches` that the likeliest candidate does not explain; what it does not is taken for a `surprise`."""
 
     def __init__(self, patches: int, surprise: float) -> None:
+        """Start a trial.
+
+        Args:
+            patches: P.
+            surprise: probability of what no solid predicts.
+        """
         self._most = -float(np.log(surprise)) * patches * RECENT  # nats
         self.reset()
 
@@ -39,7 +45,11 @@ class Misfit:
         return -sum(self._recent) / self._most if len(self._recent) == RECENT and self._most > 0.0 else 0.0
 
     def update(self, evidence: float) -> None:
-        """Take in the log `evidence` of one step under the likeliest candidate; warns once a trial."""
+        """Take in one step; warns, once a trial, with `ContactsDoNotFit`.
+
+        Args:
+            evidence: log probability of what was felt, under the likeliest candidate.
+        """
         self._recent.append(evidence)
         if not self._said and self.share > TOO_MANY:
             self._said = True

@@ -26,12 +26,22 @@ class NullModel:
     CEASE = (2.0, 7.5)  # the same for patches in contact that ceased
 
     def __init__(self, patches: int) -> None:
+        """Begin with nothing felt.
+
+        Args:
+            patches: P.
+        """
         self.log_likelihood = 0.0
         self._felt = np.zeros(patches, dtype=bool)
         self._counts = np.array([self.BEGIN, self.CEASE])
 
     def update(self, contacts: NDArray[np.bool_], news: Array | None = None) -> None:
-        """Take in `contacts` (P,), of each the share that is `news` (P,); None: all of it."""
+        """Take in a step.
+
+        Args:
+            contacts: (P,).
+            news: (P,) the share of each that counts; None: all of it.
+        """
         share = np.ones(len(contacts)) if news is None else news
         changes = contacts != self._felt
         for row, had in enumerate((~self._felt, self._felt)):
@@ -44,7 +54,6 @@ class NullModel:
 
 
 def _chain(share: Array, of: float, among: float) -> float:
-    """Log probability of as many events as there are entries of `share` (n,), each with that exponent: the rate is `of`
-    in `among`, and every event adds its share to both."""
+    """Log probability of events of a rate `of` in `among`, with the exponents `share` (n,), which add to both."""
     before = np.cumsum(share) - share
     return float(share @ np.log((of + before) / (among + before)))

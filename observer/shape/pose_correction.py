@@ -26,6 +26,7 @@ from observer.belief import Belief
 from observer.gaussian import mixture
 from observer.kinematics import placed, tree_of
 from observer.pose.source import PoseSource
+from observer.shape.contact_likelihood import TouchModel
 from observer.shape.posterior import ShapePosterior
 from observer.shape.skin import skin_of
 from observer.shape.surface_conditioning import take_in
@@ -45,7 +46,12 @@ class PoseCorrection:
     """
 
     def __init__(self, shape: ShapePosterior, control_hz: float) -> None:
-        """`shape`: what the object may be; a copy of it names the object from the beliefs as they come."""
+        """Take a copy of what names the object, from the beliefs as they come.
+
+        Args:
+            shape: what the object may be.
+            control_hz: steps a second.
+        """
         self.hand = shape.hand
         self.shape = copy.copy(shape)
         self.after = round(AFTER * control_hz)
@@ -54,12 +60,25 @@ class PoseCorrection:
         self._link = np.arange(len(self.hand.links))[:, None] == self.hand.patches.link  # (L, P)
 
     def reset(self, seed: int | None = None) -> None:
-        """Start a trial."""
+        """Start a trial.
+
+        Args:
+            seed: of the copy.
+        """
         self.shape.reset(seed)
         self._before: list[StepContacts] = []
 
     def correct(self, belief: Belief, pose: PoseSource, felt: Iterable[StepContacts]) -> Belief:
-        """`belief` with its lagged pose as contacts leave it; `felt` at that step and at the later ones, of `pose`."""
+        """Correct the lagged pose of a belief.
+
+        Args:
+            belief: of an observer.
+            pose: its Gaussian over the pose.
+            felt: contacts (P,) at the lagged step and at later ones, and where the hand as a whole was.
+
+        Returns:
+            The belief with its lagged pose as contacts leave it.
+        """
         self.shape.update(belief)
         steps = [*self._before, *islice(felt, 1 + self.after)]
         now = len(self._before)
@@ -70,23 +89,11 @@ class PoseCorrection:
         likely = np.flatnonzero(log > log.max() + np.log(UNLIKELY))
         means = np.tile(pose.mean[where], (len(likely), 1))
         covariances = np.tile(pose.covariance[np.ix_(where, where)], (len(likely), 1, 1))
-        joints = self.hand.joints
+        joints, model = self.hand.joints, TouchModel(self.shape.tolerance, self.shape.press, self.shape.surprise)
         for k, (contacts, root) in enumerate(steps):
             tree, touches = placed(self._tree, root), self._link[:, contacts].any(axis=1)
             for h, mean, covariance in zip(likely, means, covariances, strict=True):
-                take_in(
-                    tree,
-                    self._skin,
-                    hypotheses.solids,
-                    h,
-                    touches,
-                    k * joints,
-                    mean,
-                    covariance,
-                    self.shape.tolerance,
-                    self.shape.press,
-                    self.shape.surprise,
-                )
+                take_in(tree, self._skin, hypotheses.solids, h, touches, (mean, covariance), k * joints, model)
         weights = np.exp(log[likely] - np.logaddexp.reduce(log[likely]))
         lagged = slice(now * joints, (now + 1) * joints)
         mean, covariance = mixture(weights[None], means[None, :, lagged], covariances[None, :, lagged, lagged])

@@ -34,7 +34,7 @@ from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
 from observer.kinematics import link_frames, link_spread, placed, tree_of
 from observer.novelty import LITTLE, LinkHistory, note
-from observer.shape.contact_likelihood import contact_likelihood, resample, weigh
+from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, resample, weigh
 from observer.shape.hypotheses import Hypotheses, Variants, far_of
 from observer.shape.misfit import Misfit
 from observer.shape.null_model import NullModel
@@ -51,8 +51,13 @@ TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # with jitter the latter: what fits best of
 
 
 class ShapePosterior:
-    """Posterior over labels, updated by every belief of a trial, those of the flush included; `said` keeps what its
-    evidence came from, which is no news a second time."""
+    """Posterior over labels, updated by every belief of a trial, those of the flush included.
+
+    Attributes:
+        hand: that explores.
+        labels: (C,) names, "none" the last.
+        said: what its evidence came from, which is no news a second time.
+    """
 
     def __init__(
         self,
@@ -72,21 +77,29 @@ class ShapePosterior:
         stride: int = 3,
         alike: float = 4.0,
     ) -> None:
-        """`candidates`: the solids that each label may be, equally probable; None: the four shapes at their default
-        size at the grasp centre.
+        """Check the arguments, and start a trial.
 
-        `size_jitter`, `yaw_jitter` and `position_jitter`: what is not known of the solids, as the environment's
-        keyword arguments of the same names; `variants` V: samples of that for each solid. `none`: prior probability
-        of one label more, "none": the object is none of the candidates (only without jitter); 0: no such label.
+        Args:
+            hand: that explores.
+            candidates: the solids that each label may be, equally probable; None: the four shapes at their default size
+                at the grasp centre.
+            size_jitter: what is not known of the solids, as the environment's keyword argument of the same name.
+            yaw_jitter: likewise.
+            position_jitter: likewise.
+            variants: V, samples of what is not known, for each solid.
+            none: prior probability of one label more, "none": the object is none of the candidates (only without
+                jitter); 0: no such label.
+            samples: S, of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider.
+            tolerance: m, SD of the gap between a patch that feels contact and the surface.
+            press: m, how deep a link that feels contact may lie inside, as in recordings that were fitted to markers.
+            surprise: probability of what the model cannot explain.
+            temper: exponent of the evidence of a step; None: 0.15 for solids that are known exactly, 0.07 for others.
+            stride: only one step in so many is taken in.
+            alike: looks of a link within so many times what is not known of its place share an exponent of one
+                (`observer.novelty`); 0: each counts as news.
 
-        `samples` S of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider. `tolerance`
-        m: SD of the gap between a patch that feels contact and the surface; `press` m: how deep a link that feels
-        contact may lie inside, as in recordings that were fitted to markers; `surprise`: probability of what the model
-        cannot explain; only one step in `stride` is taken in, and `temper` is the exponent of its evidence (None: 0.15
-        for solids that are known exactly, 0.07 for others). Looks of a link within `alike` times what is not known of
-        its place share an exponent of one (`observer.novelty`); 0: each counts as news.
-
-        Raises `ValueError` for a value out of range.
+        Raises:
+            ValueError: for a value out of range.
         """
         edge.world(hand=hand)
         if candidates is None:
@@ -129,8 +142,17 @@ class ShapePosterior:
         self.reset()
 
     def reset(self, seed: int | None = None) -> Array:
-        """Start a trial; returns the prior of the labels (C,): all the same, but for "none". Raises `ValueError` for a
-        seed that is none."""
+        """Start a trial.
+
+        Args:
+            seed: of samples and variants.
+
+        Returns:
+            The prior of the labels (C,): all the same, but for "none".
+
+        Raises:
+            ValueError: for a seed that is none.
+        """
         self._rng = np.random.default_rng(validate.seed(seed))
         self._units = self.variants.draw(self._rng)
         self._solids = self.variants.place(self._units)
@@ -173,8 +195,18 @@ class ShapePosterior:
         return Hypotheses(self._solids, log - np.logaddexp.reduce(log), label)
 
     def update(self, belief: Belief) -> Array:
-        """Take in what `belief` felt at its lagged pose; returns the posterior (C,). Raises `ValueError` for the belief
-        of another hand, and for one that is not finite or beyond all angles; that changes nothing."""
+        """Take in what a belief felt at its lagged pose.
+
+        Args:
+            belief: of an observer.
+
+        Returns:
+            The posterior (C,).
+
+        Raises:
+            ValueError: for the belief of another hand, and for one that is not finite or beyond all angles; that
+                changes nothing.
+        """
         validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
@@ -198,13 +230,10 @@ class ShapePosterior:
             tree,
             self._skin,
             self._solids,
-            self._poses,
-            self._parts.column,
+            PoseSamples(self._poses, self._parts.column),
             contacts,
-            near if self.samples == 1 else np.full_like(near, self.tolerance),
-            self.press,
-            self.surprise,
             self._news,
+            TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise),
             self._likelihood,
         )
         before = self._log_evidence.copy()

@@ -17,10 +17,21 @@ SKIN_SPACING = 0.006
 
 
 class Skin(NamedTuple):
-    """The skin in balls within balls. Each link (L,): its `body` and finger `group`, a ball about `middle` on its bone
-    of radius `ball`, its patches from `first_patch[l]` and its beads from `first_bead[l]` to `[l + 1]`. A bead (B,) is
-    the points about one spot of the bone, `along` it, of `radius`; its points go from `begin[b]` to `begin[b + 1]`.
-    `points` (M, 3) in their link's frame, `patch` (M,), and `travel` (M,), the way from point to point up to each.
+    """The skin in balls within balls: a ball about each link, and beads, the points about one spot of a bone.
+
+    Attributes:
+        body: (L,) of each link.
+        group: (L,) finger.
+        middle: (L,) m along its bone, of its ball.
+        ball: (L,) m, radius of that.
+        first_patch: (L + 1,) patches of link l are `first_patch[l]` up to `first_patch[l + 1]`.
+        first_bead: (L + 1,) its beads likewise.
+        along: (B,) m along its bone, of a bead.
+        radius: (B,) m.
+        begin: (B + 1,) points of bead b are `begin[b]` up to `begin[b + 1]`.
+        points: (M, 3) m in their link's frame.
+        patch: (M,).
+        travel: (M,) m, the way from point to point up to each.
     """
 
     body: Index
@@ -38,7 +49,14 @@ class Skin(NamedTuple):
 
 
 def skin_of(hand: Hand) -> Skin:
-    """The skin of `hand`, points at most `SKIN_SPACING` apart."""
+    """Put points on the skin of a hand, at most `SKIN_SPACING` apart.
+
+    Args:
+        hand: with L links.
+
+    Returns:
+        The points in their balls.
+    """
     skin = hand.patches.surface(SKIN_SPACING)
     length = np.array([link.length for link in hand.links])
     foot = np.round(skin.points[:, 2].clip(0.0, length[skin.link]), 9)

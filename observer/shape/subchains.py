@@ -22,23 +22,41 @@ Index = NDArray[np.int64]
 
 
 class Subchains(NamedTuple):
-    """Which joint each column of a sample is (`joint`, (C,)) and whose copy (`part`, (C,)); `column` (G, J): where each
-    part finds each joint, its own copy if it has one."""
+    """Which joint each column of a sample is.
+
+    Attributes:
+        joint: (C,) index of the joint.
+        part: (C,) whose copy it is.
+        column: (G, J) where each part finds each joint, its own copy if it has one.
+    """
 
     joint: Index
     part: Index
     column: Index
 
     def follow(self, by_joint: Array) -> Array:
-        """(C, C): the matrix `by_joint` (J, J) between samples, each part reading the joints that it finds."""
+        """Tell how samples follow from samples.
+
+        Args:
+            by_joint: (J, J) how joints follow from joints.
+
+        Returns:
+            (C, C) the same between columns, each part reading the joints that it finds.
+        """
         result = np.zeros((len(self.joint), len(self.joint)))
         result[np.arange(len(self.joint))[:, None], self.column[self.part]] = by_joint[self.joint]
         return result
 
 
 def parts_of(hand: Hand) -> Subchains:
-    """The parts of `hand`, in the numbering of its `joint_group` and `link_group`; for a hand whose fingers share no
-    joint the columns are its joints."""
+    """Find the parts of a hand, in the numbering of its `joint_group` and `link_group`.
+
+    Args:
+        hand: with J joints.
+
+    Returns:
+        The parts; for a hand whose fingers share no joint the columns are its joints.
+    """
     group = hand.joint_group
     count = max(int(group.max()), int(hand.link_group.max())) + 1
     chains = np.array([hand.moves[hand.link_group == g].any(axis=0) | (group == g) for g in range(count)])

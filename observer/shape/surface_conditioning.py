@@ -17,14 +17,23 @@ CLEAR = 4.0  # in SDs: a link this far within its bounds says nothing
 
 
 @kernel()
-def take_in(tree, skin, solids, h, touches, first, mean, covariance, tolerance, press, surprise):
-    """Take in that of the links those in `touches` (L,) lie on hypothesis `h`, at most `press` m inside, and the others
-    not inside.
+def take_in(tree, skin, solids, h, touches, gaussian, first, model):
+    """Take in that the links that feel contact lie on a hypothesis, and the others not inside it.
 
-    `mean` (n,) rad and `covariance` (n, n), with the angles of that step from `first` on, become those of the Gaussian
-    of the same moments, link by link; the gap of a link is linear in the angles about the mean of before, known to
-    `tolerance` m, and with probability `surprise` anywhere.
+    The Gaussian becomes that of the same moments, link by link; the gap of a link is linear in the angles about the
+    mean of before, known to a tolerance, and with the probability of a surprise anywhere.
+
+    Args:
+        tree: the hand's kinematics at that step.
+        skin: of the hand.
+        solids: the distance fields.
+        h: index of the hypothesis.
+        touches: (L,) whether each link feels contact.
+        gaussian: mean (n,) rad and covariance (n, n) rad², changed.
+        first: index of the first angle of that step.
+        model: the `TouchModel`, one tolerance for all.
     """
+    mean, (tolerance, press, surprise) = gaussian[0], model
     press = max(press, 0.1 * tolerance)  # else no gap would do
     joints = len(tree.zero)
     position = np.empty((len(tree.parent), 3))
@@ -35,7 +44,7 @@ def take_in(tree, skin, solids, h, touches, first, mean, covariance, tolerance, 
     body_frames(tree, angles, position, rotation)
     for link in range(len(skin.body)):
         body = skin.body[link]
-        gap = nearest(solids, h, skin, link, position[body], rotation[body], spot, normal)
+        gap = nearest(solids, h, skin, link, (position[body], rotation[body]), spot, normal)
         if gap >= solids.far * solids.scale[h]:
             continue
         point_jacobian(tree, angles, position, rotation, body, spot, jacobian)
@@ -43,13 +52,26 @@ def take_in(tree, skin, solids, h, touches, first, mean, covariance, tolerance, 
             row[j] = normal[0] * jacobian[0, j] + normal[1] * jacobian[1, j] + normal[2] * jacobian[2, j]
             gap += row[j] * (mean[first + j] - angles[j])
         low, high = (-press, 0.0) if touches[link] else (0.0, np.inf)
-        _condition(low - gap, high - gap, row, first, mean, covariance, tolerance, surprise)
+        _condition((low - gap, high - gap), row, first, gaussian, tolerance, surprise)
 
 
 @inner()
-def nearest(solids, h, skin, link, position, rotation, spot, normal):
-    """Gap (m) between hypothesis `h` and the skin of `link`, at `position` (3,) and `rotation` (3, 3); fills `spot`
-    (3,) m, where it is least, and `normal` (3,), the way that leads out of the solid there."""
+def nearest(solids, h, skin, link, frame, spot, normal):
+    """Find where the skin of a link is nearest to a hypothesis.
+
+    Args:
+        solids: the distance fields.
+        h: index of the hypothesis.
+        skin: of the hand.
+        link: index.
+        frame: of the link, position (3,) m and rotation (3, 3).
+        spot: (3,) m, filled with the place.
+        normal: (3,), filled with the way that leads out of the solid there.
+
+    Returns:
+        The gap there, m, below 0 inside.
+    """
+    position, rotation = frame
     least = np.inf
     for k in range(skin.begin[skin.first_bead[link]], skin.begin[skin.first_bead[link + 1]]):
         a, b, c = skin.points[k, 0], skin.points[k, 1], skin.points[k, 2]
@@ -65,10 +87,11 @@ def nearest(solids, h, skin, link, position, rotation, spot, normal):
 
 
 @kernel()
-def _condition(low, high, row, first, mean, covariance, tolerance, surprise):
-    """Moments of the Gaussian given that `row` · δ lies between `low` and `high`, known to `tolerance`; δ: what the
-    angles from `first` on differ from their mean by (for one bound: Rasmussen & Williams 2006, Gaussian Processes for
-    Machine Learning, section 3.9)."""
+def _condition(bounds, row, first, gaussian, tolerance, surprise):
+    """Moments of the Gaussian given that `row` · δ lies between `bounds`, known to `tolerance`; δ: what the angles from
+    `first` on differ from their mean by (for one bound: Rasmussen & Williams 2006, Gaussian Processes for Machine
+    Learning, section 3.9)."""
+    (low, high), (mean, covariance) = bounds, gaussian
     with_gap = np.zeros(len(mean))
     for i in range(len(mean)):
         for j in range(len(row)):

@@ -36,13 +36,28 @@ CLOCKS_HZ = (0.5, 1.0, 0.17)  # the last fits into no other, so that a rhythm dr
 
 
 class BeliefFeatures:
-    """The entries `entries` of `ENTRIES`, one after the other, as a vector in `space`."""
+    """What is believed as a vector: entries of `ENTRIES`, one after the other.
+
+    Attributes:
+        entries: which.
+        space: Box (D,) of the vector.
+    """
 
     def __init__(
         self, hand: Hand, labels: Sequence[str], seconds: float, control_hz: float, entries: Sequence[str] | None = None
     ) -> None:
-        """`seconds`: of an episode; `entries` None: all. Raises `ValueError` for an unknown one or none, and for what
-        is out of range."""
+        """Lay the vector out.
+
+        Args:
+            hand: that explores.
+            labels: (C,) names.
+            seconds: of an episode.
+            control_hz: steps a second.
+            entries: some of `ENTRIES`; None: all.
+
+        Raises:
+            ValueError: for an unknown entry or none, and for what is out of range.
+        """
         edge.world(hand=hand)
         several = (list, tuple)
         validate.instance("labels", labels, several, "a list of names")
@@ -82,8 +97,20 @@ class BeliefFeatures:
         self.space = gym.spaces.Box(low, high, dtype=np.float32)
 
     def vector(self, belief: Belief, contacts: ArrayLike, posterior: ArrayLike, step: int) -> NDArray[np.float32]:
-        """The numbers (D,) after `step` steps; `contacts` (P,) felt now, `posterior` (C,) of the labels. Raises
-        `ValueError` for what is none of these."""
+        """Turn a belief into numbers.
+
+        Args:
+            belief: after that step.
+            contacts: (P,) felt now.
+            posterior: (C,) of the labels.
+            step: how many there were.
+
+        Returns:
+            (D,), within `space`.
+
+        Raises:
+            ValueError: for what is none of these.
+        """
         felt = validate.binary("contacts", contacts, (self._patches,))
         if isinstance(posterior, np.ndarray) and posterior.shape != (self._labels,):
             raise ValueError(
@@ -124,18 +151,43 @@ class BeliefObservation(gym.Wrapper, gym.utils.RecordConstructorArgs):
     """
 
     def __init__(self, env: gym.Env[Any, Any], entries: Sequence[str] | None = None) -> None:
-        """Raises `ValueError` for an unknown entry, or where nothing observes `env`."""
+        """Lay the vector out.
+
+        Args:
+            env: with an `ObserverWrapper`.
+            entries: some of `ENTRIES`; None: all.
+
+        Raises:
+            ValueError: for an unknown entry, or where nothing observes `env`.
+        """
         gym.utils.RecordConstructorArgs.__init__(self, entries=entries)
         gym.Wrapper.__init__(self, env)
         self.features = features_of(env, entries)
         self.observation_space = self.features.space
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Start an episode.
+
+        Args:
+            seed: as the environment's.
+            options: as the environment's.
+
+        Returns:
+            The vector (D,), and the info of the environment.
+        """
         observation, info = self.env.reset(seed=seed, options=options)
         self._steps = 0
         return self._told(observation, info), info
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Take a step.
+
+        Args:
+            action: of the environment.
+
+        Returns:
+            The vector (D,), and what else the environment gives.
+        """
         observation, reward, terminated, truncated, info = self.env.step(action)
         self._steps += 1
         return self._told(observation, info), reward, terminated, truncated, info
@@ -145,7 +197,17 @@ class BeliefObservation(gym.Wrapper, gym.utils.RecordConstructorArgs):
 
 
 def labels_of(env: gym.Env[Any, Any]) -> tuple[str, ...]:
-    """The labels of `info["posterior"]`; raises `ValueError` where nothing names the object."""
+    """Tell the labels of `info["posterior"]`.
+
+    Args:
+        env: with an `ObserverWrapper`.
+
+    Returns:
+        (C,) names.
+
+    Raises:
+        ValueError: where nothing names the object.
+    """
     shape = env.get_wrapper_attr("shape") if env.has_wrapper_attr("shape") else None
     if shape is None:
         raise ValueError(
@@ -155,6 +217,17 @@ def labels_of(env: gym.Env[Any, Any]) -> tuple[str, ...]:
 
 
 def features_of(env: gym.Env[Any, Any], entries: Sequence[str] | None = None) -> BeliefFeatures:
-    """The features of what is believed about `env`; raises `ValueError` where nothing observes it."""
+    """Lay out what is believed about an environment.
+
+    Args:
+        env: with an `ObserverWrapper`.
+        entries: some of `ENTRIES`; None: all.
+
+    Returns:
+        The features.
+
+    Raises:
+        ValueError: where nothing names the object.
+    """
     base: Any = env.unwrapped
     return BeliefFeatures(base.hand, labels_of(env), base.episode_seconds, base.control_hz, entries)

@@ -13,13 +13,22 @@ from observer.wrappers.belief_observation import labels_of
 
 
 class DecideWhenSure(gym.Wrapper, gym.utils.RecordConstructorArgs):
-    """Ends the episode (`terminated`) when one name has been more probable than `threshold` for `seconds`.
+    """Ends the episode (`terminated`) when one name has been probable for long enough.
 
     `info["decision"]` is then that name, which need not be true.
     """
 
     def __init__(self, env: gym.Env[Any, Any], threshold: float = 0.95, seconds: float = 0.0) -> None:
-        """Raises `ValueError` for a value out of range, or where nothing names the object."""
+        """Check the arguments.
+
+        Args:
+            env: with an `ObserverWrapper` that names the object.
+            threshold: probability that the name has to exceed.
+            seconds: s, for how long.
+
+        Raises:
+            ValueError: for a value out of range, or where nothing names the object.
+        """
         gym.utils.RecordConstructorArgs.__init__(self, threshold=threshold, seconds=seconds)
         gym.Wrapper.__init__(self, env)
         self._threshold = validate.number("threshold", threshold, 0.0, 1.0)
@@ -29,10 +38,27 @@ class DecideWhenSure(gym.Wrapper, gym.utils.RecordConstructorArgs):
         self._patience = max(1, round(self._seconds * base.control_hz))
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Start an episode.
+
+        Args:
+            seed: as the environment's.
+            options: as the environment's.
+
+        Returns:
+            What the environment gives.
+        """
         self._sure = 0
         return self.env.reset(seed=seed, options=options)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Take a step, and see whether it was the last one.
+
+        Args:
+            action: of the environment.
+
+        Returns:
+            What the environment gives, but for `terminated`.
+        """
         observation, reward, terminated, truncated, info = self.env.step(action)
         best = int(np.argmax(info["posterior"]))
         self._sure = self._sure + 1 if info["posterior"][best] > self._threshold else 0

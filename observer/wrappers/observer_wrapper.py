@@ -37,11 +37,16 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
     def __init__(
         self, env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly, shape: ShapePosterior | None = None
     ) -> None:
-        """Raises `ValueError` for an observer or a `shape` of another hand, an observer of another control rate, and
-        observations without what is felt.
+        """Check that all are of one hand and one rate. Each environment needs an observer of its own.
 
-        Each environment needs an observer of its own: `step` raises `ValueError` for one that has begun a trial in
-        another environment since the reset, and where a wrapper inside takes more or less than one control step.
+        Args:
+            env: to be observed.
+            observer: a `HapticSLAM`, a `PoseOnly` or the like.
+            shape: names the object; None: nobody does.
+
+        Raises:
+            ValueError: for an observer or a `shape` of another hand, an observer of another control rate, and
+                observations without what is felt.
         """
         gym.Wrapper.__init__(self, env)
         if not all(hasattr(observer, name) for name in ("hand", "reset", "step", "flush")):
@@ -65,6 +70,15 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
         self._trial = object()  # another one at every reset
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Start an episode, and a trial of the observer.
+
+        Args:
+            seed: as the environment's.
+            options: as the environment's.
+
+        Returns:
+            The observation, and the info with the first belief.
+        """
         observation, info = self.env.reset(seed=seed, options=options)
         # Streams of their own, so that the observer's chance is fixed by the seed and apart from the environment's;
         # without a seed the next one follows from the last, as the environment's does.
@@ -75,9 +89,21 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
             _trials[each] = self._trial
         if self.shape is not None:
             self.shape.reset(seed=shapes)
-        return observation, {**info, **self._told(self.observer.reset(seed=mine))}
+        return observation, {**info, **self._told(self.observer.reset(mine, observation["joint_angles"]))}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Take a step, and tell the observer of it.
+
+        Args:
+            action: of the environment.
+
+        Returns:
+            What the environment gives, the info with the belief.
+
+        Raises:
+            ValueError: for an observer that has begun a trial in another environment since the reset, and where a
+                wrapper inside takes more or less than one control step.
+        """
         for each in self._observing():
             if _trials.setdefault(each, self._trial) is not self._trial:  # a copy is in none yet
                 raise ValueError(
@@ -120,7 +146,15 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
 
 
 def check_rate(env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly) -> None:
-    """Raise `ValueError` where `observer` was told another control rate than that of `env`."""
+    """Check that an observer was told the control rate of an environment.
+
+    Args:
+        env: the environment.
+        observer: the observer.
+
+    Raises:
+        ValueError: for another rate.
+    """
     has, knows = getattr(env.unwrapped, "control_hz", None), getattr(observer, "control_hz", None)
     if has is not None and knows is not None and not math.isclose(has, knows, rel_tol=SAME_RATE):
         raise ValueError(

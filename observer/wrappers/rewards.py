@@ -22,14 +22,38 @@ class PotentialReward(gym.Wrapper):
 
     @abstractmethod
     def potential(self, info: dict[str, Any]) -> float:
-        """What knowing as much as `info` says is worth."""
+        """Tell what it is worth to know as much.
+
+        Args:
+            info: of the environment.
+
+        Returns:
+            The potential.
+        """
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Start an episode.
+
+        Args:
+            seed: as the environment's.
+            options: as the environment's.
+
+        Returns:
+            What the environment gives.
+        """
         observation, info = self.env.reset(seed=seed, options=options)
         self._before = self.potential(info)
         return observation, info
 
     def step(self, action: NDArray[Any]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Take a step.
+
+        Args:
+            action: of the environment.
+
+        Returns:
+            What the environment gives, but for the reward: by how much the potential has risen.
+        """
         observation, _, terminated, truncated, info = self.env.step(action)
         now = self.potential(info)
         gain, self._before = now - self._before, now
@@ -44,7 +68,16 @@ class DecisionReward(PotentialReward, gym.utils.RecordConstructorArgs):
     """
 
     def __init__(self, env: gym.Env[Any, Any], price: float = 0.25, least: float = 1e-3) -> None:
-        """`price` in nats a second. Raises `ValueError` for a value out of range, or where nothing names the object."""
+        """Check the arguments.
+
+        Args:
+            env: with an `ObserverWrapper` that names the object, and `reveal_truth=True`.
+            price: nats a second.
+            least: probability, that of the truth counts as at least.
+
+        Raises:
+            ValueError: for a value out of range, or where nothing names the object.
+        """
         gym.utils.RecordConstructorArgs.__init__(self, price=price, least=least)
         gym.Wrapper.__init__(self, env)
         base: Any = env.unwrapped
@@ -55,10 +88,28 @@ class DecisionReward(PotentialReward, gym.utils.RecordConstructorArgs):
         self._labels = labels_of(env)
 
     def potential(self, info: dict[str, Any]) -> float:
-        """log p(truth), nats; raises `ValueError` where the truth is not among the labels."""
+        """Tell how probable the truth is.
+
+        Args:
+            info: of the environment.
+
+        Returns:
+            log p(truth), nats.
+
+        Raises:
+            ValueError: where the truth is not among the labels.
+        """
         return float(np.log(max(info["posterior"][self._truth(info)], self._least)))
 
     def step(self, action: NDArray[Any]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Take a step.
+
+        Args:
+            action: of the environment.
+
+        Returns:
+            What the environment gives, the reward in nats; at the end the info has `is_success`.
+        """
         observation, gain, terminated, truncated, info = super().step(action)
         if terminated or truncated:
             info = {**info, "is_success": bool(np.argmax(info["posterior"]) == self._truth(info))}
@@ -73,14 +124,29 @@ class InformationGainReward(PotentialReward, gym.utils.RecordConstructorArgs):
     map, its voxels taken as independent. It needs no truth: a belief pays it to itself, also where it is wrong."""
 
     def __init__(self, env: gym.Env[Any, Any], objective: str = "class") -> None:
-        """Raises `ValueError` for an unknown objective, or where nothing names the object."""
+        """Check the arguments.
+
+        Args:
+            env: with an `ObserverWrapper` that names the object.
+            objective: whose entropy: "class" or "map".
+
+        Raises:
+            ValueError: for an unknown objective, or where nothing names the object.
+        """
         gym.utils.RecordConstructorArgs.__init__(self, objective=objective)
         gym.Wrapper.__init__(self, env)
         self._objective = validate.choice("objective", objective, ("class", "map"))
         labels_of(env)
 
     def potential(self, info: dict[str, Any]) -> float:
-        """Minus the entropy in bits."""
+        """Tell how sure one is.
+
+        Args:
+            info: of the environment.
+
+        Returns:
+            Minus the entropy, bits.
+        """
         if self._objective == "class":
             return float(_bits(info["posterior"]).sum())
         occupied = info["belief"].occupancy

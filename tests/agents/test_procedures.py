@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import agents
-from agents import lookahead
+from agents import lookahead, rollouts
 from agents.finger_kinematics import FingerKinematics
 from agents.map_lookahead import MapLookahead
 from agents.synergy import opposition_basis
@@ -18,7 +18,7 @@ from observer import HapticSLAM, ObserverWrapper, ShapePosterior
 from observer.kinematics import link_frames, tree_of
 from observer.novelty import note
 from observer.pose.forward_model import ForwardModel
-from observer.shape.skin import SKIN_SPACING, skin_of
+from observer.shape.skin import SKIN_SPACING
 
 
 @pytest.fixture(scope="module", params=list(HANDS))
@@ -200,11 +200,11 @@ def test_unknown_objective_lists_the_known(env):
         agents.make("information_gain", env, objective="shape")
 
 
-def _line(hand, held: np.ndarray) -> lookahead.Line:
+def _line(hand, held: np.ndarray) -> rollouts.Line:
     state = np.concatenate([hand.rest_pose, np.zeros(hand.joints)])
     ahead = ForwardModel(hand, 50.0).predict(state, held)
     low, high = (np.ascontiguousarray(each) for each in hand.joint_limits.T)
-    return lookahead.Line(state, ahead.state, ahead.transition, ahead.torque_gain, low, high)
+    return rollouts.Line(state, ahead.state, ahead.transition, ahead.torque_gain, low, high)
 
 
 def test_the_rolled_out_hand_stops_at_the_object_as_the_simulated_one_does():
@@ -219,8 +219,8 @@ def test_the_rolled_out_hand_stops_at_the_object_as_the_simulated_one_does():
     line = _line(hand, np.zeros(hand.joints))
     looks = np.empty((5, hand.joints))
     solids = posterior.hypotheses.solids
-    arguments = tree_of(hand), lookahead.spheres_of(hand), solids, 0, line, torque * hand.torque_limits, 5, looks
-    lookahead.roll(*arguments)
+    plan = rollouts.Plan(line, torque[None] * hand.torque_limits, 5, len(looks))
+    rollouts.roll(rollouts.hand_of(hand), solids, 0, plan, 0, looks)
     error = np.abs(looks[-1] - info["truth"]["joint_angles"])
     assert error.max() < np.deg2rad(10.0)
     assert error.mean() < np.deg2rad(3.0)
@@ -242,22 +242,23 @@ def test_what_tells_candidates_apart_leaves_less_entropy():
     np.testing.assert_allclose(np.exp(log_weights), 0.5)
     close = 0.7 * FingerKinematics(hand).strokes(hand.rest_pose, hand.grasp_centre).close.sum(axis=0)
     push = np.array([-close, close]) * hand.torque_limits
-    tree, spheres, skin = tree_of(hand), lookahead.spheres_of(hand), skin_of(hand)
+    of_hand = rollouts.hand_of(hand)
     line = _line(hand, np.zeros(hand.joints))
     told = lookahead.LookaheadModel(tolerance=0.002, surprise=0.001, weight=0.2, said=shape.said, alike=0.008)
-    asked = tree, spheres, skin, solids, line, push, 5, 5, np.array([0, 1]), log_weights, label, 2
+    worlds = lookahead.Worlds(solids, log_weights, label, np.array([0, 1]))
+    plan = rollouts.Plan(line, push, 5, 5)
     left, again = np.empty((2, 2, 2))
-    lookahead.class_entropies(0, 2, *asked, told, left)
+    lookahead.class_entropies(0, 2, of_hand, worlds, plan, told, left)
     assert left[0] == pytest.approx([1.0, 1.0], abs=1e-6)
     assert left[1].max() < 0.7
     # Once what would be felt of either was felt, nothing more is to be learnt from it.
     poses, alike, news = np.empty((5, hand.joints)), np.full(len(hand.links), 0.008), np.empty(len(hand.links))
     for world in range(2):
-        lookahead.roll(tree, spheres, solids, world, line, push[1], 5, poses)
+        rollouts.roll(of_hand, solids, world, plan, 1, poses)
         for pose in np.repeat(poses, 50, axis=0):
             contacts = _touching(hand, pose, list(balls.values())[world][0])
-            note(shape.said, *link_frames(tree, pose), contacts, alike, 0.2, 0.001, news)
-    lookahead.class_entropies(0, 2, *asked, told, again)
+            note(shape.said, *link_frames(of_hand.tree, pose), contacts, alike, 0.2, 0.001, news)
+    lookahead.class_entropies(0, 2, of_hand, worlds, plan, told, again)
     assert again[1].min() > 0.95
 
 

@@ -6,6 +6,7 @@ import base64
 import builtins
 import json
 import os
+import pickle
 import zipfile
 from pathlib import Path
 
@@ -119,6 +120,69 @@ def test_a_model_that_was_shown_beliefs_is_shown_them_again(env, tmp_path):
     twin.close()
 
 
+@pytest.mark.parametrize("name", ["PPO", "RecurrentPPO", "SAC"])
+@pytest.mark.parametrize("hold", [1, 3])
+def test_an_export_tells_what_its_environment_showed_it(env, name, hold, tmp_path):
+    """A model of one's own is then shown the same again, wherever something observes the hand."""
+    algorithm, kind, more = MODELS[name]
+    shown = BeliefObservation(watched(), ENTRIES)
+    model = algorithm(kind, HoldAction(shown, hold) if hold > 1 else shown, seed=0, device="cpu", **more)
+    agents.export(model, tmp_path / "own.npz")
+    model.save(tmp_path / "model.zip")
+    loaded = algorithm.load(tmp_path / "model.zip", device="cpu")
+    agents.export(loaded, tmp_path / "told.npz", entries=ENTRIES, hold=hold)
+    twin = HoldAction(BeliefObservation(watched(), ENTRIES), hold)
+    for path in (tmp_path / "own.npz", tmp_path / "told.npz"):
+        told = agents.load_model(path).told
+        assert (told["entries"], told.get("hold", 1)) == (ENTRIES, hold)
+        policy, state, own_state = agents.make(path, env), None, None
+        observation, _ = env.reset(seed=0)
+        seen, _ = twin.reset(seed=0)
+        for step in range(2 * hold):
+            action, state = policy.predict(observation, state, deterministic=True)
+            if step % hold == 0:
+                expected, own_state = model.predict(seen, own_state, np.array([step == 0]), deterministic=True)
+                seen = twin.step(expected)[0]
+            np.testing.assert_allclose(action, expected, atol=1e-6)
+            observation = env.step(action)[0]
+    twin.close()
+
+
+def test_an_export_tells_no_entries_of_which_it_was_not_shown_the_numbers(env, tmp_path):
+    class Doubled(gym.ObservationWrapper):
+        def observation(self, observation):
+            return 2.0 * observation
+
+    changed = Doubled(BeliefObservation(watched(), ENTRIES))
+    changed.observation_space = gym.spaces.Box(-9.0, 9.0, (13,), np.float32)
+    algorithm, kind, more = MODELS["PPO"]
+    agents.export(algorithm(kind, changed, device="cpu", **more), tmp_path / "model.npz")
+    with pytest.raises(ValueError, match=r"does not say which entries of a belief it was shown: agents\.export tells"):
+        agents.make(tmp_path / "model.npz", env)
+
+
+@pytest.mark.parametrize(
+    ("name", "told", "error"),
+    [
+        ("PPO", {"entries": ["pose", "smell"]}, "unknown entry 'smell'; choose from contacts, motion"),
+        ("PPO", {"entries": "pose"}, "entries must be one name or more, got 'pose'"),
+        ("PPO", {"entries": ["pose"]}, "entries must be pose, names, time, as it was shown, got pose"),
+        ("PPO", {"hold": 0}, r"hold must be an integer in \[1, 10000\], got 0"),
+        ("PPO on what is felt", {"entries": ENTRIES}, "entries are of a belief, one row of numbers; it was shown Dict"),
+    ],
+)
+def test_entries_that_a_model_was_not_shown_are_refused(name, told, error, tmp_path):
+    _, model = saved(tmp_path, name)
+    with pytest.raises(ValueError, match=error):
+        agents.export(model, tmp_path / "model.npz", **told)
+    assert not (tmp_path / "model.npz").exists()
+
+
+def test_what_an_environment_shows_can_be_asked_of_another_process():
+    features = BeliefObservation(watched(), ENTRIES).features
+    assert pickle.loads(pickle.dumps(features)).entries == features.entries
+
+
 def test_where_the_environment_holds_actions_the_policy_does_not(tmp_path):
     path, model = saved(tmp_path, told={"entries": ENTRIES, "hold": 3})
     env = HoldAction(BeliefObservation(watched(), ENTRIES), 3)
@@ -156,13 +220,16 @@ def test_a_model_for_another_hand_or_observation_says_which_spaces_differ(env, t
         HapticSLAM(hand, particles=1),
         ShapePosterior(hand, dict(list(_candidates(hand).items())[:2]), samples=4),
     )
-    with pytest.raises(ValueError, match=r"another hand or observation: observation Box.*\(13,\).*here.*\(11,\)"):
+    with pytest.raises(
+        ValueError,
+        match=r"hand or observation: observation Box\(13,\) .*, and here Box\(11,\) .* \(of pose, names, time\)$",
+    ):
         agents.make("sb3", few, path=path, trust=True)
     plain, _ = saved(tmp_path)
-    with pytest.raises(ValueError, match=r"observation Box.*, and here the observation is Dict"):
+    with pytest.raises(ValueError, match=r"observation Box\(13,\) float32, and here Dict\(joint_angles: Box.*entries="):
         agents.make("sb3", env, path=plain, trust=True)
     env.action_space = gym.spaces.Box(-1, 1, (24,), np.float32)
-    with pytest.raises(ValueError, match=r"action Box.*\(8,\).*, and here the action is Box.*\(24,\)"):
+    with pytest.raises(ValueError, match=r"action Box\(8,\) .*, and here Box\(24,\) .*; observation Box.*\)$"):
         agents.make("sb3", env, path=path, trust=True)
 
 

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 
 import pytest
 
+from haptic_env import recordings
 from haptic_lab.cli import COMMANDS
+from tests.haptic_env.movements import closing
+from tests.haptic_env.test_rendering import offscreen  # noqa: F401 - skips where nothing can be drawn
+from tests.haptic_lab.test_portability import FEW_STEPS
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted((ROOT / "scripts").glob("*.py"))
@@ -98,13 +104,72 @@ def test_a_script_is_the_command_of_its_name(script: Path, told: dict) -> None:
     assert text.partition("\n\n")[2] == same.partition("\n\n")[2]
 
 
-def test_an_exploration_in_an_empty_folder(site: Path, tmp_path: Path) -> None:
+RUN = """
+import contextlib, sys
+from haptic_lab import cli
+for line in sys.argv[1:]:
+    sys.argv = ["haptic-slam", *line.split()]
+    try:
+        cli.main()
+    except SystemExit as ended:
+        if ended.code:
+            sys.exit(f"{line}: {ended.code}")
+"""
+EXPLORED = [f"explore.{kind}" for kind in ("json", "npz", "png")] + ["recording.npz"]
+SHORT = "--seconds 0.2 --particles 2"
+QUICK = {  # the command lines, in turn, and the files that each leaves in the empty folder
+    f"explore --policy trained {SHORT} --out felt": [f"felt/{name}" for name in EXPLORED],
+    "replay felt/recording.npz --particles 2 --out again": [f"again/{name}" for name in EXPLORED],
+    f"evaluate {SHORT} --shapes cube sphere --sigmas 3 --trials 1 --exemplars 1 --observers floor haptic_slam --jobs 1 "
+    "--out swept": [f"swept/{name}" for name in ("config.json", "evaluate.png", "summary.csv", "trials.csv")],
+    "figures confusion pose_error --trials-of swept --out drawn": [
+        f"drawn/{name}.{kind}" for name in ("confusion", "pose_error") for kind in ("csv", "pdf", "png")
+    ],
+    "picture-recording --recording closing.npz --shape cube --at 0.1 --out seen.png": ["seen.png"],
+}
+SLOW = {
+    "bench --quick --rounds 1 --json fast.json": ["fast.json"],
+    "train --preset few.toml --jobs 1 --out learnt": [
+        "learnt/best_model.npz",
+        "learnt/model.npz",
+        "learnt/training.json",
+    ],
+    f"explore --policy learnt/model.npz {SHORT} --out used": [f"used/{name}" for name in EXPLORED],
+    "figures figure2 figure6 --trials 1 --seconds 0.2 --show-seconds 0.4 --jobs 1 --out drawn": [
+        f"drawn/{name}.{kind}" for name in ("figure2", "figure6") for kind in ("csv", "pdf", "png")
+    ],
+}
+
+
+def left_by(site: Path, folder: Path, lines: Iterable[str]) -> set[str]:
+    """Run command `lines`, one after the other; the files that are in `folder` then."""
+    ran = run(site, folder, "-c", RUN, *lines)
+    assert ran.returncode == 0, ran.stderr
+    return {each.relative_to(folder).as_posix() for each in folder.rglob("*") if each.is_file()}
+
+
+def test_the_command_that_is_installed_runs(site: Path, tmp_path: Path) -> None:
     (command,) = map(str, (site / "bin").iterdir())
     assert Path(command).stem == "haptic-slam"
-    few = ("--policy", "trained", "--seconds", "0.2", "--particles", "2", "--out", "felt")
-    ran = run(site, tmp_path, command, "explore", *few)
-    assert ran.returncode == 0, ran.stderr
-    assert {each.relative_to(tmp_path).as_posix() for each in tmp_path.rglob("*")} == {
-        "felt",
-        *(f"felt/{name}" for name in ("explore.json", "explore.npz", "explore.png", "recording.npz")),
-    }
+    ran = run(site, tmp_path, command, "--version")
+    assert (ran.returncode, ran.stdout) == (0, f"haptic-slam {metadata.version('haptic-slam')}\n")
+
+
+@pytest.mark.usefixtures("offscreen")
+def test_every_quick_command_runs_in_an_empty_folder(site: Path, tmp_path: Path) -> None:
+    recordings.write(tmp_path / "closing.npz", closing(12))
+    left = left_by(site, tmp_path, QUICK)
+    wanted = {file for files in QUICK.values() for file in files}
+    assert {name for name in left if not name.startswith("swept/exemplars/")} == wanted | {"closing.npz"}
+
+
+@pytest.mark.statistical
+@pytest.mark.skipif(importlib.util.find_spec("stable_baselines3") is None, reason="needs the extra train")
+def test_every_slow_command_runs_in_an_empty_folder(site: Path, tmp_path: Path) -> None:
+    (tmp_path / "few.toml").write_text(FEW_STEPS, encoding="utf-8")
+    assert {file for files in SLOW.values() for file in files} <= left_by(site, tmp_path, SLOW)
+
+
+def test_every_command_is_run() -> None:
+    run_here = {line.split()[0] for line in (*QUICK, *SLOW)}
+    assert run_here | {"scaling", "scheduling"} == set(COMMANDS), "these two measure this project for its developers"

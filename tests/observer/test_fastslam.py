@@ -351,7 +351,14 @@ def test_impossible_observations_are_refused(trial, case):
 
 
 BAD_KEYWORDS = [
-    *[("sigma_deg", value) for value in (-1.0, np.nan, np.inf, 91.0, "3", None, True)],
+    *[("sigma_deg", value) for value in (-1.0, np.nan, np.inf, 91.0, "3", True)],
+    *[
+        (name, value)
+        for name in ("bias_deg", "drift_deg", "start_std_deg")
+        for value in (-1.0, np.nan, np.inf, 91.0, "3", None, True)
+    ],
+    *[("drift_seconds", value) for value in (0.0, -1.0, np.nan, np.inf, "3", None, True)],
+    *[("proportional", value) for value in (-0.1, 1.1, np.nan, None, True)],
     *[(name, value) for name in ("particles", "candidates") for value in (0, -1, 1.5, np.nan, "8", None, True)],
     *[("lag", value) for value in (-1, 1.5, np.nan, "1", True)],
     *[("matching", value) for value in ("median", 3, None)],

@@ -70,6 +70,7 @@ LEFT_OUT: dict[str, str] = {
     "haptic_env.reading.text": "whoever asks says which file it was: recordings.read",
     "haptic_env.reading.toml": "whoever asks says which file it was: recordings.read_calibration, presets.read",
     "haptic_env.replay.roots": "asked by Playback and KinematicReplay, which have entries",
+    "haptic_env.sensors.Lasting": "what Bias and Drift have in common",
     "haptic_env.sensors.FeltAngles": "made by ExploreEnv.felt_at, of sensors that have entries",
     "haptic_env.shapes.Shape": "abstract; SHAPES has them all",
     "observer.Belief": BUILT,

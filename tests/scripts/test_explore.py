@@ -10,12 +10,16 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 import trimesh
 
-from haptic_env import shapes
+from agents.layers import Layer
+from agents.network import Network
+from haptic_env import hand_of, shapes
 from haptic_lab.commands import explore
+from observer.wrappers.belief_observation import BeliefFeatures
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = ["explore.json", "explore.npz", "explore.png", "recording.npz"]
@@ -96,6 +100,49 @@ def test_a_whole_hand_explores_a_mesh(tmp_path: Path, hand: str) -> None:
     )
     assert summary["truth"] == box
     assert set(summary["posterior"]) == {box, *shapes.SHAPES}
+
+
+def _model(path: Path, numbers: int, entries: list[str], joints: int = 8) -> str:
+    """A network that commands nothing, of so many `numbers`, said to be the `entries` of a belief."""
+    seen = gym.spaces.Box(-2.0, 2.0, (numbers,), np.float32) if numbers else None
+    if entries:
+        env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube")
+        hand = hand_of(env)
+        seen = BeliefFeatures(hand, list(shapes.SHAPES), 1.0, 50.0, entries).space
+    still = Layer(np.zeros((joints, seen.shape[0]), np.float32), np.zeros(joints, np.float32))
+    told = {"entries": entries, "hold": 2} if entries else {}
+    Network(seen, gym.spaces.Box(-1.0, 1.0, (joints,), np.float32), (), still, squash=False, told=told).write(path)
+    return str(path)
+
+
+def test_a_model_of_one_s_own_that_tells_its_entries_explores(tmp_path: Path) -> None:
+    model = _model(tmp_path / "own.npz", 0, ["pose", "names", "time"])
+    run(tmp_path / "felt", "--policy", model)
+    with np.load(tmp_path / "felt" / "explore.npz") as trace:
+        assert not trace["torques"].any()
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        ("--policy MODEL", "observation Box(5,) float32, and here Dict(joint_angles: Box(8,) float32, contacts: Multi"),
+        ("--policy MODEL --hand adroit", "action Box(8,) float32, and here Box("),
+        ("--policy trained --hand adroit", "action Box(8,) float32, and here Box("),
+    ],
+)
+def test_a_model_that_does_not_fit_is_refused_before_anything_is_told(
+    flags: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(explore, "get_ready", lambda *_: pytest.fail("nothing need be compiled"))
+    flags = flags.replace("MODEL", _model(tmp_path / "own.npz", 5, []))
+    assert explore.main([*SHORT, "--out", str(tmp_path / "felt"), *flags.split()]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "was trained for another hand or observation: " in said.err
+    assert told in said.err
+    assert "..." not in said.err, "no bounds are listed"
+    assert said.err.count("\n") == 1
+    assert not (tmp_path / "felt").exists()
 
 
 def test_what_the_hand_cannot_hold_is_one_clear_line(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

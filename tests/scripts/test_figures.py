@@ -183,6 +183,19 @@ def test_decisions_are_counted_from_their_time_on() -> None:
     np.testing.assert_allclose(mean["posterior"], [0.25, 0.5, 0.745])
 
 
+@pytest.mark.parametrize(("course", "points"), [("", 0), ("0.3", 1), ("0.3 0.6", 2)])
+def test_a_course_may_be_as_short_as_a_table_can_say(course: str, points: int, tmp_path: Path) -> None:
+    columns = "sigma_deg,observer,course_p,course_correct,time_to_decision"
+    table = f"{columns}\n3.0,haptic_slam,{course},{course},\n3.0,haptic_slam,{course},{course},0.1\n"
+    (tmp_path / "trials.csv").write_text(table, encoding="utf-8")
+    rows = pd.read_csv(tmp_path / "trials.csv")
+    data = time_course.curves(rows)
+    assert sorted(set(data["seconds"])) == [0.25, 0.5][:points]
+    if not points:
+        with pytest.raises(ValueError, match=r"time_course has a point each 0\.25 s"):
+            time_course.draw(rows)
+
+
 def test_reliability_counts_every_voxel_once(drawn: Path, rows: pd.DataFrame) -> None:
     data = pd.read_csv(drawn / "reliability.csv")
     for (sigma, observer), line in data.groupby(["sigma_deg", "observer"]):
@@ -257,6 +270,7 @@ def test_the_trials_of_another_sweep(
     [
         (["--seed", "-1"], "--seed must be an integer"),
         (["--show-seconds", "0"], "--show-seconds must be a finite number"),
+        (["--seconds", "0.2"], "--seconds (of time_course) must be a finite number in [0.25, 3600] s, got 0.2"),
         (["--trials", "0"], "--trials must be an integer in [1, 100000]"),
         (["--sigmas", "nan"], "must be a finite number"),
         (["--policy", "push"], "unknown --policy 'push'; choose from"),

@@ -64,7 +64,7 @@ def test_moving_on_is_one_linear_map(joints, lag):
     transition, state = rng.standard_normal((2 * joints, 2 * joints)), rng.standard_normal(2 * joints)
     noise = np.cov(rng.standard_normal((2 * joints, 50)))
     expected = shifted(mean, covariance, state, transition, noise.reshape(2 * joints, -1), joints)
-    kalman_updates.shift(mean, covariance, state, transition, noise, joints)
+    kalman_updates.shift(mean, covariance, state, transition, noise, joints, np.zeros(0), np.zeros(0))
     np.testing.assert_allclose(mean, expected[0], atol=1e-12)
     np.testing.assert_allclose(covariance, expected[1], atol=1e-9)
 
@@ -85,7 +85,9 @@ def test_conditioning_is_one_measurement_after_another(joints, lag, count):
         *expected, more = conditioned(*expected, np.eye(joints)[joint], felt[joint], felt_variance)
         log_density += more
     mean, covariance = mean.copy(), covariance.copy()
-    got = kalman_updates.condition(mean, covariance, rows, value, variance, felt, felt_variance)
+    got = kalman_updates.condition(
+        mean, covariance, rows, value, variance, felt, np.full(joints, felt_variance), 2 * joints, 0
+    )
     assert got == pytest.approx(log_density, rel=1e-9)
     np.testing.assert_allclose(mean, expected[0], atol=1e-9)
     np.testing.assert_allclose(covariance, expected[1], atol=1e-9)
@@ -102,7 +104,7 @@ def test_contact_effects_are_those_of_mujocos_jacobian(name):
     force = rng.uniform(0.0, 1.0, (len(patches), 3))
     felt = rng.choice(len(patches), 5, replace=False)
     noise, along = np.eye(2 * joints), np.empty((5, 3, joints))
-    kalman_updates.contact_effects(tree_of(hand), q, gain, body, patches.position, axes, force, felt, noise, along)
+    kalman_updates.contact_effects(tree_of(hand), q, gain, body, patches.position, axes, force, 0.0, felt, noise, along)
     data = mujoco.MjData(hand.model)
     data.qpos[:] = q
     mujoco.mj_kinematics(hand.model, data)

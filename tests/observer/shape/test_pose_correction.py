@@ -9,6 +9,7 @@ from scipy.special import ndtr
 from haptic_env import shapes
 from observer import HapticSLAM, ShapePosterior
 from observer.kinematics import body_frames, tree_of
+from observer.shape.contact_likelihood import TouchModel
 from observer.shape.distance_fields import solids_of
 from observer.shape.skin import skin_of
 from observer.shape.surface_conditioning import nearest, take_in
@@ -55,7 +56,7 @@ def test_the_nearest_spot_and_the_way_out_of_a_solid(two_finger, gap: float) -> 
     body_frames(tree, hand.rest_pose, position, rotation)
     spot, normal, tip = np.empty(3), np.empty(3), len(hand.links) - 1
     body = skin.body[tip]
-    found = nearest(solids, 0, skin, tip, position[body], rotation[body], spot, normal)
+    found = nearest(solids, 0, skin, tip, (position[body], rotation[body]), spot, normal)
     assert found == pytest.approx(tip_gap(tree, skin, solid, hand.rest_pose), abs=2e-4)
     away = spot - solid.position
     np.testing.assert_allclose(normal, away / np.linalg.norm(away), atol=0.02)
@@ -79,7 +80,7 @@ def test_contacts_give_the_moments_of_samples(two_finger, gap: float, touching: 
     mean, covariance = hand.rest_pose.astype(float), SPREAD**2 * np.eye(hand.joints)
     samples = np.random.default_rng(0).multivariate_normal(mean, covariance, 4000)
     of_hand = tree_of(hand), skin_of(hand), solids_of([solid], far=0.03)
-    take_in(*of_hand, 0, touches, 0, mean, covariance, TOLERANCE, press, SURPRISE)
+    take_in(*of_hand, 0, touches, (mean, covariance), 0, TouchModel(TOLERANCE, press, SURPRISE))
     assert np.abs(mean - hand.rest_pose).max() > 0.1 * SPREAD
     weights = likelihood(np.array([tip_gap(*of_hand[:2], solid, each) for each in samples]), touching, press)
     weights /= weights.sum()
@@ -96,7 +97,7 @@ def test_where_contacts_must_not_leave_the_surface_a_gap_is_measured(two_finger)
     mean, covariance = hand.rest_pose.astype(float), SPREAD**2 * np.eye(hand.joints)
     of_hand = tree_of(hand), skin_of(hand), solids_of([solid], far=0.03)
     for _ in range(200):
-        take_in(*of_hand, 0, touches, 0, mean, covariance, TOLERANCE, 0.0, SURPRISE)
+        take_in(*of_hand, 0, touches, (mean, covariance), 0, TouchModel(TOLERANCE, 0.0, SURPRISE))
     assert tip_gap(*of_hand[:2], solid, mean) == pytest.approx(0.0, abs=3e-4)
     assert np.linalg.eigvalsh(covariance).min() > 0.0
 
@@ -108,8 +109,8 @@ def test_a_step_tells_of_those_that_err_with_it(two_finger) -> None:
     mean = np.tile(hand.rest_pose, 2).astype(float)
     covariance = SPREAD**2 * np.kron([[1.0, 0.5], [0.5, 1.0]], np.eye(joints))
     take_in(
-        *(tree_of(hand), skin_of(hand), solids_of([solid], far=0.03), 0, touches, joints),
-        *(mean, covariance, TOLERANCE, SINKING, SURPRISE),
+        *(tree_of(hand), skin_of(hand), solids_of([solid], far=0.03), 0, touches),
+        *((mean, covariance), joints, TouchModel(TOLERANCE, SINKING, SURPRISE)),
     )
     moved = (mean - np.tile(hand.rest_pose, 2)).reshape(2, joints)
     assert np.abs(moved[1]).max() > 0.1 * SPREAD

@@ -13,7 +13,7 @@ from haptic_env import hands, shapes
 from haptic_env.shapes.base import rotation_matrix
 from observer import HapticSLAM, ShapePosterior, TruePose
 from observer.kinematics import link_frames, tree_of
-from observer.shape.contact_likelihood import contact_likelihood, patch_gaps, resample, weigh
+from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, patch_gaps, resample, weigh
 from observer.shape.distance_fields import FIELD_RESOLUTION, field_distance, solids_of
 from observer.shape.hypotheses import Variants
 from observer.shape.null_model import NullModel
@@ -32,7 +32,7 @@ def _distance(solids, h, x, y, z):
 
 @numba.njit
 def _gaps(solids, h, skin, link, position, rotation, clear, gaps):
-    return patch_gaps(solids, h, skin, link, position, rotation, clear, gaps)
+    return patch_gaps(solids, h, skin, link, (position, rotation), clear, gaps)
 
 
 def _told(posterior: ShapePosterior, beliefs, seed: int = 0) -> np.ndarray:
@@ -175,7 +175,8 @@ def test_gaps_are_those_of_the_nearest_points_of_the_skin(two_finger, shape):
 def _likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, surprise):
     out = np.empty((len(column), len(solids.scale), len(poses)))
     each, news = np.full(len(skin.body), tolerance), np.ones(len(skin.body))
-    contact_likelihood(tree, skin, solids, poses, column, contacts, each, press, surprise, news, out)
+    model = TouchModel(each, press, surprise)
+    contact_likelihood(tree, skin, solids, PoseSamples(poses, column), contacts, news, model, out)
     return out
 
 

@@ -1,0 +1,240 @@
+"""What an observer believes of the felt angles, white noise apart: felt = angle + offset + white noise.
+
+Shapes: J joints, E = J times the number of errors that last. Angles in radians, parameters in degrees.
+
+An offset is the sum of errors that last: a bias, a drift. Each is a linear Gaussian Markov process of every joint
+(`haptic_env.sensors.Lasting`), so that a filter keeps it in its state, beside the angles and velocities (Schmidt 1966,
+Advances in Control Systems 3, 293-340; Bar-Shalom, Li & Kirubarajan 2001, Estimation with Applications to Tracking and
+Navigation, section 8.2), and finds it out as far as anything but the felt angles tells of the pose.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from haptic_env import sensors, validate
+from haptic_env.arrays import Array
+
+GUESS_DEG = 3.0  # σ where it is to be found out, before anything was felt
+
+
+class Offset(NamedTuple):
+    """What is known of the offsets: their `mean` and `std` (J,) rad."""
+
+    mean: Array
+    std: Array
+
+    @classmethod
+    def of(cls, mean: Array, covariance: Array, kinds: Sequence[slice], joints: int) -> Offset:
+        """Read them off a Gaussian.
+
+        Args:
+            mean: (S,).
+            covariance: (S, S).
+            kinds: where it keeps each kind of errors; none: there are no offsets.
+            joints: J.
+
+        Returns:
+            The sums of all kinds.
+        """
+        if not kinds:
+            return cls(np.zeros(joints), np.zeros(joints))
+        total, variance = summed(mean, covariance, kinds)
+        return cls(total.copy(), np.sqrt(np.maximum(variance, 0.0)))
+
+
+class AngleNoise:
+    """The errors that last (`lasting`), white noise beyond that of one σ for all, and how the start pose is known.
+
+    `decay`, `fresh` and `prior` (E,): what a step leaves of each error, the variance that it adds, and the variance at
+    the reset, rad²; one kind of error after the other, joint by joint. `start_variance` rad²: of the angles at the
+    reset. `finds_sigma`: whether σ is to be found out.
+    """
+
+    def __init__(
+        self,
+        joints: int,
+        step_seconds: float,
+        *,
+        bias_deg: float = 0.0,
+        drift_deg: float = 0.0,
+        drift_seconds: float = 10.0,
+        proportional: float = 0.0,
+        start_std_deg: float = 0.0,
+        finds_sigma: bool = False,
+    ) -> None:
+        """Believe in the sensors that the environment makes of the same numbers.
+
+        Args:
+            joints: J.
+            step_seconds: s, from one reading to the next.
+            bias_deg: degrees, SD of the constant error of each joint and trial.
+            drift_deg: degrees, SD of the slow error of each joint.
+            drift_seconds: s, time constant of the drift.
+            proportional: SD of white noise as a fraction of the angle.
+            start_std_deg: degrees, SD of each joint's angle about the rest pose at the reset.
+            finds_sigma: find σ out.
+
+        Raises:
+            ValueError: for numbers out of range.
+        """
+        felt = sensors.Proprioception(
+            [
+                sensors.Bias(bias_deg),
+                sensors.Drift(drift_deg, drift_seconds, step_seconds),
+                sensors.Proportional(proportional),
+            ]
+        )
+        self.lasting = tuple(each for each in felt.noises if isinstance(each, sensors.Lasting))
+        self._white = tuple(each for each in felt.noises if not isinstance(each, sensors.Lasting))
+        self.start_variance = (
+            np.deg2rad(validate.number("start_std_deg", start_std_deg, 0.0, 90.0, unit="degrees")) ** 2
+        )
+        self.finds_sigma = finds_sigma
+        self.decay = np.repeat([each.decay for each in self.lasting], joints).astype(np.float64)
+        self.fresh = np.repeat([each.step_sd**2 for each in self.lasting], joints).astype(np.float64)
+        self.prior = np.repeat([each.sd**2 for each in self.lasting], joints).astype(np.float64)
+
+    @property
+    def sd(self) -> float:
+        """Rad: SD of the offset of a joint, over trials."""
+        return float(np.sqrt(sum(each.sd**2 for each in self.lasting)))
+
+    def variance(self, sigma: float, angles: Array, spread: Array) -> Array:
+        """The variance of white noise about angles that are themselves uncertain.
+
+        Args:
+            sigma: rad, SD of what is the same for all angles.
+            angles: (J,) rad, as expected.
+            spread: (J,) rad², their variance.
+
+        Returns:
+            (J,) rad².
+        """
+        total = np.full(len(angles), sigma**2)
+        for each in self._white:
+            total += each.variance(np.sqrt(angles**2 + np.maximum(spread, 0.0)))  # a square in the angle
+        return total
+
+    def over_time(self, steps: int) -> Array:
+        """Give the covariance of a joint's offset at successive steps.
+
+        Args:
+            steps: T.
+
+        Returns:
+            (T, T) rad².
+        """
+        apart = np.abs(np.subtract.outer(np.arange(steps), np.arange(steps)))
+        return sum((each.sd**2 * each.decay**apart for each in self.lasting), np.zeros((steps, steps)))
+
+    def unknown(self, joints: int) -> Offset:
+        """Give the offsets of which nothing is found out.
+
+        Args:
+            joints: J.
+
+        Returns:
+            Their mean and SD beforehand.
+        """
+        return Offset(np.zeros(joints), np.full(joints, self.sd))
+
+    def kinds(self, first: int, joints: int) -> list[slice]:
+        """Where a Gaussian that keeps the errors from its number `first` on has each kind of them.
+
+        Args:
+            first: where the errors begin.
+            joints: J.
+
+        Returns:
+            A slice of J numbers for each kind.
+        """
+        return [slice(each, each + joints) for each in range(first, first + len(self.decay), joints)]
+
+
+def believed(
+    joints: int,
+    control_hz: float,
+    sigma_deg: float | None,
+    bias_deg: float,
+    drift_deg: float,
+    drift_seconds: float,
+    proportional: float,
+    start_std_deg: float,
+) -> tuple[float, AngleNoise]:
+    """What an observer is told of its felt angles.
+
+    Args:
+        joints: J.
+        control_hz: Hz.
+        sigma_deg: degrees, SD of white noise; None: it is to be found out.
+        bias_deg: as `AngleNoise` has it, and so are the others.
+        drift_deg: degrees.
+        drift_seconds: s.
+        proportional: a fraction.
+        start_std_deg: degrees.
+
+    Returns:
+        σ, rad, to begin with, and all else.
+
+    Raises:
+        ValueError: for numbers out of range.
+    """
+    noise = AngleNoise(
+        joints,
+        1.0 / control_hz,
+        bias_deg=bias_deg,
+        drift_deg=drift_deg,
+        drift_seconds=drift_seconds,
+        proportional=proportional,
+        start_std_deg=start_std_deg,
+        finds_sigma=sigma_deg is None,
+    )
+    return sensors.White(GUESS_DEG if sigma_deg is None else sigma_deg).sigma, noise
+
+
+def summed(mean: Array, covariance: Array, parts: Sequence[slice]) -> tuple[Array, Array]:
+    """Of a Gaussian, the sum of several parts of J numbers, joint by joint: felt angles are one of the angles and of
+    each kind of error, offsets one of the errors.
+
+    Args:
+        mean: (S,).
+        covariance: (S, S).
+        parts: where they are.
+
+    Returns:
+        Mean and variance (J,).
+    """
+    total = sum((mean[part] for part in parts[1:]), mean[parts[0]])
+    pairs = itertools.product(parts, parts)
+    next(pairs)
+    first = covariance[parts[0], parts[0]].diagonal()
+    return total, sum((covariance[pair].diagonal() for pair in pairs), first)
+
+
+class FoundSigma:
+    """σ of white noise as it is found out: an inverse gamma distribution of σ², the same for all joints, by variational
+    Bayes (Särkkä & Nummenmaa 2009, IEEE Trans. Autom. Control 54(3), 596-600, without forgetting)."""
+
+    def __init__(self) -> None:
+        self.shape = 1.0
+        self.rate = np.deg2rad(GUESS_DEG) ** 2
+
+    def learn(self, residual: Array, variance: Array) -> None:
+        """Take in a step.
+
+        Args:
+            residual: (H,) rad, felt less expected, after the step.
+            variance: (H,) rad², what is uncertain of the expected, after the step.
+        """
+        self.shape += 0.5 * len(residual)
+        self.rate += 0.5 * float((residual**2 + variance).sum())
+
+    @property
+    def sigma(self) -> float:
+        """Rad: the present estimate."""
+        return float(np.sqrt(self.rate / self.shape))
