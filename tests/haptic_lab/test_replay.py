@@ -17,6 +17,7 @@ from haptic_lab import replay, worlds
 from haptic_lab.commands import explore
 from tests.haptic_env.movements import closing
 
+pytestmark = pytest.mark.usefixtures("coarse")
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 people = pytest.mark.skipif(not SHARED.exists(), reason="the shared recordings are not here")
 

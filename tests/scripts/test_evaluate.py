@@ -23,6 +23,7 @@ from haptic_lab.commands import evaluate
 from haptic_lab.conditions import DEFAULTS, Condition
 from haptic_lab.sweeps import executors, measures, options, results, tasks, worker
 
+pytestmark = pytest.mark.usefixtures("coarse")
 ROOT = Path(__file__).resolve().parents[2]
 TINY = [
     *("--shapes", "cube", "sphere", "--sigmas", "3", "--trials", "2", "--seconds", "0.6", "--particles", "5"),

@@ -21,6 +21,7 @@ from haptic_env import hand_of, shapes
 from haptic_lab.commands import explore
 from observer.wrappers.belief_observation import BeliefFeatures
 
+pytestmark = pytest.mark.usefixtures("coarse")
 ROOT = Path(__file__).resolve().parents[2]
 FILES = ["explore.json", "explore.npz", "explore.png", "recording.npz"]
 SHORT = ["--seconds", "1", "--particles", "20", "--seed", "3"]
