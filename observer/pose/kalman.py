@@ -215,6 +215,11 @@ class PoseFilter(Gated):
         return summed(self.mean, self.covariance, [slice(0, self.joints), *self._kinds])
 
     @property
+    def learns(self) -> bool:
+        """Whether there are offsets that could be found out by more than the felt angles."""
+        return len(self._kinds) > 0
+
+    @property
     def offset(self) -> Offset:
         """What is known of the felt angles' offsets now."""
         return Offset.of(self.mean, self.covariance, self._kinds, self.joints)
