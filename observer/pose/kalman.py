@@ -215,6 +215,11 @@ class PoseFilter(Gated):
         return summed(self.mean, self.covariance, [slice(0, self.joints), *self._kinds])
 
     @property
+    def constant(self) -> slice:
+        """Where `mean` keeps the errors of the angles that never change; nowhere where it keeps none."""
+        return self.noise.constant(self._kinds)
+
+    @property
     def learns(self) -> bool:
         """Whether there are offsets that could be found out by more than the felt angles."""
         return len(self._kinds) > 0
