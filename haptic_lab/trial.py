@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 import agents
 import haptic_env  # noqa: F401 - registers the environments
 from agents.policy import Policy
+from agents.sb3 import Sb3
 from haptic_env import hand_env
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
@@ -227,6 +228,23 @@ def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePo
     base = hand_env(env)
     observer = make_observer(GUIDE, base.hand, sigma_deg, particles=1, control_hz=base.control_hz)
     return ObserverWrapper(env, observer, copy.copy(shape) if kind.asks_shape else None)
+
+
+def check_model(env: gym.Env[Any, Any], policy: str, shape: ShapePosterior, trust: bool) -> None:
+    """Refuse a trained model that does not fit, while nothing is compiled yet; policies of other kinds pass.
+
+    Args:
+        env: that is explored.
+        policy: name, or path of a model.
+        shape: the namer, whose labels the model may be shown.
+        trust: whether a model may run code when it is read.
+
+    Raises:
+        ValueError: where it was trained for another hand or observation.
+    """
+    if issubclass(agents.find(policy), Sb3):
+        told = {"trust": trust} if agents.is_model(policy) else {}
+        agents.make(policy, guided(env, policy, 1.0, shape), **told)
 
 
 def make_observers(

@@ -9,15 +9,13 @@ import time
 import gymnasium as gym
 from rich.console import Console
 
-import agents
-from agents.sb3 import Sb3
 from haptic_env import hand_env, hand_of, shapes
 from haptic_env.recordings import Recording
 from haptic_lab import replay
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
-from haptic_lab.trial import Trial, guided, make_observers
+from haptic_lab.trial import Trial, check_model, guided, make_observers
 from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior
 from observer.variants import Observer
@@ -49,9 +47,7 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
     hand = hand_of(env)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
     namer = ShapePosterior(hand, candidates)
-    if issubclass(agents.find(settings.policy), Sb3):  # it is refused before anything is compiled
-        given = {"trust": settings.trust} if agents.is_model(settings.policy) else {}
-        agents.make(settings.policy, guided(env, settings.policy, settings.sigma, namer), **given)
+    check_model(env, settings.policy, namer, settings.trust)
     return replay.ExplorationSession(env, settings.policy, candidates, namer)
 
 

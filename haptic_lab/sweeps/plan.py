@@ -7,11 +7,18 @@ import importlib.util
 import itertools
 import math
 from dataclasses import dataclass, fields
+from functools import lru_cache
 
-from haptic_env import validate
+import gymnasium as gym
+
+import agents
+from agents.sb3 import Sb3
+from haptic_env import hand_of, validate
 from haptic_lab.conditions import FACTORS, Condition, check_policy
 from haptic_lab.sweeps.tasks import SweepSettings
-from haptic_lab.worlds import environment
+from haptic_lab.trial import check_model
+from haptic_lab.worlds import candidates_of, environment
+from observer import ShapePosterior
 from observer.variants import FULL
 
 MOST_CONDITIONS = 10_000
@@ -78,6 +85,8 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")
     if given.cluster is not None and importlib.util.find_spec("distributed") is None:
         raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")
+    for policy in values["policy"]:
+        _check_fit(settings, policy)
     return SweepPlan(
         settings,
         conditions,
@@ -88,3 +97,17 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         ablation=given.ablation,
         calibration=given.calibration,
     )
+
+
+@lru_cache
+def _check_fit(settings: SweepSettings, policy: str) -> None:
+    """Raise `ValueError` for a trained model that is not for this hand or these candidates."""
+    if not issubclass(agents.find(policy), Sb3):
+        return
+    try:
+        env = gym.make(settings.env)
+        hand = hand_of(env)
+    except ImportError as error:
+        raise ValueError(str(error)) from error
+    shape = ShapePosterior(hand, candidates_of(hand, settings.shapes, scale=settings.scale), variants=1)
+    check_model(env, policy, shape, settings.trust)

@@ -110,3 +110,25 @@ def test_a_file_that_is_not_there_is_told(tmp_path: Path, capsys: pytest.Capture
     with pytest.raises(SystemExit):
         options.check(None, ["--config", str(tmp_path / "none.toml")])
     assert "none.toml" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        ("--policy trained --env adroit", "action Box(8,) float32, and here Box(24,) float32"),
+        (
+            "--policy random_torque trained --shapes cube",
+            "observation Box(10,) float32, and here Box(7,) float32 (of names",
+        ),
+    ],
+)
+def test_a_model_that_does_not_fit_is_refused_before_anything_runs(
+    flags: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        options.check(None, [*flags.split(), "--out", str(tmp_path / "out")])
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert told in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
