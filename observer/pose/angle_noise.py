@@ -220,6 +220,8 @@ def summed(mean: Array, covariance: Array, parts: Sequence[slice]) -> tuple[Arra
     Returns:
         Mean and variance (J,).
     """
+    if len(parts) == 1:
+        return mean[parts[0]], covariance[parts[0], parts[0]].diagonal()
     total = sum((mean[part] for part in parts[1:]), mean[parts[0]])
     pairs = itertools.product(parts, parts)
     next(pairs)
