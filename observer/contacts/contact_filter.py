@@ -87,6 +87,11 @@ class ContactFilter:
         """(P,) probability that each patch works, given all that was reported."""
         return 1.0 - self._last[:, STUCK] - self._last[:, DEAD]
 
+    @property
+    def doubted(self) -> NDArray[np.bool_]:
+        """(P,) which patches work less probably than not, so that they may be touched whatever they report."""
+        return self.reliability < SURE
+
 
 def believed_contacts(
     hand: Hand,

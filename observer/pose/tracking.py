@@ -15,6 +15,7 @@ from haptic_env.hand import Hand
 from haptic_env.unwrapping import hand_env
 from observer import compiling, edge
 from observer.contacts.contact_filter import ContactFilter
+from observer.pose.kalman import PoseFilter
 from observer.pose.source import PoseSource
 
 if TYPE_CHECKING:
@@ -68,7 +69,12 @@ class TracksPose:
 
     def _touched(self, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(P,) which patches are touched now, where they report `contacts` (P,)."""
-        return contacts if self._reports is None else self._reports.step(contacts)
+        if self._reports is None:
+            return contacts
+        touched = self._reports.step(contacts)
+        if isinstance(self.pose, PoseFilter):  # what else tracks a pose knows of no forces
+            self.pose.doubted = self._reports.doubted
+        return touched
 
     def _look_back(self, waiting: deque[Waiting], ago: int) -> None:
         """Put which patches were touched in place of what they reported, at the steps that wait, of which the first is
