@@ -61,7 +61,10 @@ class ContactDetection:
         names = patches.names if patches is not None else ()
         told = {"patches_stuck": stuck, "patches_dead": dead}
         self.chances = np.array([_chances(what, given, names) for what, given in told.items()])
-        if patches is None and (self.confusion or not _is_zero(stuck) or not _is_zero(dead)):
+        for each, other in ((0, 1), (1, 0)):
+            if _is_list((stuck, dead)[each]) and not _is_list((stuck, dead)[other]):
+                self.chances[other, self.chances[each] == 1.0] = 0.0  # of a patch of which it is told what it does
+        if patches is None and (self.confusion or any(_is_list(each) or each for each in (stuck, dead))):
             raise ValueError("patches must be those of a hand where touches are confused or patches may not work")
         both = np.flatnonzero(self.chances.sum(axis=0) > 1.0)
         if both.size:
@@ -173,14 +176,13 @@ class ContactDetection:
         return np.asarray(np.prod(1.0 - self.confusion * self.beside * touch[:, None], axis=0))
 
 
-def _is_zero(given: Any) -> bool:
-    return not isinstance(given, Sequence) and given == 0
+def _is_list(given: Any) -> bool:
+    return isinstance(given, list | tuple) or (isinstance(given, np.ndarray) and given.ndim == 1)
 
 
 def _chances(what: str, given: Any, names: Sequence[str]) -> NDArray[np.float64]:
     """(P,) probability of each patch of `names` that it has the fault `what`."""
-    listed = isinstance(given, Sequence | np.ndarray) and not isinstance(given, str | bytes) and np.ndim(given) == 1
-    if not listed:
+    if not _is_list(given):
         valid = f"a finite number in [0, 1], the probability of each patch, or a list of patches, {_valid(names)}"
         try:
             return np.full(len(names), validate.number(what, given, 0.0, 1.0))

@@ -34,6 +34,7 @@ from observer.pose.gating import Gate, Gated, Heard, take_in
 SKIN_SPACING = 0.001  # metres
 EXACTLY = 1e-10  # rad² and (rad/s)²: variance of a start that is known
 RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a filter that was lost
+UNFELT = 0.25  # times the usual force, what may press where it would not be felt: mostly nothing does
 MANY = 256  # patches in contact: with more, what they say of the joints' speeds is put together first
 
 
@@ -249,7 +250,7 @@ class PoseFilter(Gated):
         """Add to `noise` (D, D) what contact forces do; rows (M, 2J) of velocities that are near zero, their SDs
         (M,), and what forces are on average, N·m at the joints (J,)."""
         joints, how, known = self.joints, self.dynamics, contacts | self._contacts
-        felt = np.flatnonzero(known | self.doubted)
+        felt, rare = np.flatnonzero(known | self.doubted), self.doubted.any()
         if not how.constrained:
             moved = self.hand.stopped_by[self.hand.patches.link[felt]].any(axis=0)
             index = joints + np.flatnonzero(moved)
@@ -264,7 +265,7 @@ class PoseFilter(Gated):
             self._patch_body,
             self.hand.patches.position,
             self._axes,
-            self._forces,
+            np.where((known | ~self.doubted)[:, None], self._forces, UNFELT * self._forces) if rare else self._forces,
             how.lasting * np.sqrt(1.0 - self._fade**2) if self._lasts else 0.0,
             felt,
             noise,

@@ -268,9 +268,16 @@ def test_faulty_patches_that_there_are_not_are_refused(patches, fault, value, me
 
 
 def test_a_patch_is_not_both_stuck_and_dead(patches):
-    for stuck, dead in (([1], [1]), (0.6, 0.6), ([1], 0.1)):
+    for stuck, dead in (([1, 3], [1]), (0.6, 0.6)):
         with pytest.raises(ValueError, match="cannot be both stuck and dead"):
             sensors.ContactDetection(stuck=stuck, dead=dead, patches=patches)
+
+
+def test_a_patch_of_which_it_is_told_what_it_does_does_nothing_else(patches):
+    detection = sensors.ContactDetection(stuck=[1], dead=0.5, patches=patches)
+    np.testing.assert_array_equal(detection.chances[:, :3], [[0.0, 1.0, 0.0], [0.5, 0.0, 0.5]])
+    detection = sensors.ContactDetection(stuck=0.5, dead=np.array([1]), patches=patches)
+    np.testing.assert_array_equal(detection.chances[:, :3], [[0.5, 0.0, 0.5], [0.0, 1.0, 0.0]])
 
 
 def test_touches_of_no_hand_are_not_confused():
