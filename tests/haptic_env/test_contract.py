@@ -16,6 +16,7 @@ from haptic_env.objects import ObjectPrior
 TRUTH = {
     "joint_angles",
     "joint_velocities",
+    "joint_offset",
     "shape",
     "object_position",
     "object_quaternion",
@@ -148,7 +149,7 @@ def _true_path(env: gym.Env, actions: np.ndarray) -> list[Any]:
     path = [info["truth"]]
     for action in actions:
         path.append(env.step(action)[4]["truth"])
-    return path
+    return [{name: each for name, each in truth.items() if name != "joint_offset"} for truth in path]  # of the senses
 
 
 @pytest.mark.parametrize(
