@@ -63,11 +63,23 @@ def draw(renderer: Any, render_mode: str) -> NDArray[np.uint8] | None:
     except Exception as error:
         if not first:
             raise
-        raise RuntimeError(
-            f"render_mode {render_mode!r} draws with OpenGL, which is not to be had here with "
-            f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')!r} ({error}); without a display set MUJOCO_GL=egl (it needs "
-            "libegl1) or MUJOCO_GL=osmesa (libosmesa6), or make the environment without a render_mode"
-        ) from error
+        told = f"render_mode {render_mode!r} {without_opengl(error)}, or make the environment without a render_mode"
+        raise RuntimeError(told) from error
+
+
+def without_opengl(error: Exception) -> str:
+    """Say what to do where nothing can be drawn.
+
+    Args:
+        error: of whatever tried to.
+
+    Returns:
+        What stands after the name of what draws.
+    """
+    return (
+        f"draws with OpenGL, which is not to be had here with MUJOCO_GL={os.environ.get('MUJOCO_GL', '')!r} ({error}); "
+        "without a display set MUJOCO_GL=egl (it needs libegl1) or MUJOCO_GL=osmesa (libosmesa6)"
+    )
 
 
 class Window:

@@ -7,6 +7,7 @@ take a fixed number of values a flag; sweeps are asked for as `--sigmas 1 3 5`.)
 from __future__ import annotations
 
 import argparse
+import ctypes.util
 import importlib
 import os
 import signal
@@ -35,6 +36,7 @@ THREADS = {
     "OPENBLAS_NUM_THREADS": "1",
     "OMP_WAIT_POLICY": "passive",
 }
+OFFSCREEN = ("picture-recording",)  # draws by MuJoCo's renderer, which asks when it is imported how
 EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --out out/pyramid
           haptic-slam evaluate --sigmas 3 5 --trials 20 --out out/evaluate
           haptic-slam explore --help"""
@@ -50,6 +52,9 @@ def run(command: str) -> NoReturn:
     if command in ONE_CORE:
         for name, value in THREADS.items():
             os.environ.setdefault(name, value)
+    told = any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL"))
+    if command in OFFSCREEN and sys.platform.startswith("linux") and not told and ctypes.util.find_library("EGL"):
+        os.environ["MUJOCO_GL"] = "egl"
     module = importlib.import_module(f"haptic_lab.commands.{command.replace('-', '_')}")
     program(module.main)
 

@@ -92,7 +92,8 @@ class HapticSLAM(TracksPose):
         matching by the "mean", of which it is the continuation).
 
         `solids`: what the object may be, where that is known; the lagged angles of a belief are then also what contacts
-        with those solids make of them (`observer.shape.pose_correction`). Maps are the same with and without.
+        with those solids make of them (`observer.shape.pose_correction`). Maps are the same with and without; but where
+        it can be one alone, contacts with it tell the offsets of felt angles.
 
         `threads`: how many match particles to their maps side by side; None: what is fastest for their number, one
         where they are few. The bits are the same.
@@ -199,6 +200,8 @@ class HapticSLAM(TracksPose):
         u, q, z = edge.told(self.hand, torque, joint_angles, contacts)
         at = edge.root(root)
         self.pose.step(u, q, z)
+        if self._known is not None:
+            self._known.teach(self.pose, (z, at))
         self._done("pose")
         state.waiting.append(Waiting(z, at))
         if len(state.waiting) <= self.lag:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from haptic_env import hand_env, validate
 from haptic_env.pose import Pose
+from haptic_env.rendering import without_opengl
 from haptic_env.replay import KinematicReplay
 from haptic_lab import replay
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
@@ -142,6 +143,9 @@ def render(env: Any, azimuth: float, elevation: float, belief: Belief | None) ->
 
     Returns:
         (H, W, 3) the picture.
+
+    Raises:
+        OSError: where there is no OpenGL; it says how to get it.
     """
     model, data = env.simulation
     body = model.body("object").id
@@ -155,7 +159,11 @@ def render(env: Any, azimuth: float, elevation: float, belief: Belief | None) ->
     model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.55, 0.5
     solid = Pose.of(env.solid.position, env.solid.quaternion)
     frame = Pose(data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()) @ solid.inverse()
-    with mujoco.Renderer(model, HEIGHT, WIDTH, max_geom=20_000) as renderer:
+    try:
+        renderer = mujoco.Renderer(model, HEIGHT, WIDTH, max_geom=20_000)
+    except Exception as error:  # OpenGL fails in many ways
+        raise OSError(f"picture-recording {without_opengl(error)}") from error
+    with renderer:
         renderer.update_scene(data)
         look_from(renderer.scene, frame, env.solid, azimuth, elevation)
         if belief is not None:

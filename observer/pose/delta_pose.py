@@ -113,6 +113,11 @@ class DeltaPose(Gated):
         self.log_evidence += take_in(self.mean, self.covariance, heard, white, self._kinds)
 
     @property
+    def learns(self) -> bool:
+        """Whether there are offsets that could be found out by more than the felt angles."""
+        return len(self._kinds) > 0
+
+    @property
     def offset(self) -> Offset:
         """What is known of the felt angles' offsets now."""
         return Offset.of(self.mean, self.covariance, self._kinds, self.hand.joints)

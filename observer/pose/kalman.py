@@ -43,8 +43,9 @@ class ContactDynamics:
 
     With `constrained`, contact acts at the patch that feels it: `normal_force` and `tangential_force` are SDs of the
     unknown force of one step, and `lasting` times as much that of a part that lasts, and fades within `seconds` (0:
-    there is none); `normal_speed` and `tangential_speed` SDs of the skin's velocity about zero. Otherwise every joint
-    of a finger in contact gets process noise of `joint_speed`.
+    there is none); `pressing` N is what presses against the patches of a link on average. `normal_speed` and
+    `tangential_speed` are SDs of the skin's velocity about zero. Otherwise every joint of a finger in contact gets
+    process noise of `joint_speed`.
     """
 
     constrained: bool = True
@@ -53,19 +54,20 @@ class ContactDynamics:
     normal_speed: float = 0.02
     tangential_speed: float = 0.05
     joint_speed: float = 15.0
+    pressing: float = 0.0
     lasting: float = 0.0
     seconds: float = 0.1
 
     def __post_init__(self) -> None:
         validate.boolean("constrained", self.constrained)
-        for name in ("normal_force", "tangential_force", "joint_speed", "lasting"):
+        for name in ("normal_force", "tangential_force", "joint_speed", "pressing", "lasting"):
             object.__setattr__(self, name, validate.number(name, getattr(self, name), 0.0, 1e3))
         for name in ("normal_speed", "tangential_speed"):
             object.__setattr__(self, name, validate.number(name, getattr(self, name), 1e-6, 1e3, unit="m/s"))
         object.__setattr__(self, "seconds", validate.seconds("seconds", self.seconds))
 
 
-WITH_OFFSETS = ContactDynamics(normal_force=0.5, tangential_force=0.25, lasting=2.0)
+WITH_OFFSETS = ContactDynamics(normal_force=0.5, tangential_force=0.25, pressing=0.5, lasting=2.0)
 MODEL_NOISE, WITH_OFFSETS_NOISE = 0.6, 0.8  # rad/s a step: what the forward model leaves out, without and with offsets
 
 
@@ -99,7 +101,7 @@ class PoseFilter(Gated):
         self.model = ForwardModel(hand, control_hz)
         self._tree = tree_of(hand)
         self._patch_body = hand.link_bodies[hand.patches.link]
-        self._axes, share = _normals(hand.patches)
+        self._axes, share, self._outward = _normals(hand.patches)
         how = self.dynamics
         self._forces = np.sqrt(how.normal_force**2 * share + how.tangential_force**2 * (1 - share))
         self._speeds = np.sqrt(how.normal_speed**2 * share + how.tangential_speed**2 * (1 - share))
@@ -148,7 +150,9 @@ class PoseFilter(Gated):
         noise[: 2 * joints, : 2 * joints] = kalman_updates.process_noise(
             gain, torque, self.model.torque_limits, self.motor_noise, self.velocity_noise
         )
-        rows, speeds = self._contact_effects(prediction.state[:joints], gain, contacts, noise)
+        rows, speeds, push = self._contact_effects(prediction.state[:joints], gain, contacts, noise)
+        if push.any():
+            prediction.state[:] += gain @ push
         kalman_updates.shift(
             self.mean,
             self.covariance,
@@ -211,6 +215,11 @@ class PoseFilter(Gated):
         return summed(self.mean, self.covariance, [slice(0, self.joints), *self._kinds])
 
     @property
+    def learns(self) -> bool:
+        """Whether there are offsets that could be found out by more than the felt angles."""
+        return len(self._kinds) > 0
+
+    @property
     def offset(self) -> Offset:
         """What is known of the felt angles' offsets now."""
         return Offset.of(self.mean, self.covariance, self._kinds, self.joints)
@@ -225,9 +234,11 @@ class PoseFilter(Gated):
         start = 0 if steps == 0 else self._state + self._errors + (steps - 1) * self.joints
         return slice(start, start + self.joints)
 
-    def _contact_effects(self, q: Array, gain: Array, contacts: NDArray[np.bool_], noise: Array) -> tuple[Array, Array]:
-        """Add to `noise` (D, D) what contact forces do; rows (M, 2J) of velocities that are near zero, and their
-        SDs (M,)."""
+    def _contact_effects(
+        self, q: Array, gain: Array, contacts: NDArray[np.bool_], noise: Array
+    ) -> tuple[Array, Array, Array]:
+        """Add to `noise` (D, D) what contact forces do; rows (M, 2J) of velocities that are near zero, their SDs
+        (M,), and what forces are on average, N·m at the joints (J,)."""
         joints, how = self.joints, self.dynamics
         felt = np.flatnonzero(contacts | self._contacts)
         if not how.constrained:
@@ -235,7 +246,7 @@ class PoseFilter(Gated):
             index = joints + np.flatnonzero(moved)
             noise[index, index] += how.joint_speed**2
         if felt.size == 0 or not how.constrained:
-            return np.zeros((0, 2 * joints)), np.zeros(0)
+            return np.zeros((0, 2 * joints)), np.zeros(0), np.zeros(joints)
         along = np.empty((felt.size, 3, joints))
         kalman_updates.contact_effects(
             self._tree,
@@ -258,16 +269,27 @@ class PoseFilter(Gated):
             sd = np.ones(len(speeds))
         rows = np.zeros((len(speeds), 2 * joints))
         rows[:, joints:] = speeds
-        return rows, sd
+        return rows, sd, self._push(along[:, 2], felt, contacts)
+
+    def _push(self, outward: Array, felt: NDArray[np.int64], contacts: NDArray[np.bool_]) -> Array:
+        """Torques (J,) N·m by what presses, on average, against the skin of the patches `felt` (F,): `outward` (F, J) m
+        is how far a joint moves it outwards. A touch that has just ended has pressed for half of the step."""
+        if self.dynamics.pressing == 0.0:
+            return np.zeros(self.joints)
+        link = self.hand.patches.link[felt]
+        shared = self._outward[felt] / np.bincount(link)[link]
+        return -self.dynamics.pressing * (shared * np.where(contacts[felt], 1.0, 0.5)) @ outward
 
 
 @lru_cache(maxsize=8)
-def _normals(patches: Patches) -> tuple[Array, Array]:
+def _normals(patches: Patches) -> tuple[Array, Array, Array]:
     """How the skin's normal is spread over each patch: principal axes (P, 3, 3), rows in the link's frame, and the
-    mean square (P, 3) of the normal along each. A flat patch has (0, 0, 1), a round fingertip a third along each."""
+    mean square (P, 3) of the normal along each. A flat patch has (0, 0, 1), a round fingertip a third along each. And
+    the mean (P,) along the last axis, by which it points outwards or inwards."""
     skin = patches.surface(SKIN_SPACING)
     count = np.bincount(skin.patch, minlength=len(patches))
     moment = np.zeros((len(patches), 3, 3))
     np.add.at(moment, skin.patch, skin.normals[:, :, None] * skin.normals[:, None, :])
     share, axes = np.linalg.eigh(moment / count[:, None, None])
-    return np.ascontiguousarray(np.swapaxes(axes, 1, 2)), np.clip(share, 0.0, 1.0)
+    outward = np.bincount(skin.patch, (skin.normals * axes[skin.patch, :, 2]).sum(axis=1), len(patches)) / count
+    return np.ascontiguousarray(np.swapaxes(axes, 1, 2)), np.clip(share, 0.0, 1.0), outward

@@ -45,6 +45,8 @@ class RawAngles:
         white = self.noise.variance(self.sigma, self.mean, np.zeros(self.mean.size))
         self.covariance = np.diag(white) + np.kron(self._lasting, np.eye(joints))
 
+    learns = False
+
     @property
     def offset(self) -> Offset:
         """What is known of the felt angles' offsets: no more than beforehand."""

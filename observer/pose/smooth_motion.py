@@ -210,6 +210,8 @@ class KinematicPose(Gated):
             log_density[some] = density
         return self.partners.without(log_density, told)
 
+    learns = False
+
     @property
     def offset(self) -> Offset:
         """What is known of the felt angles' offsets: no more than beforehand."""

@@ -33,6 +33,10 @@ class PoseSource(Protocol):
         """What is known of the offsets of the felt angles now."""
 
     @property
+    def learns(self) -> bool:
+        """Whether what changes the Gaussian now is kept, and tells of offsets that it has."""
+
+    @property
     def set_aside(self) -> NDArray[np.int64]:
         """(J,) how many readings of each joint were odd since the reset, so that they were set aside or taken without
         whole turns; where none was, nothing differs."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -15,11 +16,12 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.compiled import inner, part
 from haptic_env.grid import VOXELS, Grid
-from haptic_env.shapes.base import Solid, rotation_matrix
+from haptic_env.shapes.base import Shape, Solid, rotation_matrix
 
 Index = NDArray[np.int64]
 FIELD_RESOLUTION = 0.0025
 AT_ONCE = 2**16  # nodes of a field
+KEPT, LARGEST_KEPT = 16, 2**20  # fields and nodes of each: the next trial of a sweep has the shapes of the last
 NODES = int(np.cbrt(VOXELS) + 0.5)  # at most, along each axis of a field
 
 
@@ -90,9 +92,10 @@ def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
     drawn, drawn_in, scale = _shared(hypotheses)
     reach = far / min(scale)
     extent = max(max(solid.size) for solid in drawn) + 2 * (reach + FIELD_RESOLUTION)
-    grid = Grid.around(np.zeros(3), np.full(3, extent), FIELD_RESOLUTION)
+    grid = _grid(extent)
+    field = _field if math.prod(grid.shape) <= LARGEST_KEPT else _field.__wrapped__
     return Solids(
-        np.stack([_field(solid, grid) for solid in drawn]),
+        np.stack([field(solid.shape, solid.size, extent) for solid in drawn]),
         FIELD_RESOLUTION,
         -float(grid.origin[0] + 0.5 * FIELD_RESOLUTION),
         reach,
@@ -103,14 +106,22 @@ def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
     )
 
 
-def _field(solid: Solid, grid: Grid) -> NDArray[np.float32]:
-    """Signed distance (X, Y, Z) m at the centres of `grid`, slab by slab: a shape's own arrays stay small."""
+def _grid(extent: float) -> Grid:
+    return Grid.around(np.zeros(3), np.full(3, extent), FIELD_RESOLUTION)
+
+
+@lru_cache(maxsize=KEPT)
+def _field(shape: Shape, size: tuple[float, float, float], extent: float) -> NDArray[np.float32]:
+    """Signed distance (X, Y, Z) m at the centres of `_grid`, slab by slab: a shape's own arrays stay small."""
+    grid = _grid(extent)
     x, y, z = (low + (np.arange(n) + 0.5) * grid.resolution for low, n in zip(grid.origin, grid.shape, strict=True))
-    result, size = np.empty(grid.shape, dtype=np.float32), np.array(solid.size)
+    result = np.empty(grid.shape, dtype=np.float32)
     thick = max(1, AT_ONCE // (len(y) * len(z)))
     for first in range(0, len(x), thick):
         slab = slice(first, first + thick)
-        result[slab] = solid.shape.signed_distance(np.stack(np.meshgrid(x[slab], y, z, indexing="ij"), axis=-1), size)
+        points = np.stack(np.meshgrid(x[slab], y, z, indexing="ij"), axis=-1)
+        result[slab] = shape.signed_distance(points, np.array(size))
+    result.flags.writeable = False  # whoever asks next has the same one
     return result
 
 

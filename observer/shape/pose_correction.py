@@ -57,6 +57,7 @@ class PoseCorrection:
         self.after = round(AFTER * control_hz)
         self._tree = tree_of(self.hand)
         self._skin = skin_of(self.hand)
+        self._model = TouchModel(self.shape.tolerance, self.shape.press, self.shape.surprise)
         self._link = np.arange(len(self.hand.links))[:, None] == self.hand.patches.link  # (L, P)
 
     def reset(self, seed: int | None = None) -> None:
@@ -67,6 +68,26 @@ class PoseCorrection:
         """
         self.shape.reset(seed)
         self._before: list[StepContacts] = []
+
+    @property
+    def certain(self) -> bool:
+        """Whether there is but one solid that it may be."""
+        return len(self.shape.hypotheses.log_probability) == 1
+
+    def teach(self, pose: PoseSource, felt: StepContacts) -> None:
+        """Let what is felt now tell a pose for good, and so the offsets of its angles, where the solid is certain: what
+        is named from such poses would confirm itself.
+
+        Args:
+            pose: its Gaussian is changed, where it learns.
+            felt: contacts (P,), and where the hand as a whole is.
+        """
+        if not (self.certain and pose.learns):
+            return
+        contacts, root = felt
+        touches = self._link[:, contacts].any(axis=1)
+        solids = self.shape.hypotheses.solids
+        take_in(placed(self._tree, root), self._skin, solids, 0, touches, (pose.mean, pose.covariance), 0, self._model)
 
     def correct(self, belief: Belief, pose: PoseSource, felt: Iterable[StepContacts]) -> Belief:
         """Correct the lagged pose of a belief.
@@ -80,6 +101,8 @@ class PoseCorrection:
             The belief with its lagged pose as contacts leave it.
         """
         self.shape.update(belief)
+        if self.certain and pose.learns:
+            return belief
         steps = [*self._before, *islice(felt, 1 + self.after)]
         now = len(self._before)
         self._before = steps[now : now + 1]
@@ -89,7 +112,7 @@ class PoseCorrection:
         likely = np.flatnonzero(log > log.max() + np.log(UNLIKELY))
         means = np.tile(pose.mean[where], (len(likely), 1))
         covariances = np.tile(pose.covariance[np.ix_(where, where)], (len(likely), 1, 1))
-        joints, model = self.hand.joints, TouchModel(self.shape.tolerance, self.shape.press, self.shape.surprise)
+        joints, model = self.hand.joints, self._model
         for k, (contacts, root) in enumerate(steps):
             tree, touches = placed(self._tree, root), self._link[:, contacts].any(axis=1)
             for h, mean, covariance in zip(likely, means, covariances, strict=True):

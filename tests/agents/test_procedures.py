@@ -21,7 +21,7 @@ from observer.pose.forward_model import ForwardModel
 from observer.shape.skin import SKIN_SPACING
 
 
-@pytest.fixture(params=list(HANDS))
+@pytest.fixture(scope="module", params=list(HANDS))
 def hand(request: pytest.FixtureRequest):
     """Every registered hand."""
     return HANDS[request.param]()

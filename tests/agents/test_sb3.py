@@ -82,25 +82,24 @@ def saved(folder: Path, name: str = "PPO", told: dict | None = None, **keywords)
     return folder / "model.zip", model
 
 
-@pytest.mark.parametrize("suffix", [".zip", ".npz"])
 @pytest.mark.parametrize("name", MODELS)
-def test_any_algorithms_model_predicts_as_it_does_itself(name, suffix, tmp_path):
+def test_any_algorithms_model_predicts_as_it_does_itself(name, tmp_path):
     path, model = saved(tmp_path, name)
-    if suffix == ".npz":
-        if name in NOT_PLAIN:
-            with pytest.raises(ValueError, match="layers must be linear, each before one of ELU"):
-                agents.export(model, tmp_path / "model.npz")
-            return
+    if name in NOT_PLAIN:
+        with pytest.raises(ValueError, match="layers must be linear, each before one of ELU"):
+            agents.export(model, tmp_path / "model.npz")
+    else:
         agents.export(model, tmp_path / "model.npz")
     env = watched() if name in ON_FELT else BeliefObservation(watched(), ENTRIES)
-    keywords = {"trust": True} if suffix == ".zip" else {}
-    policy, state, own_state = agents.make("sb3", env, path=path.with_suffix(suffix), **keywords), None, None
-    observation, _ = env.reset(seed=0)
-    for step in range(5):
-        action, state = policy.predict(observation, state, deterministic=True)
-        expected, own_state = model.predict(observation, own_state, np.array([step == 0]), deterministic=True)
-        np.testing.assert_allclose(action, expected, atol=1e-6)
-        observation = env.step(action)[0]
+    for suffix in (".zip",) if name in NOT_PLAIN else (".zip", ".npz"):
+        keywords = {"trust": True} if suffix == ".zip" else {}
+        policy, state, own_state = agents.make("sb3", env, path=path.with_suffix(suffix), **keywords), None, None
+        observation, _ = env.reset(seed=0)
+        for step in range(5):
+            action, state = policy.predict(observation, state, deterministic=True)
+            expected, own_state = model.predict(observation, own_state, np.array([step == 0]), deterministic=True)
+            np.testing.assert_allclose(action, expected, atol=1e-6)
+            observation = env.step(action)[0]
     env.close()
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
+from typing import Any, NamedTuple
 
+import gymnasium as gym
 import mujoco
 import numpy as np
 import pytest
 
+import agents
 from haptic_env import shapes
 from haptic_env.scene import PHYSICS_SECONDS
 from haptic_env.touch import Touch
@@ -17,12 +21,20 @@ DEEPEST_WHOLE_HAND = 0.0015  # whose joints are stronger
 JITTER = {"size_jitter": 0.1, "position_jitter": 0.003, "yaw_jitter": 180.0}
 
 
-def _depth(env, solid) -> float:
-    """How deep (m) the skin of any link lies in `solid`: along its bone, radius less signed distance."""
-    links, data, bodies = env.unwrapped.hand.links, env.unwrapped._data, env.unwrapped._touch.bodies
-    length, radius = (np.array([getattr(link, name) for link in links]) for name in ("length", "radius"))
-    along = np.linspace(0.0, length, 40)[..., None] * data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2]
-    return float((radius - solid.signed_distance(data.xpos[bodies] + along)).max())
+def _depth(hand, place, turn, solid) -> np.ndarray:
+    """(…) how deep (m) the skin of any link lies in `solid`: along its bone, radius less signed distance.
+
+    Of bodies at `place` (…, B, 3) m, turned by `turn` (…, B, 3, 3).
+    """
+    length, radius = (np.array([getattr(link, name) for link in hand.links]) for name in ("length", "radius"))
+    along = np.linspace(0.0, length, 40)[..., None]  # (40, B, 1)
+    points = place[..., None, :, :] + along * turn[..., None, :, :, 2]
+    return (radius - solid.signed_distance(points)).max(axis=(-2, -1))
+
+
+def _depth_now(env) -> float:
+    data, bodies = env._data, env._touch.bodies
+    return float(_depth(env.hand, data.xpos[bodies], data.xmat[bodies].reshape(-1, 3, 3), env.solid))
 
 
 def _objects(shape: str):
@@ -45,65 +57,84 @@ def test_full_torque_does_not_push_a_finger_into_the_object(env_id, make, shape)
     for options in _objects(shape):
         for push in pushes:
             env.reset(seed=0, options=options)
+            places, turns, bodies = [], [], env._touch.bodies
             for _ in range(60):
-                observation = env.step(push.astype(np.float32))[0]
-                touched |= observation["contacts"].any()
-                assert _depth(env, env.solid) < (DEEPEST if joints <= 8 else DEEPEST_WHOLE_HAND)
+                touched |= env.step(push.astype(np.float32))[0]["contacts"].any()
+                places.append(env._data.xpos[bodies])
+                turns.append(env._data.xmat[bodies].reshape(-1, 3, 3))
+            deepest = _depth(env.hand, np.array(places), np.array(turns), env.solid)
+            assert deepest.max() < (DEEPEST if joints <= 8 else DEEPEST_WHOLE_HAND)
     assert touched
 
 
-@pytest.mark.parametrize("shape", shapes.SHAPES)
-def test_random_torque_does_not_push_a_finger_into_the_object(env_id, make, play, shape):
-    env = make(env_id, shape=shape, **JITTER)
-    inner = env.unwrapped
-    deepest, feel = [], inner._feel
-    inner._feel = lambda: deepest.append(_depth(inner, inner.solid)) or feel()
-    play(env, seed=1, steps=500)
-    play(env, seed=25, steps=500)  # a fingertip strikes the apex of the pyramid
-    assert len(deepest) == 1002
-    assert max(deepest) < DEEPEST
-    assert max(deepest) > -0.001, "nothing was touched"
+class Explored(NamedTuple):
+    """What was felt and true at each of T steps of random torque, the rest pose included; B bodies that have skin.
+
+    `angles`, `velocities` (T, J) rad, `touched` (T, P), `place` (T, B, 3) m, `turn` (T, B, 3, 3).
+    """
+
+    env: Any
+    angles: np.ndarray
+    velocities: np.ndarray
+    touched: np.ndarray
+    place: np.ndarray
+    turn: np.ndarray
+
+
+@functools.cache
+def explored(env_id: str, shape: str, seed: int = 1) -> Explored:
+    """Each exploration once."""
+    env = gym.make(env_id, shape=shape, reveal_truth=True, **JITTER)
+    inner, rows = env.unwrapped, []
+    observation, info = env.reset(seed=seed)
+    policy, state = agents.make("random_torque", env, seed=seed), None
+    for step in range(501):
+        truth, data, bodies = info["truth"], inner._data, inner._touch.bodies
+        place, turn = data.xpos[bodies], data.xmat[bodies].reshape(-1, 3, 3)
+        rows.append((truth["joint_angles"], truth["joint_velocities"], observation["contacts"], place, turn))
+        if step < 500:
+            action, state = policy.predict(observation, state)
+            observation, *_, info = env.step(action)
+    return Explored(inner, *(np.array(each) for each in zip(*rows, strict=True)))
 
 
 @pytest.mark.parametrize("shape", shapes.SHAPES)
-def test_contacts_ring_only_where_the_skin_is_at_the_object(env_id, make, play, shape):
-    env = make(env_id, shape=shape)
-    inner = env.unwrapped
-    skin = inner.hand.patches.surface(spacing=0.001)
-    seen, feel = [0], inner._feel
+def test_random_torque_does_not_push_a_finger_into_the_object(env_id, shape):
+    seeds = (1, 25) if shape == "pyramid" else (1,)  # the second lets a fingertip strike the apex
+    for seed in seeds:
+        one = explored(env_id, shape, seed)
+        deepest = _depth(one.env.hand, one.place, one.turn, one.env.solid)
+        assert len(deepest) == 501
+        assert deepest.max() < DEEPEST
+        assert deepest.max() > -0.001, "nothing was touched"
 
-    def check():
-        touched = feel()
+
+@pytest.mark.parametrize("shape", shapes.SHAPES)
+def test_contacts_ring_only_where_the_skin_is_at_the_object(env_id, shape):
+    one = explored(env_id, shape)
+    patches = one.env.hand.patches
+    skin = patches.surface(spacing=0.001)
+    some = one.touched.any(axis=1)
+    for touched, place, turn in zip(one.touched[some].astype(bool), one.place[some], one.turn[some], strict=True):
         mine = np.flatnonzero(touched[skin.patch])
-        bodies = inner._touch.bodies[skin.link[mine]]
-        world = inner._data.xpos[bodies] + np.einsum(
-            "mij,mj->mi", inner._data.xmat[bodies].reshape(-1, 3, 3), skin.points[mine]
-        )
-        nearest = np.full(len(inner.hand.patches), np.inf)
-        np.minimum.at(nearest, skin.patch[mine], inner.solid.signed_distance(world))
+        link = skin.link[mine]
+        world = place[link] + np.einsum("mij,mj->mi", turn[link], skin.points[mine])
+        nearest = np.full(len(patches), np.inf)
+        np.minimum.at(nearest, skin.patch[mine], one.env.solid.signed_distance(world))
         assert (nearest[touched] < 0.001).all()
-        seen[0] += int(touched.sum())
-        return touched
-
-    inner._feel = check
-    play(env, seed=2, steps=250)
-    assert seen[0] > 20
+    assert one.touched.sum() > 40
 
 
 @pytest.mark.parametrize("shape", shapes.SHAPES)
-def test_random_torques_move_the_joints_at_human_speeds(env_id, make, play, shape):
-    env = make(env_id, shape=shape, reveal_truth=True)
-    speeds = [
-        np.abs(step[4]["truth"]["joint_velocities"]) for seed in range(2) for step in play(env, seed=seed, steps=500)
-    ]
-    assert 30.0 < np.rad2deg(np.median(speeds)) < 80.0
+def test_random_torques_move_the_joints_at_human_speeds(env_id, shape):
+    assert 30.0 < np.rad2deg(np.median(np.abs(explored(env_id, shape).velocities))) < 80.0
 
 
-def test_joints_yield_only_a_little_at_their_limits(env_id, make, play):
+def test_joints_yield_only_a_little_at_their_limits(env_id):
     """Limits are as soft as ligaments: an object that a finger is pressed on may bend it somewhat further."""
-    env = make(env_id, reveal_truth=True)
-    low, high = env.unwrapped.hand.joint_limits.T
-    angles = np.array([step[4]["truth"]["joint_angles"] for seed in range(3) for step in play(env, seed, 500)])
+    every = [explored(env_id, shape) for shape in shapes.SHAPES]
+    low, high = every[0].env.hand.joint_limits.T
+    angles = np.concatenate([each.angles for each in every])
     beyond = np.rad2deg(np.maximum(low - angles, angles - high))
     assert beyond.max() < 15.0
     assert (beyond > 5.0).mean() < 0.02
@@ -224,7 +255,7 @@ def test_many_explorations_are_human_and_stay_outside(env_id, make, play, shape)
     env = make(env_id, shape=shape, reveal_truth=True, **JITTER)
     inner = env.unwrapped
     deepest, feel = [], inner._feel
-    inner._feel = lambda: deepest.append(_depth(inner, inner.solid)) or feel()
+    inner._feel = lambda: deepest.append(_depth_now(inner)) or feel()
     speeds = [
         np.abs(step[4]["truth"]["joint_velocities"]) for seed in range(100) for step in play(env, seed=seed, steps=500)
     ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 import os
 
 import gymnasium as gym
@@ -10,6 +12,23 @@ import pytest
 
 import agents
 import haptic_env
+from haptic_env import scene
+
+
+@functools.cache
+def _coarse(model):
+    """Its like, of which shadows and round things are drawn coarsely: with a tenth of the work."""
+    model = copy.copy(model)
+    quality = model.vis.quality
+    quality.shadowsize, quality.numslices, quality.numstacks, quality.numquads = 256, 8, 6, 2
+    return model
+
+
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are coarse, where it matters only whether they are the same."""
+    compose = scene.compose
+    monkeypatch.setattr(scene, "compose", lambda *given, **keywords: _coarse(compose(*given, **keywords)))
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -54,6 +73,7 @@ def test_picture_shows_hand_and_object(env_id, make):
     assert not picture[0].min() < 250, "the background is white"
 
 
+@pytest.mark.usefixtures("coarse")
 def test_picture_follows_the_hand(env_id, make):
     env = make(env_id, shape="cube", render_mode="rgb_array")
     env.reset(seed=0)
@@ -64,6 +84,7 @@ def test_picture_follows_the_hand(env_id, make):
     assert (before != env.render()).any(axis=-1).mean() > 0.02
 
 
+@pytest.mark.usefixtures("coarse")
 def test_active_patches_are_lit(env_id, make):
     env = make(env_id, shape="sphere", render_mode="rgb_array", contact_miss=0.0)
     env.reset(seed=0)
@@ -73,6 +94,7 @@ def test_active_patches_are_lit(env_id, make):
     assert _red(env.render()) == 0
 
 
+@pytest.mark.usefixtures("coarse")
 def test_picture_follows_a_change_of_object(env_id, make):
     env = make(env_id, render_mode="rgb_array")
     env.reset(seed=0, options={"shape": "sphere"})
@@ -84,6 +106,7 @@ def test_picture_follows_a_change_of_object(env_id, make):
     np.testing.assert_array_equal(sphere, env.render())
 
 
+@pytest.mark.usefixtures("coarse")
 def test_picture_follows_a_change_of_pose(env_id, make):
     env = make(env_id, shape="cube", render_mode="rgb_array")
     env.reset(seed=0)
@@ -92,6 +115,7 @@ def test_picture_follows_a_change_of_pose(env_id, make):
     assert (straight != env.render()).any(axis=-1).mean() > 0.002
 
 
+@pytest.mark.usefixtures("coarse")
 def test_two_environments_draw_apart(env_id, make):
     first, second = (make(env_id, shape=shape, render_mode="rgb_array") for shape in ("cube", "sphere"))
     first.reset(seed=0)
@@ -103,6 +127,7 @@ def test_two_environments_draw_apart(env_id, make):
     assert (cube != sphere).any()
 
 
+@pytest.mark.usefixtures("coarse")
 def test_rendering_leaves_the_exploration_as_it_is(env_id, make, play, same):
     seen = make(env_id, render_mode="rgb_array")
     assert same(play(make(env_id), 0, 50), play(seen, 0, 50))
@@ -110,12 +135,14 @@ def test_rendering_leaves_the_exploration_as_it_is(env_id, make, play, same):
     assert same(play(make(env_id), 1, 50), play(seen, 1, 50))
 
 
+@pytest.mark.usefixtures("coarse")
 def test_hundreds_of_patches_can_be_drawn(env_id, make):
     env = make(env_id, render_mode="rgb_array", patches_along=6, patches_around=10)
     env.reset(seed=0)
     assert env.render().shape == (480, 640, 3)
 
 
+@pytest.mark.usefixtures("coarse")
 def test_closing_twice_is_allowed(env_id, make):
     env = make(env_id, render_mode="rgb_array")
     env.reset(seed=0)
@@ -139,6 +166,7 @@ def test_rendering_without_a_mode_warns_and_draws_nothing(env_id, make):
         assert env.render() is None
 
 
+@pytest.mark.usefixtures("coarse")
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of a viewer that was never made
 @pytest.mark.parametrize("kind", ["disabled", "nonsense"])
 def test_without_opengl_a_picture_says_what_to_do_and_exploring_goes_on(make, monkeypatch, kind):

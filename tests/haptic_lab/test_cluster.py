@@ -18,6 +18,7 @@ import pytest
 
 from haptic_lab.commands import evaluate
 from haptic_lab.sweeps import cluster, provenance
+from tests.haptic_lab.workers import in_this_process
 
 pytest.importorskip("distributed")
 
@@ -27,7 +28,7 @@ TINY = [
     *("--observers", "floor", "haptic_slam", "--first-seed", "10", "--contact-false-alarm", "0", "0.02"),
     *("--classifiers", "nearest_neighbour"),
 ]
-TRIALS = ["--trials", "6"]  # of each of two shapes and two noises
+TRIALS = ["--trials", "5"]  # of each of two shapes and two noises
 
 
 @contextmanager
@@ -64,6 +65,13 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield wait_for(lambda: json.loads(file.read_text())["address"] if file.exists() else None)
 
 
+@pytest.fixture(scope="module")
+def one(scheduler: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of the scheduler, which has one worker."""
+    with worker(tmp_path_factory.mktemp("one"), scheduler, "one"):
+        yield scheduler
+
+
 def wait_for(found):
     """What `found` returns once it is not nothing."""
     while True:
@@ -82,10 +90,15 @@ def run(folder: Path, *arguments: str) -> int:
     return evaluate.main([*TINY, "--out", str(folder), *arguments])
 
 
-def test_a_worker_is_killed_and_the_table_is_the_serial_one(scheduler: str, tmp_path: Path) -> None:
+def serially(folder: Path, *arguments: str) -> int:
+    with in_this_process():
+        return run(folder, *arguments)
+
+
+def test_a_worker_is_killed_and_the_table_is_the_serial_one(one: str, tmp_path: Path) -> None:
     killed = []
 
-    with worker(tmp_path, scheduler, "lost") as lost, worker(tmp_path, scheduler, "kept"):
+    with worker(tmp_path, one, "lost") as lost:
 
         def kill() -> None:
             killed.append(wait_for(lambda: rows(tmp_path / "cluster") if rows(tmp_path / "cluster") >= 8 else None))
@@ -93,26 +106,25 @@ def test_a_worker_is_killed_and_the_table_is_the_serial_one(scheduler: str, tmp_
 
         killer = threading.Thread(target=kill)
         killer.start()
-        assert run(tmp_path / "cluster", *TRIALS, "--cluster", scheduler) == 0
+        assert run(tmp_path / "cluster", *TRIALS, "--cluster", one) == 0
         killer.join()
         assert lost.wait() == -signal.SIGKILL
-    assert 8 <= killed[0] < 40, "it was killed in the middle"
-    assert run(tmp_path / "serial", *TRIALS, "--jobs", "1") == 0
-    assert rows(tmp_path / "serial") == 2 * 2 * 6 * 2
+    assert 8 <= killed[0] < 32, "it was killed in the middle"
+    assert serially(tmp_path / "serial", *TRIALS) == 0
+    assert rows(tmp_path / "serial") == 2 * 2 * 5 * 2
     for name in ("trials.csv", "summary.csv", "config.json"):
         assert (tmp_path / "cluster" / name).read_bytes() == (tmp_path / "serial" / name).read_bytes()
 
 
 def test_what_a_cluster_left_undone_this_machine_goes_on_with(
-    scheduler: str, tmp_path: Path, capsys: pytest.CaptureFixture
+    one: str, tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
-    quiet = ["--contact-false-alarm", "0", "--jobs", "1"]
-    with worker(tmp_path, scheduler, "one"):
-        assert run(tmp_path / "out", *quiet, "--trials", "1", "--cluster", scheduler) == 0
-    assert f"Run by the workers of {scheduler} (1 now;" in capsys.readouterr().out
-    assert run(tmp_path / "out", *quiet, "--trials", "2") == 0
+    quiet = ["--contact-false-alarm", "0"]
+    assert run(tmp_path / "out", *quiet, "--trials", "1", "--cluster", one) == 0
+    assert f"Run by the workers of {one} (1 now;" in capsys.readouterr().out
+    assert serially(tmp_path / "out", *quiet, "--trials", "2") == 0
     assert run(tmp_path / "out", *quiet, "--trials", "2", "--cluster", "nobody:1") == 0, "nothing is left to do"
-    assert run(tmp_path / "serial", *quiet, "--trials", "2") == 0
+    assert serially(tmp_path / "serial", *quiet, "--trials", "2") == 0
     assert (tmp_path / "out" / "trials.csv").read_bytes() == (tmp_path / "serial" / "trials.csv").read_bytes()
 
 
@@ -123,18 +135,20 @@ def test_a_worker_of_several_threads_is_refused(scheduler: str, tmp_path: Path, 
 
 
 def test_a_worker_with_other_code_is_refused(
-    scheduler: str, tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
+    one: str, tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mine = provenance.signature()
     monkeypatch.setattr(cluster, "signature", lambda: {**mine, "code": "another"})
-    with worker(tmp_path, scheduler, "other"):
-        assert run(tmp_path / "out", "--trials", "1", "--cluster", scheduler) == 1
+    assert run(tmp_path / "out", "--trials", "1", "--cluster", one) == 1
     told = " ".join(capsys.readouterr().out.split())
     assert f"would not give the same rows: code is {provenance.versions()['code']} there, another here" in told
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nowhere", "carrier-pigeon://here:1", ""])
-def test_nobody_answers(address: str, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+def test_nobody_answers(
+    address: str, tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cluster, "SECONDS_TO_CONNECT", 0.5)
     assert run(tmp_path, "--trials", "1", "--cluster", address) == 1
     assert f"no dask scheduler answers at --cluster '{address}'" in " ".join(capsys.readouterr().out.split())
 

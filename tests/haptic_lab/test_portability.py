@@ -62,12 +62,19 @@ def command(name: str, flags: str) -> str:
     return f"import sys, {module}\ncode = {module}.main({flags.split()!r})\nassert code == 0, code\n"
 
 
-def test_all_is_imported_without_what_posix_alone_has(tmp_path: Path) -> None:
+IMPORTS = """
+import matplotlib, os, sys
+before = dict(matplotlib.rcParams.copy())
+{}
+assert (sys.platform, os.name) == ('win32', 'nt')
+changed = {{name for name, value in before.items() if dict.__getitem__(matplotlib.rcParams, name) != value}}
+assert not changed, changed
+"""
+
+
+def test_all_is_imported_without_what_posix_alone_has_and_matplotlib_draws_as_before(tmp_path: Path) -> None:
     imports = "\n".join(f"import {name}" for name in modules())
-    assert (
-        len(play(tmp_path, f"{imports}\nimport os, sys\nassert (sys.platform, os.name) == ('win32', 'nt')", EXTRAS))
-        == 1
-    )
+    assert len(play(tmp_path, IMPORTS.format(imports), EXTRAS)) == 1
 
 
 def test_an_exploration_its_replay_and_a_sweep_of_two_workers_run_without_it(tmp_path: Path) -> None:

@@ -17,12 +17,17 @@ from haptic_lab import replay, worlds
 from haptic_lab.commands import explore
 from tests.haptic_env.movements import closing
 
+pytestmark = pytest.mark.usefixtures("coarse")
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 people = pytest.mark.skipif(not SHARED.exists(), reason="the shared recordings are not here")
 
 
-def run(folder: Path, *arguments: str) -> dict[str, Any]:
-    assert explore.main(["--particles", "10", "--out", str(folder), *arguments]) == 0
+def run(folder: Path, *arguments: str, drawn: bool = False) -> dict[str, Any]:
+    with pytest.MonkeyPatch.context() as patch:
+        if not drawn:  # which takes as long as all else
+            patch.setattr(explore, "picture", lambda *_: None)
+        assert explore.main(["--particles", "10", "--out", str(folder), *arguments]) == 0
+    assert (folder / "explore.png").exists() == drawn
     return json.loads((folder / "explore.json").read_text())
 
 
@@ -41,7 +46,7 @@ def same_beliefs(first: Path, second: Path) -> None:
 
 
 def test_an_exploration_is_played_back_to_the_same_belief(tmp_path: Path) -> None:
-    run(tmp_path / "a", "--shape", "pyramid", "--seconds", "1", "--seed", "5", "--sigma", "2")
+    run(tmp_path / "a", "--shape", "pyramid", "--seconds", "0.6", "--seed", "5", "--sigma", "2")
     again = run(tmp_path / "b", "--recording", str(tmp_path / "a" / "recording.npz"))
     same_beliefs(tmp_path / "a", tmp_path / "b")
     assert again["truth"] == "pyramid"
@@ -50,7 +55,7 @@ def test_an_exploration_is_played_back_to_the_same_belief(tmp_path: Path) -> Non
 
 
 def test_motion_capture_is_followed_and_played_back(tmp_path: Path, captured: str) -> None:
-    first = run(tmp_path / "a", "--recording", captured, "--shape", "cube", "--seed", "3")
+    first = run(tmp_path / "a", "--recording", captured, "--shape", "cube", "--seed", "3", drawn=True)
     assert first["explored_seconds"] == pytest.approx(39 * 0.02)
     assert first["truth"] == "cube"
     assert first["touching_share"] > 0.1
@@ -66,7 +71,7 @@ def test_a_recording_without_an_object_drives_the_hand(tmp_path: Path, capsys: p
     whole = closing()
     alone = Recording("made", whole.time, whole.joint_names, whole.joint_angles)
     recordings.write(tmp_path / "alone.npz", alone)
-    summary = run(tmp_path / "a", "--recording", str(tmp_path / "alone.npz"), "--shape", "sphere")
+    summary = run(tmp_path / "a", "--recording", str(tmp_path / "alone.npz"), "--shape", "sphere", drawn=True)
     told = capsys.readouterr().out
     assert summary["explored_seconds"] == pytest.approx(0.5 + 39 * 0.02, abs=0.03)
     with np.load(tmp_path / "a" / "explore.npz") as trace:
@@ -233,5 +238,7 @@ def test_people_who_inspect_objects(tmp_path: Path, name: str, truth: str) -> No
 @people
 def test_a_glove_on_the_adroit_hand(tmp_path: Path) -> None:
     file = f"{SHARED}/recordings/cyberglove_ball_grasp.txt"
-    summary = run(tmp_path, "--recording", file, "--hand", "adroit", "--shape", "sphere", "--seconds", "2.5")
+    summary = run(
+        tmp_path, "--recording", file, "--hand", "adroit", "--shape", "sphere", "--seconds", "2.5", drawn=True
+    )
     assert summary["touching_share"] > 0.05

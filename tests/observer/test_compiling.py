@@ -54,13 +54,9 @@ def test_a_part_is_compiled_once(part, two_finger, monkeypatch, caplog):
     assert not caplog.records, "nothing is said where there is nothing to do"
 
 
-def test_it_is_told_where_nobody_shows_progress(part, two_finger, caplog):
-    compiling.ensure([f"{part}:go"], two_finger)
-    assert [record.getMessage() for record in caplog.records] == [compiling.TOLD]
-
-
-def test_a_part_that_fails_is_not_done(part, two_finger):
+def test_a_part_that_fails_is_not_done_and_it_is_told_where_nobody_shows_progress(part, two_finger, caplog):
     compiling.ensure([f"{part}:fail"], two_finger)
+    assert [record.getMessage() for record in caplog.records] == [compiling.TOLD]
     assert not list(kernel_cache.folder().glob("*.compiled"))
 
 

@@ -31,10 +31,15 @@ OBSERVERS = {
 }
 
 
-@pytest.fixture(params=OBSERVERS)
-def watching(request, two_finger):
+@pytest.fixture(scope="module", params=OBSERVERS)
+def made(request, two_finger):
+    """Each kind of observer."""
+    return OBSERVERS[request.param](two_finger)
+
+
+@pytest.fixture
+def watching(made):
     """Each kind of observer, at the start of a trial."""
-    made = OBSERVERS[request.param](two_finger)
     made.reset(seed=0)
     return made
 
@@ -74,10 +79,15 @@ KINDS = {
 }
 
 
+@pytest.fixture(scope="module")
+def slam(two_finger):
+    """One for all that is refused."""
+    return HapticSLAM(two_finger, particles=1, lag=0)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("which", range(3), ids=["torque", "joint_angles", "contacts"])
-def test_arrays_of_other_kinds_are_refused(two_finger, which, kind):
-    slam = HapticSLAM(two_finger, particles=1, lag=0)
+def test_arrays_of_other_kinds_are_refused(two_finger, slam, which, kind):
     slam.reset(seed=0)
     given = [np.zeros(8), two_finger.rest_pose, np.zeros(50)]
     given[which] = KINDS[kind](given[which])

@@ -11,7 +11,7 @@ from tests.properties.accounts import shown
 from tests.properties.fuzz import inputs_of, limit_memory
 from tests.properties.registry import ENTRIES
 
-INPUTS = 24
+INPUTS, LEAST = 16, 2
 
 
 @pytest.fixture(autouse=True)
@@ -34,7 +34,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
 @pytest.mark.parametrize("name", ENTRIES)
 def test_it_works_or_is_refused_by_name(name):
     entry = ENTRIES[name]
-    count = max(4, round(INPUTS * min(entry.weight, 2.0)))
+    count = max(LEAST, round(INPUTS * min(entry.weight, 2.0)))
     for index, arguments in enumerate(inputs_of(name, entry, seed=0, count=count)):
         outcome = entry.try_with(arguments)
         assert not outcome.fault, f"input {index}: {outcome.kind}\n{shown(arguments)}\n{outcome.told}"

@@ -4,17 +4,31 @@ from __future__ import annotations
 
 import json
 import math
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
 
-from haptic_lab.benchmarks import suite
+from haptic_lab.benchmarks import suite, timings
 from haptic_lab.benchmarks.recording import make_slam, record
 from haptic_lab.benchmarks.stages import stages
 from haptic_lab.commands import bench
 from observer import ShapePosterior
 
 
+@pytest.fixture
+def one_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other processes are busy beside the first of those measured so, and beside it alone."""
+    neighbours, busy = timings.neighbours, []
+
+    def few(count: int) -> AbstractContextManager[None]:
+        busy.append(count)
+        return neighbours(count if busy.count(count) == 1 else 0)
+
+    monkeypatch.setattr(timings, "neighbours", few)
+
+
+@pytest.mark.usefixtures("one_neighbour")
 def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     assert bench.main(["--quick", "--rounds", "1", "--json", str(tmp_path / "bench.json")]) == 0
     told = json.loads((tmp_path / "bench.json").read_text())

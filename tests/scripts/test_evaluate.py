@@ -23,6 +23,7 @@ from haptic_lab.commands import evaluate
 from haptic_lab.conditions import DEFAULTS, Condition
 from haptic_lab.sweeps import executors, measures, options, results, tasks, worker
 
+pytestmark = pytest.mark.usefixtures("coarse")
 ROOT = Path(__file__).resolve().parents[2]
 TINY = [
     *("--shapes", "cube", "sphere", "--sigmas", "3", "--trials", "2", "--seconds", "0.6", "--particles", "5"),
@@ -73,6 +74,7 @@ def test_the_summary_gives_intervals(swept: Path) -> None:
     assert (swept / "evaluate.png").stat().st_size > 10_000
 
 
+@pytest.mark.usefixtures("serially")
 @pytest.mark.parametrize("where", ["within a row", "between two rows"])
 def test_killed_half_way_it_goes_on_to_the_same_rows(copied: Path, swept: Path, where: str) -> None:
     whole = (swept / "trials.csv").read_bytes()

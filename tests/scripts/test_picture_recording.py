@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 from matplotlib.image import imread
@@ -55,6 +56,24 @@ def test_bad_input_is_one_clear_line(
     assert ended.value.code == 2
     assert told in error
     assert error.count("\n") == 1
+
+
+def test_without_opengl_it_says_what_to_do(
+    captured: Path, tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise mujoco.FatalError("an OpenGL platform library has not been loaded")
+
+    monkeypatch.setattr(mujoco, "Renderer", fail)
+    files = ["--recording", str(captured), "--shape", "cube", "--at", "0.1", "--out", str(tmp_path / "it.png")]
+    with pytest.raises(SystemExit) as ended:
+        picture_recording.main(files)
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert "draws with OpenGL, which is not to be had here" in error
+    assert "set MUJOCO_GL=egl" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "it.png").exists()
 
 
 def test_it_needs_the_pose_of_the_object(captured: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

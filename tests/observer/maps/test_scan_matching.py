@@ -23,7 +23,7 @@ MODEL = ContactModel(prior=0.2, hit=0.3, false_alarm=0.07, free=0.31, shell=0.8,
 FAR = 1000  # voxels: every point of a silent patch is scored
 
 
-@pytest.fixture(params=HANDS)
+@pytest.fixture(scope="module", params=HANDS)
 def hand(request: pytest.FixtureRequest):
     """Every registered hand, one of a thousand patches, and a random tree."""
     return HANDS[request.param]()
@@ -114,8 +114,7 @@ class Step:
         return np.exp(self.model.temper * np.array(logs))
 
 
-@pytest.mark.parametrize("candidates", [1, 4, 5])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("seed", "candidates"), list(enumerate([1, 4, 5])))
 def test_scores_at_the_mean_pose_agree(hand, seed, candidates):
     step = Step(hand, _grid(hand), seed, candidates=candidates)
     expected = [np.log(step.likelihoods(n).mean()) for n in range(3)]
@@ -142,7 +141,7 @@ def test_scores_beside_the_mean_pose_nearly_agree(two_finger):
     assert told_apart > 4
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("alone", ["touches", "sweeps"])
 def test_what_is_written_at_the_mean_pose_agrees(hand, seed, alone):
     """Apart: of a cell that one link touches and another sweeps the reference takes them in turn, link by link."""
@@ -167,7 +166,7 @@ def test_what_is_written_at_the_mean_pose_agrees(hand, seed, alone):
 def test_touches_beside_the_mean_pose_are_nearly_those_of_the_reference(two_finger):
     """Patch by patch alone; the kernel lets no cell change its patch as the joints turn."""
     grid, apart, from_mean = Grid.around(np.zeros(3), np.full(3, 0.128), 0.004), 0, 0
-    for patch in range(len(two_finger.patches)):
+    for patch in range(0, len(two_finger.patches), 3):
         step = Step(two_finger, grid, patch, candidates=1, model=dataclasses.replace(MODEL, free=0.0), empty=True)
         step.pose, step.touch[:] = np.deg2rad([0, 15, 40, 30] * 2), 9.0
         step.contacts[:] = np.arange(len(two_finger.patches)) == patch

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import warnings
 
 import numpy as np
 import pytest
 
+from haptic_env import hands
 from observer import DeadReckoning, HapticSLAM, PoseOnly
 from observer.pose import gating, kalman_updates
 from observer.pose.gating import Gate, Heard, take_in
@@ -23,6 +25,12 @@ OBSERVERS = {
     "delta_pose": lambda hand, sigma: HapticSLAM(hand, sigma, 2, motion="delta_pose"),
 }
 AT, JOINT = 30, 2  # the step and the joint of what is odd
+
+
+@functools.cache
+def _observer(name, sigma):
+    """Each made once: what it learns in a trial ends with its reset."""
+    return OBSERVERS[name](hands.make("two_finger"), sigma)
 
 
 def _told(observer, trial, change=lambda step, angles: None):
@@ -44,14 +52,19 @@ def _spike(size, steps=(AT,), joints=(JOINT,)):
     return change
 
 
-@pytest.mark.parametrize(
-    "keywords", [{"sigma_deg": 1.0}, {"sigma_deg": 5.0}, {"sigma_deg": 1.0, "bias_deg": 3.0}], ids=str
-)
-@pytest.mark.parametrize("shape", ["cube", "sphere"])
-@pytest.mark.parametrize("name", OBSERVERS)
+NOISES = {"sigma_deg": 1.0}, {"sigma_deg": 5.0}, {"sigma_deg": 1.0, "bias_deg": 3.0}
+SAME_FILTER = ("kalman", "smoother")  # as pose_only's, so that less of them tells enough
+USUAL = [
+    pytest.param(name, shape, noise, marks=[pytest.mark.statistical] if name in SAME_FILTER and more else [])
+    for name in OBSERVERS
+    for more, (shape, noise) in enumerate(itertools.product(("cube", "sphere"), NOISES))
+]
+
+
+@pytest.mark.parametrize(("name", "shape", "keywords"), USUAL, ids=str)
 def test_where_no_reading_is_odd_nothing_changes(explore, bits, monkeypatch, name, shape, keywords):
     trial = explore(shape, 100, seed=7, **keywords)
-    observer = OBSERVERS[name](trial.hand, keywords["sigma_deg"])
+    observer = _observer(name, keywords["sigma_deg"])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with_gate = [bits(belief) for belief in _told(observer, trial)]
@@ -82,12 +95,11 @@ def usual(explore):
     @functools.cache
     def told(name, sigma):
         trial = explore("cube", 100, seed=3, sigma_deg=sigma)
-        return _told(OBSERVERS[name](trial.hand, sigma), trial)
+        return _told(_observer(name, sigma), trial)
 
     return told
 
 
-SAME_FILTER = ("kalman", "smoother")  # as pose_only's, so that less of them tells enough
 WITH_SIGMA = [
     pytest.param(name, sigma, marks=[pytest.mark.statistical] if name in SAME_FILTER and sigma != 1.0 else [])
     for name in OBSERVERS
@@ -100,7 +112,7 @@ WITH_SIGMA = [
 @pytest.mark.parametrize(("name", "sigma"), WITH_SIGMA)
 def test_what_is_odd_does_no_lasting_harm(explore, usual, name, sigma, case):
     trial = explore("cube", 100, seed=3, sigma_deg=sigma)
-    observer = OBSERVERS[name](trial.hand, sigma)
+    observer = _observer(name, sigma)
     usual = usual(name, sigma)
     odd = _told(observer, trial, ODD[case])
     assert observer.set_aside[JOINT] > 0
@@ -115,7 +127,7 @@ def test_what_is_odd_does_no_lasting_harm(explore, usual, name, sigma, case):
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_whole_turns_are_taken_away_exactly(explore, name):
     trial = explore("cube", 60, seed=3)
-    observer = OBSERVERS[name](trial.hand, 3.0)
+    observer = _observer(name, 3.0)
     usual = _told(observer, trial)
     odd = _told(observer, trial, _spike(2 * np.pi, steps=range(AT, 1000)))
     np.testing.assert_array_equal(observer.set_aside, 30 * (np.arange(8) == JOINT))
@@ -126,7 +138,7 @@ def test_whole_turns_are_taken_away_exactly(explore, name):
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_it_is_said_once_a_trial_and_counted(explore, name):
     trial = explore("cube", 60, seed=3)
-    observer = OBSERVERS[name](trial.hand, 3.0)
+    observer = _observer(name, 3.0)
     joint = trial.hand.joint_names[JOINT]
     for _ in range(2):
         with pytest.warns(
@@ -144,7 +156,7 @@ def test_it_is_said_once_a_trial_and_counted(explore, name):
 def test_what_persists_is_believed(explore, name):
     """Then it was the filter that was wrong: of where the hand began, say."""
     trial = explore("cube", 100, seed=3)
-    observer = OBSERVERS[name](trial.hand, 3.0)
+    observer = _observer(name, 3.0)
     beliefs = _told(observer, trial, _spike(1.9, steps=range(AT, 1000)))
     assert 0 < observer.set_aside[JOINT] <= 2 * gating.IN_A_ROW
     last, first = AT + gating.IN_A_ROW - 1, AT + gating.IN_A_ROW  # set aside, and believed
@@ -180,7 +192,7 @@ def test_whatever_is_felt_beliefs_are_numbers(explore, name, sigma):
         rng = np.random.default_rng(seed)
         scale = (1.0, 4.0, 4 * np.pi)[seed]
         beliefs = _told(
-            OBSERVERS[name](trial.hand, sigma),
+            _observer(name, sigma),
             trial,
             lambda _, angles, rng=rng, scale=scale: angles.__setitem__(slice(None), rng.uniform(-scale, scale, 8)),
         )

@@ -22,7 +22,7 @@ SIGMA = np.deg2rad(3.0)
 VELOCITY_NOISE = 0.3
 
 
-@pytest.fixture(params=HANDS)
+@pytest.fixture(scope="module", params=HANDS)
 def hand(request: pytest.FixtureRequest):
     """Every registered hand, a random tree and a pointer with two joints."""
     return HANDS[request.param]()

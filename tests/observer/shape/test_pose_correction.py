@@ -159,3 +159,49 @@ def test_what_is_no_posterior_is_refused(two_finger) -> None:
 def test_solids_of_another_hand_are_refused(two_finger) -> None:
     with pytest.raises(ValueError, match="solids must be told of hand 'tree', got those of 'two_finger'"):
         HapticSLAM(random_tree(3), solids=ShapePosterior(two_finger))
+
+
+OFFSET = 0.05 * np.array([1, -1, 1, -1, 1, 1, -1, 1])
+
+
+def _held_offset(hand, solids, **believed):
+    """The last belief about a hand that stands still where it touches a sphere, felt with `OFFSET` and no noise."""
+    solid = beside(hand, 0.0)
+    places = {"there": [solid], "farther": [beside(hand, 0.02)]}
+    known = ShapePosterior(hand, {name: places[name] for name in solids}) if solids else None
+    slam = HapticSLAM(hand, 0.3, 1, candidates=1, lag=0, motion="delta_pose", solids=known, **believed)
+    contacts = hand.patches.link == len(hand.links) - 1
+    belief = slam.reset(0)
+    for _ in range(10):
+        belief = slam.step(np.zeros(hand.joints), hand.rest_pose + OFFSET, contacts)
+    return belief
+
+
+WHERE_UNKNOWN = {"bias_deg": 3.0, "start_std_deg": 10.0}
+
+
+def test_a_solid_that_is_certain_tells_of_the_offsets(two_finger) -> None:
+    """Of what the felt angles cannot tell, contact tells what moves the finger to and from the solid, and next to
+    nothing of the other finger."""
+    untold, told = (_held_offset(two_finger, solids, **WHERE_UNKNOWN) for solids in ((), ("there",)))
+    finger = two_finger.stopped_by[-1]
+    assert (told.joint_offset_std[finger] <= untold.joint_offset_std[finger]).all()
+    assert told.joint_offset_std[finger].min() < 0.9 * untold.joint_offset_std[finger].min()
+    moved = np.abs(told.joint_offset - untold.joint_offset)
+    assert moved[~finger].max() < 0.1 * moved[finger].max()
+    away = [np.linalg.norm((each.joint_offset - OFFSET)[finger]) for each in (untold, told)]
+    assert away[1] < away[0]
+
+
+def test_solids_of_which_one_is_to_be_named_tell_nothing_for_good(two_finger) -> None:
+    """What is named from such poses would confirm itself."""
+    untold, told = (_held_offset(two_finger, solids, **WHERE_UNKNOWN) for solids in ((), ("there", "farther")))
+    np.testing.assert_array_equal(told.joint_offset, untold.joint_offset)
+    np.testing.assert_array_equal(told.joint_angles, untold.joint_angles)
+
+
+def test_a_certain_solid_is_asked_as_before_where_there_are_no_offsets(two_finger) -> None:
+    untold, told = (_held_offset(two_finger, solids) for solids in ((), ("there",)))
+    np.testing.assert_array_equal(told.joint_angles, untold.joint_angles)
+    np.testing.assert_array_equal(told.joint_offset_std, 0.0)
+    assert not np.array_equal(told.lagged_joint_std, untold.lagged_joint_std)

@@ -102,10 +102,21 @@ def test_reset_options_pass_through(env):
     assert env.unwrapped.solid.name == "sphere"
 
 
+LIKE_SPAWN = ("forkserver",)  # of which processes are told and know as much as spawned ones
+
+
 @pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")  # of Python 3.12
 @pytest.mark.parametrize(
     ("mode", "keywords"),
-    [("sync", None), *(("async", {"context": context}) for context in multiprocessing.get_all_start_methods())],
+    [
+        ("sync", None),
+        *(
+            pytest.param(
+                "async", {"context": context}, marks=[pytest.mark.statistical] if context in LIKE_SPAWN else []
+            )
+            for context in multiprocessing.get_all_start_methods()
+        ),
+    ],
     ids=str,
 )
 def test_vectors_of_watched_environments(mode, keywords):

@@ -1,0 +1,111 @@
+"""What observers make of felt angles that are biased or drift: the tables of docs/observer.md.
+
+    python -m pytest -m statistical -s tests/haptic_lab/test_offsets_long.py
+
+Each exploration is seen by several observers: at the angles as they are felt (`floor`), believing in white noise alone
+(`white`), told what is so without a map (`no map`) and with one (`haptic_slam`), knowing the object as well
+(`known object`: what contact could say at most), and at the true angles (`ceiling`).
+"""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from haptic_env import shapes
+from haptic_env.arrays import Array
+from haptic_env.shapes import Solid
+from haptic_lab.sweeps.measures import GroundTruth, measures_of
+from haptic_lab.trial import Trial
+from observer import HapticSLAM, PoseOnly, ShapePosterior
+from observer.brackets import DeadReckoning, TruePose
+from observer.variants import Observer
+
+SEEDS = range(68000, 68040)  # nothing was tuned on them
+SURE = 0.95
+# σ, what else is so, what is believed (None: that), seconds; then the goals: lagged error, F at one voxel, named right.
+CASES = {
+    "σ 1": (1.0, {}, None, 10.0, np.inf, 0.0, 0.99),
+    "σ 3": (3.0, {}, None, 10.0, np.inf, 0.0, 0.99),
+    "σ 1, bias 3": (1.0, {"bias_deg": 3.0}, None, 10.0, 0.52, 0.78, 0.99),
+    "σ 3, bias 3": (3.0, {"bias_deg": 3.0}, None, 10.0, 0.95, 0.78, 0.99),
+    "σ 5, bias 5": (5.0, {"bias_deg": 5.0}, None, 10.0, 1.25, 0.76, 0.99),
+    "σ 1, drift 3": (1.0, {"drift_deg": 3.0}, None, 10.0, 1.00, 0.70, 0.97),
+    "σ 3, drift 3, 30 s": (3.0, {"drift_deg": 3.0}, None, 30.0, np.inf, 0.0, 0.97),
+    "σ 1, told bias 3": (1.0, {}, {"bias_deg": 3.0}, 10.0, np.inf, 0.0, 0.99),
+    "σ 3, told bias 3": (3.0, {}, {"bias_deg": 3.0}, 10.0, np.inf, 0.0, 0.99),
+    "σ 3, to be found": (3.0, {}, {"sigma_deg": None}, 10.0, np.inf, 0.0, 0.99),
+}
+COLUMNS = ("pose_error_online_deg", "pose_error_lagged_deg", "coverage_90_lagged", "surface_f_score_1")
+
+
+def _observers(hand, sigma: float, believed: dict, solid: Solid) -> dict[str, Observer]:
+    told = {"sigma_deg": sigma, **believed}
+    known = ShapePosterior(hand, {solid.name: [solid]})
+    return {
+        "floor": DeadReckoning(hand, sigma),
+        "white": HapticSLAM(hand, sigma),
+        "no map": PoseOnly(hand, **told),
+        "haptic_slam": HapticSLAM(hand, **told),
+        "known object": HapticSLAM(hand, particles=1, solids=known, **told),
+        "ceiling": TruePose(hand),
+    }
+
+
+def _explore(case: str, shape: str, seed: int) -> tuple[dict[str, dict[str, float]], Array]:
+    """Measures of each observer, and of the offsets, joint by joint, the error and SD (2, J) in degrees."""
+    sigma, noise, believed, seconds, *_ = CASES[case]
+    env = gym.make(
+        "HapticSLAM/TwoFinger-v0", shape=shape, sigma_deg=sigma, **noise, episode_seconds=seconds, reveal_truth=True
+    )
+    hand = env.unwrapped.hand
+    solid = shapes.make(shape, position=hand.grasp_centre)
+    observers = _observers(hand, sigma, noise if believed is None else believed, solid)
+    trial = Trial(env, "random_torque", observers, ShapePosterior(hand), seed)
+    trial.run()
+    exploration, traces = trial.finish()
+    truth = GroundTruth.of(exploration, next(iter(traces.values())).belief.grid)
+    rows = {}
+    for name, trace in traces.items():
+        measures = measures_of(exploration, truth, trace)
+        named = float(trace.name == shape)
+        rows[name] = {
+            **{column: measures[column] for column in COLUMNS},
+            "named": named,
+            "sure and wrong": float(not named and trace.posterior[-1].max() > SURE),
+        }
+    late = exploration.seconds > seconds - 2.0
+    offset = (exploration.felt_angles - exploration.true_angles)[late].mean(axis=0)
+    last = traces["haptic_slam"].belief
+    return rows, np.rad2deg([last.joint_offset - offset, last.joint_offset_std])
+
+
+def _shown(values: np.ndarray) -> str:
+    """Mean and 95 % interval."""
+    return f"{values.mean():.3f} ± {1.96 * values.std(ddof=1) / np.sqrt(len(values)):.3f}"
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("case", CASES)
+def test_offsets_are_found_out(case: str) -> None:
+    explorations, offsets = zip(
+        *(_explore(case, shape, seed) for shape in shapes.SHAPES for seed in SEEDS), strict=True
+    )
+    table = {
+        name: {what: np.array([each[name][what] for each in explorations]) for what in of_one}
+        for name, of_one in explorations[0].items()
+    }
+    for name, columns in table.items():
+        print(f"{case} | {name} | " + " | ".join(f"{what} {_shown(each)}" for what, each in columns.items()))
+    mine, without = table["haptic_slam"], table["no map"]
+    better = without["pose_error_lagged_deg"] - mine["pose_error_lagged_deg"]
+    print(f"{case} | what the map is worth | {_shown(better)}")
+    for what, each in zip(("RMS error", "SD told"), np.sqrt(np.square(offsets).mean(axis=0)), strict=True):
+        print(f"{case} | offsets, joint by joint, in the last 2 s | {what} {np.round(each, 2)}")
+    *_, error, f_score, named = CASES[case]
+    assert mine["named"].mean() >= named
+    assert mine["sure and wrong"].mean() <= 0.02
+    assert 0.87 <= mine["coverage_90_lagged"].mean() <= 0.93
+    assert mine["surface_f_score_1"].mean() >= f_score
+    assert mine["pose_error_lagged_deg"].mean() <= error
