@@ -116,14 +116,14 @@ def draw(axes: Axes, offsets: Mapping[str, Mapping[str, float | None]]) -> None:
         axes: to draw into.
         offsets: what `found` returns.
     """
-    rows = np.arange(len(offsets))
+    rows, few = np.arange(len(offsets)), len(offsets) <= 12
     mean, std, true = (
         np.array([each[name] for each in offsets.values()], dtype=np.float64)  # NaN for what nobody knows
         for name in ("degrees", "std_degrees", "true_degrees")
     )
     axes.axvline(0.0, color="#777777", linewidth=0.8, linestyle=":")
     if np.isfinite(true).all():
-        axes.plot(true, rows, "|", color="#D55E00", markersize=13, markeredgewidth=2.5, label="true")
+        axes.plot(true, rows, "|", color="#D55E00", markersize=13 if few else 7, markeredgewidth=2.5, label="true")
     found: Any = {"xerr": INTERVAL * std, "fmt": "o", "color": OUTLINE, "markersize": 3.5, "capsize": 2}
     axes.errorbar(mean, rows, label="found, 90 %", **found)
     axes.set(
@@ -133,7 +133,7 @@ def draw(axes: Axes, offsets: Mapping[str, Mapping[str, float | None]]) -> None:
         yticklabels=[as_drawn(name) for name in offsets],
         ylim=(len(offsets) - 0.4, -0.6),
     )
-    axes.tick_params(axis="y", labelsize=8 if len(offsets) < 12 else 5, length=0)
+    axes.tick_params(axis="y", labelsize=8 if few else 5, length=0)
     axes.legend(loc="best", fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
 
 

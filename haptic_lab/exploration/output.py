@@ -34,7 +34,7 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
     slam, settings = traces[OBSERVER], summary["settings"]
     belief = slam.belief
     found = summary.get("joint_offset", {})
-    figure = Figure(figsize=(13 if found else 11, 7.2), layout="constrained")
+    figure = Figure(figsize=(13, 8.2) if found else (11, 7.2), layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
     above, below = parts
     sides = above.subplots(1, 3)
