@@ -137,7 +137,7 @@ def sweep(felt: MapInput, stance: MeanFrames, maps: Maps, carve: bool) -> None:
     """
     if not carve:
         maps.seen |= maps.stale
-        felt = felt._replace(reach=felt.reach.of(np.zeros_like(felt.watched)))
+        felt = felt._replace(reach=felt.reach._replace(carved=np.zeros(len(felt.watched))))
     free_space.sweep_free(felt, stance, maps.arrays)
 
 

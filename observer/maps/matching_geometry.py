@@ -77,6 +77,16 @@ class NearSkin(NamedTuple):
     height: Array
 
 
+class Twist(NamedTuple):
+    """What one radian a second of each joint does to the frame of a link, `linear` (J, 3) m/s and `angular` (J, 3)
+    rad/s; `arm` and `other` (3,) are scratch."""
+
+    linear: Array
+    angular: Array
+    arm: Array
+    other: Array
+
+
 @kernel()
 def touched_room(felt, rings, margin):
     """Make room for the cells that all touches may be due to.
@@ -176,7 +186,7 @@ def survey(felt, stance, solid, reach, margin):
         np.empty((len(moving), cells)),
         moving,
     )
-    linear, angular, scratch = np.empty((joints, 3)), np.empty((joints, 3)), np.empty((2, 3))
+    twist = Twist(np.empty((joints, 3)), np.empty((joints, 3)), np.empty(3), np.empty(3))
     points = done = scored = touches = 0
     last = -1
     for patch in range(len(contacts)):
@@ -185,16 +195,16 @@ def survey(felt, stance, solid, reach, margin):
             continue
         if link != last:
             own = felt.tree.link_body[link]
-            twists(felt.tree, stance.pose, stance.position, stance.rotation, own, linear, angular)
+            twists(felt.tree, stance.pose, stance.position, stance.rotation, own, twist.linear, twist.angular)
             last = link
         if watched[link]:
-            points = _add_points(felt, stance, patch, (linear, angular), solid, reach, skin, points, scratch)
+            points = _add_points(felt, stance, patch, twist, solid, reach, skin, points)
             if points > skin.begin[scored]:
                 skin.felt[scored] = contacts[patch]
                 scored += 1
                 skin.begin[scored] = points
         if contacts[patch]:
-            done = _add_cells(felt, stance, patch, (linear, angular), near, causes, done, scratch)
+            done = _add_cells(felt, stance, patch, twist, near, causes, done)
             if done > causes.begin[touches]:
                 causes.weight[touches], causes.fall[touches] = felt.touch[patch], felt.reach.fall[link]
                 touches += 1
@@ -221,11 +231,11 @@ def survey(felt, stance, solid, reach, margin):
 
 
 @inner()
-def _add_points(felt, stance, patch, twist, solid, reach, skin, count, scratch):
+def _add_points(felt, stance, patch, twist, solid, reach, skin, count):
     """Add to the first `count` points of `skin` those of `patch`, whose link moves by `twist`; returns how many now."""
-    body, lattice, (linear, angular) = felt.body, felt.lattice, twist
+    body, lattice, (linear, angular, arm, near) = felt.body, felt.lattice, twist
     own, scale = felt.tree.link_body[body.patch_link[patch]], 1.0 / felt.lattice.resolution
-    turn, at, arm, near = stance.rotation[own], stance.position[own], scratch[0], scratch[1]
+    turn, at = stance.rotation[own], stance.position[own]
     points = body.points if felt.contacts[patch] else body.core
     for m in range(body.begin[patch], body.begin[patch + 1]):
         for i in range(3):
@@ -242,11 +252,11 @@ def _add_points(felt, stance, patch, twist, solid, reach, skin, count, scratch):
 
 
 @inner()
-def _add_cells(felt, stance, patch, twist, near, causes, count, scratch):
+def _add_cells(felt, stance, patch, twist, near, causes, count):
     """Add to the first `count` cells of `causes` those of `near` that `patch` may touch; returns how many now."""
-    body, (linear, angular), link = felt.body, twist, felt.body.patch_link[patch]
+    body, (linear, angular, arm, normal), link = felt.body, twist, felt.body.patch_link[patch]
     own = felt.tree.link_body[link]
-    turn, at, arm, normal = stance.rotation[own], stance.position[own], scratch[0], scratch[1]
+    turn, at = stance.rotation[own], stance.position[own]
     for c in range(len(causes.cell)):
         if near.patch[c] != patch:
             continue

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
-from haptic_env.compiled import kernel
+from haptic_env.compiled import inner, kernel, part
 from haptic_env.patches import row_at
 from observer.kinematics import body_frames
 from observer.maps.capsules import BodyFrames, any_of, owner, ringing
@@ -31,7 +31,7 @@ class Suspects(NamedTuple):
     hits: Array
 
 
-@kernel(fastmath=True)
+@part(fastmath=True)
 def _log_likelihood(felt, frames, flat):
     """Of one map, over the patches of the watched links.
 
@@ -82,7 +82,7 @@ def _log_likelihood(felt, frames, flat):
     return total
 
 
-@kernel(fastmath=True)
+@inner(fastmath=True)
 def _write(felt, frames, rings, flat, written, found, suspects):
     """Update one map with what was felt at one pose: `found` and `suspects` are scratch.
 
@@ -121,7 +121,7 @@ def _write(felt, frames, rings, flat, written, found, suspects):
                 _share(felt, patch, flat, written, suspects, count)
 
 
-@kernel()
+@inner()
 def _share(felt, patch, flat, written, suspects, count):
     """Give the evidence of one touch to the cells that may have caused it, of the first `count` of `suspects`."""
     evidence = felt.evidence

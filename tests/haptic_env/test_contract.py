@@ -149,7 +149,7 @@ def _true_path(env_id: str, **noise: float) -> list[Any]:
     env = gym.make(env_id, **{"sigma_deg": 1.0, **noise}, reveal_truth=True, size_jitter=0.1, yaw_jitter=30.0)
     _, info = env.reset(seed=11)
     path = [info["truth"]]
-    for action in np.random.default_rng(0).uniform(-1, 1, (100, *env.action_space.shape)).astype(np.float32):
+    for action in np.random.default_rng(0).uniform(-1, 1, (60, *env.action_space.shape)).astype(np.float32):
         path.append(env.step(action)[4]["truth"])
     env.close()
     return [{name: each for name, each in truth.items() if name != "joint_offset"} for truth in path]  # of the senses

@@ -81,7 +81,7 @@ def test_distance_takes_any_shape_of_array(solid):
 
 
 def test_occupancy_fills_the_known_volume_and_the_bounding_box(solid):
-    resolution = 0.001
+    resolution = 0.00125
     grid = Grid.around(solid.position, np.full(3, 0.1), resolution)
     occupied = solid.occupancy(grid)
     assert occupied.shape == grid.shape

@@ -127,11 +127,11 @@ def test_a_posterior_stays_where_it_was_when_the_hand_came_to_rest(explore, shap
     posterior.reset(seed=0)
     for belief in beliefs:
         posterior.update(belief)
-    rested = [posterior.update(belief) for belief in _resting(beliefs, 3000)]
+    rested = [posterior.update(belief) for belief in _resting(beliefs, 1500)]
     assert np.abs(rested[-1] - rested[299]).max() < 0.05
     each = ShapePosterior(trial.hand, **{**keywords, "alike": 0.0})
     each.reset(seed=0)
-    for belief in [*beliefs, *_resting(beliefs, 3000)]:
+    for belief in [*beliefs, *_resting(beliefs, 1500)]:
         each.update(belief)
     assert each.posterior.min() < 1e-20 < rested[-1].min(), "who counts every look is sure of what it is not"
 

@@ -12,7 +12,7 @@ from observer.maps.contact_model import ContactModel
 STEPS = 1000  # 20 s
 
 
-@pytest.fixture(params=shapes.SHAPES)
+@pytest.fixture(scope="module", params=shapes.SHAPES)
 def told(request: pytest.FixtureRequest, explore):
     """The occupancy (X, Y, Z) of a shape, and the signed distance of every voxel's centre in voxels."""
     trial = explore(request.param, STEPS, sigma_deg=0.0, motor_noise=0.0)

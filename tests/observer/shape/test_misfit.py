@@ -31,7 +31,7 @@ def _name(namer, trial, change=lambda rng, contacts: contacts):
 @pytest.mark.parametrize("told", [{}, {"size_jitter": 0.2, "yaw_jitter": 45.0}, {"none": 0.3}], ids=str)
 @pytest.mark.parametrize("stuck", STUCK)
 def test_contacts_of_a_stuck_sensor_are_said_once_a_trial(explore, stuck, told):
-    trial = explore("sphere", 150, seed=3)
+    trial = explore("sphere", 120, seed=3)
     namer = ShapePosterior(trial.hand, **told)
     for _ in range(2):
         with pytest.warns(ContactsDoNotFit, match=r"no solid explains \d+ % of the patches") as said:
