@@ -23,8 +23,7 @@ from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from observer import compiling, edge
 from observer import threads as side_by_side
-from observer.belief import Belief, Transition
-from observer.gaussian import carried_on
+from observer.belief import Belief
 from observer.maps.capsules import MapInput
 from observer.maps.contact_model import ContactModel
 from observer.maps.matching import MATCHING, Cloud, match, sweep
@@ -37,7 +36,7 @@ from observer.pose.tracking import TracksPose
 from observer.sensing import Sensing
 from observer.shape.pose_correction import PoseCorrection
 from observer.shape.posterior import ShapePosterior
-from observer.state import NOTHING, Diagnostics, FilterState, Waiting, belief_of
+from observer.state import NOTHING, Diagnostics, FilterState, Proposal, Waiting, belief_of
 
 RESOLUTION = 0.004  # metres
 LAG_SECONDS = 0.2
@@ -180,8 +179,8 @@ class HapticSLAM(TracksPose):
             rng,
             Maps(self.n_particles, self.grid, self._sensing.evidence.probability, dense=self.matching == "sample"),
             MapNovelty(self.hand, self.contact_model.repeats, self.grid.resolution),
-            self.hand.rest_pose,
-            len(self.hand.patches),
+            self.hand,
+            self.pose,
         )
         if self._known is not None:
             self._known.reset(seed)
@@ -231,8 +230,9 @@ class HapticSLAM(TracksPose):
     def _assimilate(self, state: FilterState, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""
         step = state.waiting.popleft()
-        proposal, centres = self._predict(state, ago)
-        felt, cloud = self._stand(state, step, proposal, centres, ago)
+        proposal = state.predict(self.pose, ago)
+        self._done("predict")
+        felt, cloud = self._stand(state, step, proposal, ago)
         log_likelihood, moved = self._match(state, felt, cloud)
         state.weigh(log_likelihood)
         self._done("weigh")
@@ -243,39 +243,20 @@ class HapticSLAM(TracksPose):
             state.maps.weights_changed()
         self._done("resample")
         moved_share = np.count_nonzero(moved) / self.n_particles
-        belief = self._belief(state, ago, step, Diagnostics(proposal, resampled, moved_share))
+        belief = self._belief(state, ago, step, Diagnostics(proposal.transition, resampled, moved_share))
         if self._known is not None:
             belief = self._known.correct(belief, self.pose, [step, *state.waiting])
         self._done("belief")
         return belief
 
-    def _predict(self, state: FilterState, ago: int) -> tuple[Transition, Array]:
-        """p(q_k | q_{k-1}, u, q̃): the same linear Gaussian for all particles, and how far from its mean the centre of
-        each one's lies (N, J) (step 3).
-
-        What was felt since has told more of q_{k-1} too, the same for all: it moves the particles with the Gaussian
-        that they were drawn about, so that no weight is needed for it. Raises `FloatingPointError` for poses that are
-        not finite, which no kernel is to have.
-        """
-        now, before = self.pose.lagged(ago), self.pose.lagged(ago + 1)
-        mean, covariance = self.pose.mean, self.pose.covariance
-        proposal = Transition.between(mean, covariance, before, now)
-        centres, factor = carried_on(covariance, before.start, now.start, proposal.follow, *state.drawn, state.poses)
-        if not all(np.isfinite(each).all() for each in (proposal.mean, proposal.rest, centres, factor)):
-            raise FloatingPointError(f"the pose of {ago} steps ago is not finite")
-        state.drawn = proposal.mean, factor
-        self._done("predict")
-        return proposal, centres
-
-    def _stand(
-        self, state: FilterState, step: Waiting, proposal: Transition, centres: Array, ago: int
-    ) -> tuple[MapInput, Cloud]:
+    def _stand(self, state: FilterState, step: Waiting, proposal: Proposal, ago: int) -> tuple[MapInput, Cloud]:
         """What the step has to say to the maps, and where the proposals lie."""
         state.maps.before_change()
         self._done("settle")
         lagged = self.pose.lagged(ago)
-        felt, stance = self._sensing.stand(state, step, proposal.mean, self.pose.covariance[lagged, lagged].copy())
-        return felt, Cloud(stance, centres, proposal.rest, state.drawn[1])
+        mean, covariance = proposal.transition.mean, self.pose.covariance[lagged, lagged].copy()
+        felt, stance = self._sensing.stand(state, step, mean, covariance)
+        return felt, Cloud(stance, proposal.centres, proposal.rest, proposal.spread)
 
     def _match(self, state: FilterState, felt: MapInput, cloud: Cloud) -> tuple[Array, NDArray[np.bool_]]:
         """Match each particle's pose to its own map, and write the touches into that at the matched pose (4 and 5)."""

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.grid import Grid
+from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from observer import resampling
 from observer.belief import Belief, Transition
-from observer.gaussian import shifted
+from observer.gaussian import carried_on, shifted
 from observer.maps.hindsight import Moment
 from observer.maps.occupancy import Maps
 from observer.novelty import MapNovelty
@@ -43,19 +44,31 @@ class Diagnostics(NamedTuple):
 NOTHING = Diagnostics()
 
 
+class Proposal(NamedTuple):
+    """p(q_k | q_{k-1}, u, q̃) (step 3): the `transition` that is the same for all, and of the particles, which may carry
+    constant errors of the angles too, how far from its mean the centre of each one's lies, `centres` (N, J), what is
+    left about it, `rest` (J, J), and a factor (J, J) of all that is uncertain of q_k, `spread`."""
+
+    transition: Transition
+    centres: Array
+    rest: Array
+    spread: Array
+
+
 @dataclass
 class FilterState:
     """N particles, each with its pose, its map and its weight; changed in place by every step.
 
-    `poses` (N, J) at the lagged step, drawn about the Gaussian `drawn`, its mean (J,) and factor (J, J). `contacts`
-    (P,) of the step that entered the maps last; `waiting` are those that have not. `moments`: what the map in hindsight
-    is made of.
+    `poses` (N, J) at the lagged step and constant `errors` (N, E) of the angles, both drawn about the Gaussian `drawn`,
+    its mean (J + E,) and factor (J + E, J + E). `contacts` (P,) of the step that entered the maps last; `waiting` are
+    those that have not. `moments`: what the map in hindsight is made of.
     """
 
     rng: np.random.Generator
     maps: Maps
     novelty: MapNovelty
     poses: Array
+    errors: Array
     drawn: tuple[Array, Array]
     contacts: NDArray[np.bool_]
     log_evidence: float = 0.0
@@ -66,10 +79,50 @@ class FilterState:
         self.weigh_alike()
 
     @classmethod
-    def begin(cls, rng: np.random.Generator, maps: Maps, novelty: MapNovelty, pose: Array, patches: int) -> FilterState:
-        """All particles of `maps` at one `pose` (J,) rad (step 1)."""
-        poses = np.tile(pose, (len(maps.own), 1)).astype(np.float64).reshape(len(maps.own), len(pose))
-        return cls(rng, maps, novelty, poses, (pose, np.zeros((len(pose), len(pose)))), np.zeros(patches, dtype=bool))
+    def begin(
+        cls, rng: np.random.Generator, maps: Maps, novelty: MapNovelty, hand: Hand, pose: PoseSource
+    ) -> FilterState:
+        """All particles of `maps` at the rest pose of `hand` (step 1), or about it, as `pose` knows it."""
+        count, noise = len(maps.own), pose.noise
+        constant = noise.prior[: pose.constant.stop - pose.constant.start]
+        mean = np.concatenate([hand.rest_pose, np.zeros(len(constant))])
+        spread = np.sqrt(np.concatenate([np.full(hand.joints, noise.start_variance), constant]))
+        points = np.tile(mean, (count, 1)).astype(np.float64)
+        if spread.any():
+            points += spread * rng.standard_normal(points.shape)
+        poses, errors = np.ascontiguousarray(points[:, : hand.joints]), points[:, hand.joints :]
+        contacts = np.zeros(len(hand.patches), dtype=bool)
+        return cls(rng, maps, novelty, poses, errors, (mean, np.diag(spread)), contacts)
+
+    def predict(self, pose: PoseSource, ago: int) -> Proposal:
+        """Move on to the pose of `ago` steps back.
+
+        What was felt since has told more of q_{k-1} too, the same for all: it moves the particles with the Gaussian
+        that they were drawn about, so that no weight is needed for it. An error that is constant is a part of what a
+        particle is a hypothesis of: with q_{k-1} alone the angles felt before would be forgotten.
+
+        Raises:
+            FloatingPointError: for poses that are not finite, which no kernel is to have.
+        """
+        now, before, constant = pose.lagged(ago), pose.lagged(ago + 1), pose.constant
+        mean, covariance = pose.mean, pose.covariance
+        transition = Transition.between(mean, covariance, before, now)
+        moved, joints, points = transition, len(transition.mean), self.poses
+        if self.errors.size:
+            both = np.r_[before, constant, now, constant]
+            mean, covariance = mean[both], covariance[np.ix_(both, both)]
+            size = len(both) // 2
+            before, now = slice(0, size), slice(size, 2 * size)
+            moved = Transition.between(mean, covariance, before, now)
+            points = np.hstack([self.poses, self.errors])
+        centres, factor = carried_on(covariance, before.start, now.start, moved.follow, *self.drawn, points)
+        if not all(np.isfinite(each).all() for each in (moved.mean, moved.rest, centres, factor)):
+            raise FloatingPointError(f"the pose of {ago} steps ago is not finite")
+        self.drawn = moved.mean, factor
+        if self.errors.size:
+            self.errors = moved.mean[joints:] + centres[:, joints:]
+            centres, factor = (np.ascontiguousarray(each[:, :joints]) for each in (centres, factor[:joints]))
+        return Proposal(transition, centres, np.ascontiguousarray(moved.rest[:joints, :joints]), factor)
 
     def weigh(self, log_likelihood: Array) -> None:
         """w ∝ w · p(z | q, m) (N,) (step 5); raises `FloatingPointError` for what is not finite."""
@@ -86,6 +139,7 @@ class FilterState:
         source, target = resampling.in_place(resampling.systematic_counts(self.weights, self.rng.random()))
         self.maps.copy(source, target)
         self.poses[target] = self.poses[source]
+        self.errors[target] = self.errors[source]
         self.weigh_alike()
         return True
 
@@ -107,10 +161,11 @@ def belief_of(
     shift = np.zeros(lagged.stop - lagged.start) if step is None else weights @ state.poses - mean[lagged]
     angles, std, lagged_angles, lagged_std, lagged_covariance = shifted(mean, covariance, lagged.start, shift)
     offset = pose.offset
+    told_of = weights @ state.errors - mean[pose.constant] if state.errors.size and step is not None else 0.0
     return Belief(
         joint_angles=angles,
         joint_std=std,
-        joint_offset=offset.mean,
+        joint_offset=offset.mean + told_of,
         joint_offset_std=offset.std,
         lagged_joint_angles=lagged_angles,
         lagged_joint_std=lagged_std,

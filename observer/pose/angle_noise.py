@@ -143,6 +143,17 @@ class AngleNoise:
         """
         return Offset(np.zeros(joints), np.full(joints, self.sd))
 
+    def constant(self, kinds: Sequence[slice]) -> slice:
+        """Tell which of the errors never change: those of a bias, which is the first of all kinds.
+
+        Args:
+            kinds: where they are.
+
+        Returns:
+            That of the bias; an empty one without.
+        """
+        return kinds[0] if self.lasting and self.lasting[0].decay == 1.0 else slice(0, 0)
+
     def kinds(self, first: int, joints: int) -> list[slice]:
         """Where a Gaussian that keeps the errors from its number `first` on has each kind of them.
 
@@ -209,6 +220,8 @@ def summed(mean: Array, covariance: Array, parts: Sequence[slice]) -> tuple[Arra
     Returns:
         Mean and variance (J,).
     """
+    if len(parts) == 1:
+        return mean[parts[0]], covariance[parts[0], parts[0]].diagonal()
     total = sum((mean[part] for part in parts[1:]), mean[parts[0]])
     pairs = itertools.product(parts, parts)
     next(pairs)

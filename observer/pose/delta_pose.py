@@ -113,6 +113,11 @@ class DeltaPose(Gated):
         self.log_evidence += take_in(self.mean, self.covariance, heard, white, self._kinds)
 
     @property
+    def constant(self) -> slice:
+        """Where `mean` keeps the errors of the angles that never change; nowhere where it keeps none."""
+        return self.noise.constant(self._kinds)
+
+    @property
     def learns(self) -> bool:
         """Whether there are offsets that could be found out by more than the felt angles."""
         return len(self._kinds) > 0

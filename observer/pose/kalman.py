@@ -146,10 +146,13 @@ class PoseFilter(Gated):
         joints, before = self.joints, self.log_evidence
         prediction = self.model.predict(self.mean[: 2 * joints], torque)
         gain = prediction.torque_gain
-        noise = np.zeros((self._state, self._state))
-        noise[: 2 * joints, : 2 * joints] = kalman_updates.process_noise(
+        noise = kalman_updates.process_noise(
             gain, torque, self.model.torque_limits, self.motor_noise, self.velocity_noise
         )
+        if self._lasts:
+            whole = np.zeros((self._state, self._state))
+            whole[: 2 * joints, : 2 * joints] = noise
+            noise = whole
         rows, speeds, push = self._contact_effects(prediction.state[:joints], gain, contacts, noise)
         if push.any():
             prediction.state[:] += gain @ push
@@ -213,6 +216,11 @@ class PoseFilter(Gated):
     def _expected(self) -> tuple[Array, Array]:
         """The angles (J,) rad that would be felt without white noise: mean and variance."""
         return summed(self.mean, self.covariance, [slice(0, self.joints), *self._kinds])
+
+    @property
+    def constant(self) -> slice:
+        """Where `mean` keeps the errors of the angles that never change; nowhere where it keeps none."""
+        return self.noise.constant(self._kinds)
 
     @property
     def learns(self) -> bool:

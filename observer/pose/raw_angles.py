@@ -45,7 +45,7 @@ class RawAngles:
         white = self.noise.variance(self.sigma, self.mean, np.zeros(self.mean.size))
         self.covariance = np.diag(white) + np.kron(self._lasting, np.eye(joints))
 
-    learns = False
+    learns, constant = False, slice(0, 0)
 
     @property
     def offset(self) -> Offset:

@@ -210,7 +210,7 @@ class KinematicPose(Gated):
             log_density[some] = density
         return self.partners.without(log_density, told)
 
-    learns = False
+    learns, constant = False, slice(0, 0)
 
     @property
     def offset(self) -> Offset:

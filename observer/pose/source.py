@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
-from observer.pose.angle_noise import Offset
+from observer.pose.angle_noise import AngleNoise, Offset
 
 
 class PoseSource(Protocol):
@@ -31,6 +31,13 @@ class PoseSource(Protocol):
     @property
     def offset(self) -> Offset:
         """What is known of the offsets of the felt angles now."""
+
+    noise: AngleNoise
+    """What is wrong with the felt angles, beside white noise."""
+
+    @property
+    def constant(self) -> slice:
+        """Where `mean` keeps the errors of the angles that never change; nowhere where it keeps none."""
 
     @property
     def learns(self) -> bool:

@@ -30,7 +30,9 @@ EDGES = (np.arange(-8 * CELLS, 8 * CELLS) + 0.5) / 3 * VOXEL / ARM  # a third of
 class Trial:
     """One trial of a pointer, what the observer makes of it and what is exact."""
 
-    def __init__(self, particles, *, joints=1, lag=None, seed=0, start=UNKNOWN, candidates=4, velocity_noise=0.6):
+    def __init__(
+        self, particles, *, joints=1, lag=None, seed=0, start=UNKNOWN, candidates=4, velocity_noise=0.6, bias_deg=0.0
+    ):
         steps = len(TOUCHED)
         lag = steps + 1 if lag is None else lag  # None: all is known before the first step is assimilated
         self.slam = HapticSLAM(
@@ -44,9 +46,11 @@ class Trial:
             control_hz=10.0,
             grid=GRID,
             contact_model=MODEL,
+            bias_deg=bias_deg,
             dynamics=ContactDynamics(constrained=False, joint_speed=0.0),
         )
         self.slam.pose.velocity_noise = velocity_noise
+        self.bias = np.deg2rad(bias_deg)
         self.travel = (
             velocity_noise
             * self.slam.pose.model.predict(np.zeros(2 * joints), np.zeros(joints)).transition[:joints, joints:]
@@ -67,10 +71,21 @@ class Trial:
         self.seen = None if lag > steps else lag
         self.prior = MODEL.evidence(1.0).probability[start.astype(int) + 128]
 
-    def exact(self, **lattice):
-        """The same by enumeration."""
+    def exact(self, biases=1, **lattice):
+        """The same by enumeration, of so many `biases` of a joint too, as far as four SDs from none."""
+        if not self.bias:
+            return self._enumerated(0.0, lattice)
+        line = np.linspace(-4.0, 4.0, biases)
+        grid = np.stack(np.meshgrid(*[line] * self.felt.shape[1], indexing="ij"), axis=-1).reshape(
+            -1, self.felt.shape[1]
+        )
+        of_each = [self._enumerated(self.bias * each, lattice) for each in grid]
+        prior = np.exp(-0.5 * np.square(grid).sum(axis=1))
+        return [_mixed(step, prior / prior.sum()) for step in zip(*of_each, strict=True)]
+
+    def _enumerated(self, bias, lattice):
         return posteriors(
-            self.felt,
+            self.felt - bias,
             TOUCHED,
             travel=self.travel,
             sigma=np.deg2rad(SIGMA_DEG),
@@ -93,10 +108,26 @@ class Trial:
         return np.array(rows)
 
 
+def _mixed(posteriors_of_a_step, prior):
+    """The posterior of a step where which of some (B,) is so has the probability `prior` (B,)."""
+    log = np.log(prior) + [each.log_evidence for each in posteriors_of_a_step]
+    total = np.logaddexp.reduce(log)
+    weights = np.exp(log - total)
+    pose, occupied = (
+        np.tensordot(weights, [getattr(each, what) for each in posteriors_of_a_step], 1)
+        for what in ("pose", "occupied")
+    )
+    return posteriors_of_a_step[0]._replace(pose=pose, occupied=occupied, log_evidence=total)
+
+
+BIASES = {0.0: 1, SIGMA_DEG: 33, 1.0: 65}  # degrees: how many are enumerated, five in an SD of what is left of it
+
+
+@pytest.mark.parametrize("bias_deg", BIASES)
 @pytest.mark.parametrize("start", [UNKNOWN, KNOWN], ids=["unknown map", "known map"])
-def test_pose_map_and_evidence_of_one_joint_are_exact(start):
-    trial = Trial(30_000, start=start)
-    pose, cells, evidence = trial.distances(trial.exact()).T
+def test_pose_map_and_evidence_of_one_joint_are_exact(start, bias_deg):
+    trial = Trial(30_000, start=start, bias_deg=bias_deg)
+    pose, cells, evidence = trial.distances(trial.exact(BIASES[bias_deg])).T
     assert pose.max() < 0.02
     assert cells.max() < 0.02
     assert np.abs(evidence).max() < 0.02
@@ -122,6 +153,28 @@ def test_pose_map_and_evidence_of_two_joints_are_exact(start):
     np.testing.assert_allclose(mean, [(axis * exact[-1].pose).sum() for axis in axes], atol=0.05 * VOXEL / ARM)
 
 
+@pytest.mark.statistical
+def test_an_unknown_bias_of_two_joints_is_exact():
+    """169 enumerations, somewhat more than one in an SD of what is left of a bias."""
+    trial = Trial(30_000, joints=2, start=KNOWN, velocity_noise=0.25, bias_deg=0.15)
+    pose, cells, evidence = trial.distances(trial.exact(13, fine=9, reach=2.5)).T
+    print(pose, cells, evidence)
+    assert pose.max() < 0.02
+    assert cells.max() < 0.02
+    assert np.abs(evidence).max() < 0.02
+
+
+def test_a_known_map_tells_of_the_bias():
+    """Against the mean of all biases by enumeration; and the angles alone would have said another one."""
+    trial = Trial(30_000, start=KNOWN, bias_deg=SIGMA_DEG)
+    line = np.linspace(-4.0, 4.0, 33) * trial.bias
+    log = [trial._enumerated(bias, {})[-1].log_evidence for bias in line] - 0.5 * (line / trial.bias) ** 2
+    exact = line @ np.exp(log - np.logaddexp.reduce(log))
+    found = trial.beliefs[-1].joint_offset[0]
+    assert found == pytest.approx(exact, abs=0.03 * trial.bias)
+    assert abs(trial.slam.pose.offset.mean[0] - exact) > 0.3 * trial.bias
+
+
 def test_a_known_map_moves_the_pose():
     """The check above means something: without the touches the pose would be another one."""
     trial = Trial(30_000, start=KNOWN)
@@ -139,11 +192,14 @@ def test_a_short_lag_is_nearly_exact(lag):
     assert np.abs(evidence).max() < 0.05
 
 
-def test_the_error_falls_as_one_over_the_root_of_the_number_of_particles():
-    exact = Trial(1, start=KNOWN).exact()
+@pytest.mark.parametrize("bias_deg", [0.0, SIGMA_DEG])
+def test_the_error_falls_as_one_over_the_root_of_the_number_of_particles(bias_deg):
+    exact = Trial(1, start=KNOWN, bias_deg=bias_deg).exact(BIASES[bias_deg])
     counts, errors = np.array([30, 120, 480, 1920]), []
     for count in counts:
-        last = [Trial(int(count), start=KNOWN, seed=seed, candidates=2).beliefs[-1] for seed in range(25)]
+        last = [
+            Trial(int(count), start=KNOWN, seed=seed, candidates=2, bias_deg=bias_deg).beliefs[-1] for seed in range(25)
+        ]
         pose = [belief.lagged_joint_angles[0] - exact[-1].angles @ exact[-1].pose for belief in last]
         evidence = [belief.log_evidence - exact[-1].log_evidence for belief in last]
         errors.append([np.sqrt(np.mean(np.square(pose))), np.sqrt(np.mean(np.square(evidence)))])
