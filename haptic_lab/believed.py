@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
 from haptic_env import validate
+from haptic_lab.conditions import NOISES as NOISY
+from observer import HapticSLAM
 from observer.brackets import WHITE_ONLY
 from observer.pose.noise_presets import NOISES
 
 UNKNOWN = "unknown"  # for a sigma that is to be found out
-TOLD = ("sigma_deg", "bias_deg", "drift_deg", "drift_seconds", "proportional", "motor_noise")  # of what is so
+TOLD = tuple(name for name in NOISY if name in inspect.signature(HapticSLAM).parameters)  # of what is so
 
 
 def as_sigma(text: str) -> float | str:
@@ -94,7 +97,7 @@ class Believed:
         Returns:
             Keywords of observers.
         """
-        said = {name: getattr(self, f"believed_{name}") for name in (*TOLD, "start_std_deg")}
+        said = {name.removeprefix("believed_"): getattr(self, name) for name in BELIEVED[1:]}
         told = {name: noise[name] for name in TOLD if name in noise}
         if self.believed is not None:
             told |= WHITE_ONLY | NOISES[self.believed]

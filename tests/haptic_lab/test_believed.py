@@ -222,3 +222,8 @@ def test_a_training_run_from_before_goes_on_and_one_of_other_noise_is_refused(tm
     assert biased.world.bias_deg == 3
     with pytest.raises(SystemExit):
         train.check_configuration(tmp_path / "config.json", biased)
+
+
+def test_all_noise_of_felt_angles_and_torques_is_told() -> None:
+    assert {*GIVEN} - {"start_std_deg"} <= {*TOLD}
+    assert [f"believed_{name}" for name in GIVEN] == [*BELIEVED[1:]], "each is tried above"

@@ -28,7 +28,8 @@ def biased(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of an exploration with offsets, which are kept."""
     folder = tmp_path_factory.mktemp("biased")
     save = ["--save-offsets", str(folder / "offsets.toml")]
-    assert explore.main([*SHORT, "--bias-deg", "4", "--out", str(folder), *save]) == 0
+    noise = ["--bias-deg", "4", "--believed-proportional", "0.02"]
+    assert explore.main([*SHORT, *noise, "--out", str(folder), *save]) == 0
     return folder
 
 
