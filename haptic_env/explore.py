@@ -108,8 +108,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         faults = patches_stuck, patches_dead, self.hand.patches
         self.contact_detection = sensors.ContactDetection(contact_miss, contact_false_alarm, contact_confusion, *faults)
         self.motor_noise = sensors.MotorNoise(motor_noise)
-        told = locals()
-        self.noise = {name: copy.copy(told[name]) for name in sensors.KEYWORDS}
+        self.noise = {name: copy.copy(told) for name, told in locals().items() if name in sensors.KEYWORDS}
 
         joints, bound = self.hand.joints, sensors.FeltAngles.BOUND
         self._joints = (joints,)
@@ -293,7 +292,9 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         return {"joint_angles": self.felt_angles(self._data.qpos), "contacts": contacts.view(np.int8)}
 
     def _info(self) -> dict[str, Any]:
-        return {"truth": scene.truth(self._data, self.solid, self._place)} if self.reveal_truth else {}
+        if not self.reveal_truth:
+            return {}
+        return {"truth": scene.truth(self._data, self.solid, self._place, self.felt_angles.offset)}
 
 
 _KEYWORDS = validate.keywords_of(ExploreEnv)  # so that the error for an unknown one can list them all

@@ -90,13 +90,16 @@ def light(model: mujoco.MjModel, hand: Hand, touched: NDArray[np.bool_]) -> None
     model.site_rgba[:] = np.where(touched[:, None], LIT_RGBA, PATCH_RGBA)
 
 
-def truth(data: mujoco.MjData, solid: Solid, place: tuple[NDArray[np.float64], ...]) -> dict[str, Any]:
+def truth(
+    data: mujoco.MjData, solid: Solid, place: tuple[NDArray[np.float64], ...], offset: NDArray[np.float64]
+) -> dict[str, Any]:
     """Tell what an observer is to find out.
 
     Args:
         data: of the hand's and the object's model.
         solid: the object.
         place: its position (3,) m, quaternion (4,) wxyz and size (3,) m.
+        offset: (J,) rad, of the felt angles.
 
     Returns:
         What `info["truth"]` holds.
@@ -104,6 +107,7 @@ def truth(data: mujoco.MjData, solid: Solid, place: tuple[NDArray[np.float64], .
     return {
         "joint_angles": data.qpos.copy(),
         "joint_velocities": data.qvel.copy(),
+        "joint_offset": offset,
         "shape": solid.name,
         **{f"object_{name}": each.copy() for name, each in zip(("position", "quaternion", "size"), place, strict=True)},
     }

@@ -15,43 +15,51 @@ from observer.fastslam import HapticSLAM
 from observer.pose.kalman import ContactDynamics
 
 KALMAN_DYNAMICS = ContactDynamics(constrained=False)
+WHITE_ONLY = {"bias_deg": 0.0, "drift_deg": 0.0, "proportional": 0.0, "start_std_deg": 0.0}  # noise of felt angles
 
 
 class OneMap(HapticSLAM):
     """One map at the mean pose: no particles, no say of the map in the pose."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
         super().__init__(hand, sigma_deg, particles=1, candidates=1, **keywords)
 
 
 class DeadReckoning(OneMap):
     """Floor: the map at the raw angles, which knows no `lag`."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 3.0, *, lag: int | None = None, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, *, lag: int | None = None, **keywords: Any) -> None:
         if lag is not None:
             validate.integer("lag of raw angles", lag, 0, 0)
         super().__init__(hand, sigma_deg, **{**keywords, "motion": "raw_angles", "lag": 0})
 
 
 class TruePose(DeadReckoning):
-    """Ceiling: the map at the true pose, which it is handed as the felt one; `sigma_deg` is not used."""
+    """Ceiling: the map at the true pose, which it is handed as the felt one; what is told of noise is not used."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 0.0, **keywords: Any) -> None:
-        super().__init__(hand, 0.0, **keywords)
+    def __init__(self, hand: Hand, sigma_deg: float | None = 0.0, **keywords: Any) -> None:
+        super().__init__(hand, 0.0, **{**keywords, **WHITE_ONLY})
 
 
 class Kalman(OneMap):
     """The map at the online mean of an extended Kalman filter that takes contact for noise of the finger's joints."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
         super().__init__(hand, sigma_deg, **{"lag": 0, "dynamics": KALMAN_DYNAMICS, **keywords})
 
 
 class Smoother(OneMap):
     """The same filter with the fixed lag."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
         super().__init__(hand, sigma_deg, **{"dynamics": KALMAN_DYNAMICS, **keywords})
+
+
+class White(HapticSLAM):
+    """The observer that believes in white noise of `sigma_deg` and nothing else, whatever it is told of other noise."""
+
+    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, particles: int = 200, **keywords: Any) -> None:
+        super().__init__(hand, sigma_deg, particles, **{**keywords, **WHITE_ONLY})
 
 
 OBSERVERS: dict[str, Callable[..., HapticSLAM]] = {
@@ -59,6 +67,7 @@ OBSERVERS: dict[str, Callable[..., HapticSLAM]] = {
     "paper": HapticSLAM.paper,
     "kalman": Kalman,
     "smoother": Smoother,
+    "white": White,
     "haptic_slam": HapticSLAM,
     "ceiling": TruePose,
 }

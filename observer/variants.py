@@ -33,7 +33,7 @@ WITHOUT_MAP: dict[str, dict[str, Any]] = {  # keywords for `PoseOnly`
 }
 Observer = HapticSLAM | PoseOnly
 FULL = "haptic_slam"
-WITH_PARTICLES = (FULL, "paper")
+WITH_PARTICLES = (FULL, "paper", "white")
 BADLY_KNOWN = ("no_forward_model", "no_torques", "paper")  # poses of which maps may have more to say
 ABLATION = (FULL, *VARIANTS, "paper", *(f"{name}+no_scan_matching" for name in BADLY_KNOWN))
 NAMES = (*OBSERVERS, *VARIANTS, *WITHOUT_MAP)
@@ -48,7 +48,7 @@ def check(what: str, name: str) -> str:
     return name
 
 
-def make_observer(name: str, hand: Hand, sigma_deg: float, particles: int, **keywords: Any) -> Observer:
+def make_observer(name: str, hand: Hand, sigma_deg: float | None, particles: int, **keywords: Any) -> Observer:
     """The observer or variant `name` for `hand`; `particles` where it has any and does not say how many."""
     if check("name", name) in WITHOUT_MAP:
         return PoseOnly(hand, sigma_deg, **WITHOUT_MAP[name], **keywords)

@@ -31,6 +31,7 @@ from tests.properties.parameters import (
 from tests.properties.rule import Allowed
 from tests.properties.strategies import odd_names, odd_numbers, odd_paths
 
+FAULTS = Parameter(number(0.0, 0.4).valid | several(integer(0, 40), least=0).valid, odd_numbers | odd_names)
 KEYWORDS: dict[str, Parameter] = {
     "shape": Parameter(
         name(shapes.SHAPES).valid | several(name(shapes.SHAPES)).valid, odd_names | odd_paths | several(name("x")).odd
@@ -44,6 +45,9 @@ KEYWORDS: dict[str, Parameter] = {
     "motor_noise": number(0.0, 1.0),
     "contact_miss": number(0.0, 1.0),
     "contact_false_alarm": number(0.0, 1.0),
+    "contact_confusion": number(0.0, 1.0),
+    "patches_stuck": FAULTS,
+    "patches_dead": FAULTS,
     "size_jitter": number(0.0, 0.2),
     "position_jitter": number(0.0, 0.01),
     "yaw_jitter": number(0.0, 90.0),
@@ -160,9 +164,25 @@ SENSORS: Mapping[str, tuple[Any, dict[str, Parameter]]] = {
     ),
     "Proportional": (sensors.Proportional, {"proportional": number(0, 1).always}),
     "MotorNoise": (sensors.MotorNoise, {"fraction": number(0, 1).always}),
-    "ContactDetection": (sensors.ContactDetection, {"miss": number(0, 1), "false_alarm": number(0, 1)}),
+    "ContactDetection": (
+        partial(sensors.ContactDetection, patches=samples.hand().patches),
+        {
+            "miss": number(0, 1),
+            "false_alarm": number(0, 1),
+            "confusion": number(0, 1),
+            "stuck": FAULTS,
+            "dead": FAULTS,
+        },
+    ),
 }
-WORDS = {"fraction": ("motor_noise",), "miss": ("contact_miss",), "false_alarm": ("contact_false_alarm",)}
+WORDS = {
+    "fraction": ("motor_noise",),
+    "miss": ("contact_miss",),
+    "false_alarm": ("contact_false_alarm",),
+    "confusion": ("contact_confusion",),
+    "stuck": ("patch",),
+    "dead": ("patch",),
+}
 
 ENTRIES: dict[str, Entry] = {
     **{
