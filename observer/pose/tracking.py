@@ -9,10 +9,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env import sensors, validate
+from haptic_env import hand_env, sensors, validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
-from haptic_env.unwrapping import hand_env
 from observer import compiling, edge
 from observer.contacts.contact_filter import ContactFilter
 from observer.pose.kalman import PoseFilter

@@ -134,7 +134,7 @@ def test_an_observer_for_an_environment_believes_what_is_so(env_id, kind):
     assert OBSERVERS[kind].for_env(env, sigma_deg=5.0).sigma_deg == pytest.approx(5.0)
 
 
-def test_an_environment_without_noise_of_its_own_is_refused(kind):
+def test_an_environment_without_a_hand_is_refused(kind):
     with pytest.raises(ValueError, match="env must be one environment with a hand"):
         OBSERVERS[kind].for_env(gym.make("CartPole-v1"))
 
@@ -156,3 +156,23 @@ def test_what_cannot_be_believed_is_refused_as_by_the_environment(two_finger, ki
         gym.make("HapticSLAM/TwoFinger-v0", **{name: value})
     assert str(told.value) == str(environments.value)
     assert name in sensors.KEYWORDS
+
+
+def test_an_environment_whose_noise_is_not_known_is_refused(kind):
+    env = gym.Wrapper(gym.make("HapticSLAM/TwoFinger-v0"))
+    del env.unwrapped.noise
+    with pytest.raises(ValueError, match=r"noise of env must be known, as that of HapticSLAM/TwoFinger-v0, got None"):
+        OBSERVERS[kind].for_env(env)
+
+
+def test_where_a_patch_is_doubted_something_may_press_unfelt(two_finger):
+    """Its finger's pose is less sure, that of the other as it was."""
+    filters = [PoseOnly(two_finger).pose for _ in range(2)]
+    filters[1].doubted = np.arange(len(two_finger.patches)) == two_finger.patches.names.index("index_distal_tip")
+    for _ in range(3):
+        for each in filters:
+            each.step(np.zeros(8), two_finger.rest_pose, np.zeros(len(two_finger.patches), dtype=bool))
+    usual, doubted = (np.diag(each.covariance)[:8] for each in filters)
+    index = np.array([name.startswith("index") for name in two_finger.joint_names])
+    assert (doubted[index][1:] > usual[index][1:]).all()
+    np.testing.assert_array_equal(doubted[~index], usual[~index])
