@@ -12,7 +12,7 @@ from typing import Any
 from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.fastslam import HapticSLAM
-from observer.pose.kalman import ContactDynamics
+from observer.pose.contact_dynamics import ContactDynamics
 
 KALMAN_DYNAMICS = ContactDynamics(constrained=False)
 

@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.pose.angle_noise import AngleNoise, Offset, summed
+from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose.gating import Gate, Gated, Heard, take_in
-from observer.pose.kalman import EXACTLY, RESTART_ANGLE, ContactDynamics
+from observer.pose.kalman import EXACTLY, RESTART_ANGLE
 
 HOLDS = 300
 HOLD_SECONDS = 0.2  # about as long as a torque of random exploration lasts

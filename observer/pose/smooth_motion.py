@@ -26,10 +26,9 @@ from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.gaussian import mixture
-from observer.pose import interacting_models
 from observer.pose.angle_noise import AngleNoise, Offset
 from observer.pose.gating import Gate, Gated, Heard
-from observer.pose.interacting_models import PRESENT
+from observer.pose.interacting_models import PRESENT, JumpMarkovModel, turn
 from observer.pose.joint_pairs import JointPairs
 
 NOTHING = 1e8  # rad²: variance of a reading that tells of nothing
@@ -121,10 +120,12 @@ class KinematicPose(Gated):
         self.smooth = SmoothMotion() if smooth is None else smooth
         self.partners = JointPairs(hand.joints, self.smooth.together, self.smooth.temper)
         step = 1.0 / control_hz
-        self._transition = self.smooth.transition(step)
         squares = np.square(self.smooth.speeds)
-        self._noise = squares[:, None, None] * self.smooth.noise(step)  # (M, 3, 3)
-        self._switch = self.smooth.switching(step)
+        self._model = JumpMarkovModel(
+            self.smooth.switching(step),
+            self.smooth.transition(step),
+            squares[:, None, None] * self.smooth.noise(step),
+        )
         self._start = squares[:, None] * [1.0, self.smooth.seconds**-2]  # (M, 2): of velocity and acceleration
         self.noise = AngleNoise(hand.joints, step) if noise is None else noise
         self._lasting = self.noise.over_time(1 + lag)
@@ -157,8 +158,8 @@ class KinematicPose(Gated):
         joints, before = self.hand.joints, self.log_evidence
         heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
         if heard is None:
-            log_density = np.empty(self.partners.count)
-            self._turn(self._level, self._means, self._covariances, self.partners.along(joint_angles), log_density)
+            along, log_density = self.partners.along(joint_angles), np.empty(self.partners.count)
+            turn(self._level, self._means, self._covariances, self._model, along, self.sigma**2, log_density)
         else:
             log_density = self._turn_without(heard)
         self.log_evidence += float(log_density[:joints].sum())
@@ -168,29 +169,6 @@ class KinematicPose(Gated):
         if self._gate.lost(self.mean, self.covariance, PRESENT * joints):
             self.log_evidence = before  # what it said of this step may be no number
             self._start_at(self._gate.at_first(joint_angles))
-
-    def _turn(
-        self,
-        level: Array,
-        means: Array,
-        covariances: Array,
-        along: Array,
-        log_density: Array,
-        variance: float | None = None,
-    ) -> None:
-        """One turn of the filters of some directions, in place, which feel `along` rad with `variance` rad² (None: that
-        of the angles)."""
-        interacting_models.turn(
-            level,
-            means,
-            covariances,
-            self._switch,
-            self._transition,
-            self._noise,
-            along,
-            self.sigma**2 if variance is None else variance,
-            log_density,
-        )
 
     def _turn_without(self, heard: Heard) -> Array:
         """One turn in which some joints are not heard, and so no direction that they have a part in; the log density
@@ -202,10 +180,10 @@ class KinematicPose(Gated):
         self._covariances[:, :, 0, 0] += self.partners.along_squares(wrong**2)[:, None]
         log_density = np.empty(self.partners.count)
         heard_of = self.partners.all_of(told)
-        for some, variance in ((heard_of, None), (~heard_of, NOTHING)):
+        for some, variance in ((heard_of, self.sigma**2), (~heard_of, NOTHING)):
             level, means, covariances = self._level[some], self._means[some], self._covariances[some]
             density = np.empty(len(level))
-            self._turn(level, means, covariances, along[some], density, variance)
+            turn(level, means, covariances, self._model, along[some], variance, density)
             self._level[some], self._means[some], self._covariances[some] = level, means, covariances
             log_density[some] = density
         return self.partners.without(log_density, told)
