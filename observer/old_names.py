@@ -25,7 +25,8 @@ moved(
             "maps.novelty": "novelty",
             "maps.suspects": "maps.matching_geometry maps.scan_matching maps.capsules",
             "marginal_kernels": (
-                "maps.scan_matching maps.matching_geometry maps.free_space maps.cells maps.capsules kinematics"
+                "maps.scan_matching maps.matching_geometry maps.free_space maps.cells maps.capsules jacobians "
+                "kinematics"
             ),
             "matching": "maps.matching",
             "occupancy": "maps.occupancy",

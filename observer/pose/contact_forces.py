@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from observer.gaussian import add
-from observer.kinematics import body_frames, point_jacobian
+from observer.jacobians import point_jacobian
+from observer.kinematics import body_frames
 
 
 class PatchForces(NamedTuple):

@@ -10,14 +10,20 @@ from observer.pose.source import PoseSource
 
 
 class TracksPose:
-    """An observer whose `pose` is a source of its own, J joints."""
+    """An observer whose pose is tracked by a source of its own.
+
+    Attributes:
+        pose: the source, of J joints.
+    """
 
     pose: PoseSource
 
     @property
     def sigma_deg(self) -> float:
-        """Degrees: SD of the noise of felt angles as the observer believes it. May be set, in mid-trial too: it holds
-        from the next step on. Raises `ValueError` for a value out of range."""
+        """Degrees: SD of white noise of the felt angles as the observer believes it.
+
+        It may be set, in mid-trial too, and holds from the next step on; what is out of range raises `ValueError`.
+        """
         return float(np.rad2deg(self.pose.sigma))
 
     @sigma_deg.setter
@@ -26,6 +32,8 @@ class TracksPose:
 
     @property
     def set_aside(self) -> NDArray[np.int64]:
-        """(J,) how many felt angles of the trial no hand can have, so that they were set aside, or taken without whole
-        turns (`observer.pose.gating`)."""
+        """(J,) how many felt angles of the trial no hand can have (`observer.pose.gating`).
+
+        They were set aside, or taken without whole turns.
+        """
         return self.pose.set_aside
