@@ -289,6 +289,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             "truth": {
                 "joint_angles": self._data.qpos.copy(),
                 "joint_velocities": self._data.qvel.copy(),
+                "joint_offset": self.felt_angles.offset,
                 "shape": self.solid.name,
                 "object_position": self._place[0].copy(),
                 "object_quaternion": self._place[1].copy(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -30,6 +31,23 @@ def check_policy(name: str, trust: bool) -> None:
             agents.load_model(name, trust=trust)
         except ImportError as error:
             raise ValueError(f"--policy {name}: {error}") from error
+
+
+def check_noise(noise: Mapping[str, Any]) -> None:
+    """Check all noise but sigma.
+
+    Args:
+        noise: keyword arguments of the environment.
+
+    Raises:
+        ValueError: for a value out of its range.
+    """
+    # The sensors know what they can be.
+    sensors.Bias(noise["bias_deg"])
+    sensors.Drift(noise["drift_deg"], noise["drift_seconds"], step_seconds=1.0)
+    sensors.Proportional(noise["proportional"])
+    sensors.MotorNoise(noise["motor_noise"])
+    sensors.ContactDetection(noise["contact_miss"], noise["contact_false_alarm"])
 
 
 @dataclass(frozen=True)
@@ -65,12 +83,7 @@ class Condition:
 
     def __post_init__(self) -> None:
         validate.number("--sigmas", self.sigma_deg, high=90.0, above=0.0, unit="degrees")
-        # The sensors know what they can be.
-        sensors.Bias(self.bias_deg)
-        sensors.Drift(self.drift_deg, self.drift_seconds, step_seconds=1.0)
-        sensors.Proportional(self.proportional)
-        sensors.MotorNoise(self.motor_noise)
-        sensors.ContactDetection(self.contact_miss, self.contact_false_alarm)
+        check_noise(self.noise)
         agents.find(self.policy, "--policy")
         validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
 

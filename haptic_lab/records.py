@@ -63,6 +63,7 @@ class Exploration:
         contacts: (T, P).
         start: the reset.
         roots: (T), where the hand as a whole was, if it moved.
+        joint_offset: (T, J) rad, the true offsets of felt angles, where they are known.
     """
 
     hand: Hand
@@ -74,6 +75,7 @@ class Exploration:
     contacts: NDArray[np.bool_]
     start: SensorReading
     roots: tuple[Pose, ...] | None = None
+    joint_offset: Array | None = None
 
 
 @dataclass
@@ -86,6 +88,8 @@ class BeliefTrace:
         joint_std: (T, J) rad, online.
         lagged_joint_angles: (T, J) rad, of the same steps once the lag has passed.
         lagged_joint_std: (T, J) rad, of those.
+        joint_offset: (T, J) rad, of felt angles, online.
+        joint_offset_std: (T, J) rad, of those.
         n_eff: (T,).
         posterior: (T, C).
         belief: the last one.
@@ -97,6 +101,8 @@ class BeliefTrace:
     joint_std: Array
     lagged_joint_angles: Array
     lagged_joint_std: Array
+    joint_offset: Array
+    joint_offset_std: Array
     n_eff: Array
     posterior: Array
     belief: Belief

@@ -184,7 +184,7 @@ def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> 
         haptic_env.ENVIRONMENTS[settings.env],
         recording,
         solid,
-        sigma_deg=settings.sigma,
+        **settings.noise,
         episode_seconds=recording.seconds if settings.seconds is None else settings.seconds,
         render_mode=render_mode,
     )
@@ -213,7 +213,7 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
         settings.env,
         shape=settings.shape,
         scale=settings.scale,
-        sigma_deg=settings.sigma,
+        **settings.noise,
         episode_seconds=recording.seconds + LEAD_SECONDS if settings.seconds is None else settings.seconds,
         render_mode=render_mode,
         reveal_truth=True,  # for the observer's judge alone

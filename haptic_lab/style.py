@@ -36,6 +36,7 @@ OBSERVER_COLOURS = {
     "paper": "#CC79A7",
     "kalman": "#E69F00",
     "smoother": "#56B4E9",
+    "white": "#D55E00",
     "haptic_slam": "#000000",
     "ceiling": "#117733",
 }
@@ -44,6 +45,7 @@ OBSERVER_NAMES = {
     "paper": "as the paper has it",
     "kalman": "Kalman",
     "smoother": "smoother",
+    "white": "white noise believed",
     "haptic_slam": "haptic SLAM",
     "ceiling": "true pose (ceiling)",
 }

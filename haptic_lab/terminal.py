@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import re
 import signal
 import sys
 import unicodedata
@@ -60,6 +61,18 @@ def refuse(message: str) -> NoReturn:
     """
     tell_error(message)
     sys.exit(2)
+
+
+def as_keys(message: str) -> str:
+    """Say of a file what is said of a command line.
+
+    Args:
+        message: that names flags.
+
+    Returns:
+        The same with their keys in a TOML file.
+    """
+    return re.sub(r"--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), message)
 
 
 def as_path(text: str) -> str:

@@ -39,13 +39,14 @@ class ObserverRun:
     Attributes:
         observer: that is told what was felt.
         shape: names the object from its beliefs; None: nobody does.
-        beliefs: of each step: mean (J,) rad, SD (J,) rad, effective sample size, posterior (C,).
+        beliefs: of each step: mean (J,) rad, SD (J,) rad, offset (J,) rad, its SD (J,) rad, effective sample size,
+            posterior (C,).
         lagged: by step: mean (J,) rad, SD (J,) rad, once the lag has passed.
     """
 
     observer: Observer
     shape: ShapePosterior | None
-    beliefs: list[tuple[Array, Array, float, Array]] = field(default_factory=list)
+    beliefs: list[tuple[Array, Array, Array, Array, float, Array]] = field(default_factory=list)
     lagged: dict[int, tuple[Array, Array]] = field(default_factory=dict)
 
     @property
@@ -77,7 +78,10 @@ class ObserverRun:
         del self.belief  # its map would be computed just before it changes, though nobody asked for it
         self.belief = self.observer.step(turn.torque, turn.told[name], turn.contacts, turn.root)
         posterior = self._take_in(step, self.belief)
-        self.beliefs.append((self.belief.joint_angles, self.belief.joint_std, self.belief.n_eff, posterior))
+        now = self.belief
+        self.beliefs.append(
+            (now.joint_angles, now.joint_std, now.joint_offset, now.joint_offset_std, now.n_eff, posterior)
+        )
 
     def trace(self, step: int) -> BeliefTrace:
         """End the trial.
@@ -92,14 +96,15 @@ class ObserverRun:
         for belief in self.observer.flush():
             self.belief = belief
             self._take_in(step, belief)
-        angles, std, n_eff, posterior = (np.array(each) for each in zip(*self.beliefs, strict=True))
+        angles, std, offset, offset_std, n_eff, posterior = map(np.array, zip(*self.beliefs, strict=True))
         if self.shape is not None:
             posterior[-1] = self.shape.posterior  # the flush belongs to the last step
         lagged, lagged_std = (
             np.array(each) for each in zip(*(self.lagged[k] for k in range(1, step + 1)), strict=True)
         )
         labels = () if self.shape is None else self.shape.labels
-        return BeliefTrace(labels, angles, std, lagged, lagged_std, n_eff, posterior, self.belief, growing)
+        now = angles, std, lagged, lagged_std, offset, offset_std, n_eff, posterior
+        return BeliefTrace(labels, *now, self.belief, growing)
 
     def _take_in(self, step: int, belief: Belief) -> Array:
         self.lagged[step - belief.lag_steps] = belief.lagged_joint_angles, belief.lagged_joint_std
@@ -151,6 +156,7 @@ class Trial:
         self._felt_at = dict(felt_at or {})
         self._record: list[tuple[NDArray[Any], ...]] = []
         self._roots: list[Pose | None] = []
+        self._offsets: list[Array | None] = []
 
     def __iter__(self) -> Iterator[int]:
         """Explore; yields the number of the step just taken, from 1."""
@@ -185,6 +191,7 @@ class Trial:
             root = info.get("root")
             self._record.append((torque, felt, true, contacts.astype(bool)))
             self._roots.append(root)
+            self._offsets.append(info["truth"].get("joint_offset"))
             yield StepInput(torque, contacts, root, self._told(felt, true, others))
 
     def _told(self, felt: Array, true: Array, others: Mapping[float, Callable[[Array], Array]]) -> dict[str, Array]:
@@ -203,11 +210,17 @@ class Trial:
         steps = len(self._record)
         seconds = self.step_seconds * np.arange(1, steps + 1, dtype=np.float64)
         roots = tuple(root for root in self._roots if root is not None) or None
-        exploration = Exploration(self.hand, self.solid, seconds, torques, felt, true, contacts, self._start, roots)
+        known = [each for each in self._offsets if each is not None]
+        offset = np.array(known) if known else None
+        exploration = Exploration(
+            self.hand, self.solid, seconds, torques, felt, true, contacts, self._start, roots, offset
+        )
         return exploration, {name: observer_run.trace(steps) for name, observer_run in self.observer_runs.items()}
 
 
-def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePosterior) -> gym.Env[Any, Any]:
+def guided(
+    env: gym.Env[Any, Any], policy: str, sigma_deg: float | None, shape: ShapePosterior, **keywords: Any
+) -> gym.Env[Any, Any]:
     """Give a policy what it reads: where that is beliefs, an observer of `GUIDE`, and where it asks what the object may
     be, a namer.
 
@@ -216,8 +229,9 @@ def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePo
     Args:
         env: that is explored.
         policy: name, or path of a model.
-        sigma_deg: that the observer is told, degrees.
+        sigma_deg: that the observer is told, degrees; None: it finds it out.
         shape: the namer, which is copied.
+        **keywords: of the observer, what else it is told.
 
     Returns:
         An `ObserverWrapper`, or `env` where the policy reads nothing.
@@ -226,7 +240,7 @@ def guided(env: gym.Env[Any, Any], policy: str, sigma_deg: float, shape: ShapePo
     if not kind.guided:
         return env
     base = hand_env(env)
-    observer = make_observer(GUIDE, base.hand, sigma_deg, particles=1, control_hz=base.control_hz)
+    observer = make_observer(GUIDE, base.hand, sigma_deg, particles=1, control_hz=base.control_hz, **keywords)
     return ObserverWrapper(env, observer, copy.copy(shape) if kind.asks_shape else None)
 
 
@@ -248,14 +262,14 @@ def check_model(env: gym.Env[Any, Any], policy: str, shape: ShapePosterior, trus
 
 
 def make_observers(
-    names: Sequence[str], hand: Hand, sigma_deg: float, particles: int, **keywords: Any
+    names: Sequence[str], hand: Hand, sigma_deg: float | None, particles: int, **keywords: Any
 ) -> dict[str, Observer]:
     """Make observers.
 
     Args:
         names: of observers or variants.
         hand: that explores.
-        sigma_deg: that they are told, degrees.
+        sigma_deg: that they are told, degrees; None: they find it out.
         particles: of the ones that have any.
         **keywords: of all.
 

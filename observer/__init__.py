@@ -2,7 +2,7 @@
 
 from observer import old_names  # noqa: F401 - keeps them importable
 from observer.belief import Belief
-from observer.brackets import OBSERVERS, DeadReckoning, Kalman, Smoother, TruePose
+from observer.brackets import OBSERVERS, DeadReckoning, Kalman, Smoother, TruePose, White
 from observer.fastslam import HapticSLAM
 from observer.maps.contact_model import ContactModel
 from observer.pose.contact_dynamics import ContactDynamics
@@ -34,5 +34,6 @@ __all__ = [
     "ShapePosterior",
     "Smoother",
     "TruePose",
+    "White",
     "warm_up",
 ]

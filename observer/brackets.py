@@ -15,12 +15,13 @@ from observer.fastslam import HapticSLAM
 from observer.pose.contact_dynamics import ContactDynamics
 
 KALMAN_DYNAMICS = ContactDynamics(constrained=False)
+WHITE_ONLY = {"bias_deg": 0.0, "drift_deg": 0.0, "proportional": 0.0, "start_std_deg": 0.0}  # noise of felt angles
 
 
 class OneMap(HapticSLAM):
     """One map at the mean pose: no particles, no say of the map in the pose."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates.
 
         Args:
@@ -37,13 +38,13 @@ class OneMap(HapticSLAM):
 class DeadReckoning(OneMap):
     """Floor: the map at the raw angles, which knows no `lag`."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 3.0, *, lag: int | None = None, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, *, lag: int | None = None, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates, motion and lag.
 
         Args:
             hand: with J joints and P patches.
-            sigma_deg: degrees, SD of white noise of the felt angles; None: it is found out.
-            lag: steps; there is none: 0 or None.
+            sigma_deg: degrees, SD of white noise of the felt angles; None: 3, as nothing tells of it.
+            lag: steps, of which there are none: 0 or None.
             **keywords: what else `HapticSLAM` is told.
 
         Raises:
@@ -55,26 +56,26 @@ class DeadReckoning(OneMap):
 
 
 class TruePose(DeadReckoning):
-    """Ceiling: the map at the true pose, which it is handed as the felt one; `sigma_deg` is not used."""
+    """Ceiling: the map at the true pose, which it is handed as the felt one; what is told of noise is not used."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 0.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: float | None = 0.0, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates, motion and lag.
 
         Args:
             hand: with J joints and P patches.
             sigma_deg: not used.
-            **keywords: what else `HapticSLAM` is told.
+            **keywords: what else `HapticSLAM` is told, of which what is of noise is not used.
 
         Raises:
             ValueError: for a value out of range.
         """
-        super().__init__(hand, 0.0, **keywords)
+        super().__init__(hand, 0.0, **{**keywords, **WHITE_ONLY})
 
 
 class Kalman(OneMap):
     """The map at the online mean of an extended Kalman filter that takes contact for noise of the finger's joints."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates.
 
         Args:
@@ -91,7 +92,7 @@ class Kalman(OneMap):
 class Smoother(OneMap):
     """The same filter with the fixed lag."""
 
-    def __init__(self, hand: Hand, sigma_deg: float = 3.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates.
 
         Args:
@@ -105,11 +106,19 @@ class Smoother(OneMap):
         super().__init__(hand, sigma_deg, **{"dynamics": KALMAN_DYNAMICS, **keywords})
 
 
+class White(HapticSLAM):
+    """The observer that believes in white noise of `sigma_deg` and nothing else, whatever it is told of other noise."""
+
+    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, particles: int = 200, **keywords: Any) -> None:
+        super().__init__(hand, sigma_deg, particles, **{**keywords, **WHITE_ONLY})
+
+
 OBSERVERS: dict[str, Callable[..., HapticSLAM]] = {
     "floor": DeadReckoning,
     "paper": HapticSLAM.paper,
     "kalman": Kalman,
     "smoother": Smoother,
+    "white": White,
     "haptic_slam": HapticSLAM,
     "ceiling": TruePose,
 }

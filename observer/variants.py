@@ -33,7 +33,7 @@ WITHOUT_MAP: dict[str, dict[str, Any]] = {  # keywords for `PoseOnly`
 }
 Observer = HapticSLAM | PoseOnly
 FULL = "haptic_slam"
-WITH_PARTICLES = (FULL, "paper")
+WITH_PARTICLES = (FULL, "paper", "white")
 BADLY_KNOWN = ("no_forward_model", "no_torques", "paper")  # poses of which maps may have more to say
 ABLATION = (FULL, *VARIANTS, "paper", *(f"{name}+no_scan_matching" for name in BADLY_KNOWN))
 NAMES = (*OBSERVERS, *VARIANTS, *WITHOUT_MAP)
@@ -59,13 +59,13 @@ def check(what: str, name: str) -> str:
     return name
 
 
-def make_observer(name: str, hand: Hand, sigma_deg: float, particles: int, **keywords: Any) -> Observer:
+def make_observer(name: str, hand: Hand, sigma_deg: float | None, particles: int, **keywords: Any) -> Observer:
     """Make an observer by name.
 
     Args:
         name: of an observer or a variant, or several that add up.
         hand: that explores.
-        sigma_deg: degrees, SD of white noise of the felt angles.
+        sigma_deg: degrees, SD of white noise of the felt angles; None: it is found out.
         particles: N, where it has any and does not say how many.
         **keywords: what else `HapticSLAM`, or `PoseOnly`, is told.
 

@@ -67,9 +67,11 @@ class Lasting(Noise):
     decay: float
     step_sd: float
     value: Angles
+    sampled: Angles
+    """(J,) rad: the error of the last sample, and before it of the first."""
 
     def reset(self, rng: Rng, joints: int) -> None:
-        self.value = self.sd * rng.standard_normal(joints)
+        self.value = self.sampled = self.sd * rng.standard_normal(joints)
 
     def variance(self, joint_angles: Angles) -> Angles:
         return np.full(joint_angles.shape, self.sd**2)
@@ -140,7 +142,7 @@ class Drift(Lasting):
         self.step_sd = self.sd * np.sqrt(1 - self.decay**2)
 
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
-        present = self.value
+        present = self.sampled = self.value
         fresh = self.step_sd * rng.standard_normal(len(joint_angles))
         self.value = self.decay * present + fresh
         return present
@@ -241,6 +243,12 @@ class FeltAngles:
         self._rng = rng
         self._joints = joints
         proprioception.reset(rng, joints)
+
+    @property
+    def offset(self) -> Angles:
+        """(J,) rad: the errors that last, as they were at the last step."""
+        lasting = (each.sampled for each in self.proprioception.noises if isinstance(each, Lasting))
+        return sum(lasting, np.zeros(self._joints))
 
     def __call__(self, joint_angles: Angles) -> NDArray[np.float32]:
         """Draw what is felt at the next step.

@@ -7,6 +7,7 @@ explore.npz (belief and trace) and recording.npz (what was done and felt, for --
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,9 @@ import agents
 import haptic_env
 from haptic_env import hand_env, recordings, shapes
 from haptic_env.recordings import Recording
-from haptic_lab import replay, worlds
+from haptic_lab import believed, conditions, replay, worlds
 from haptic_lab.conditions import TRUST
+from haptic_lab.exploration import offsets
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, ExplorationSettings
@@ -63,6 +65,10 @@ def parse(
     )
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
+    for name, value in conditions.DEFAULTS.items():
+        flag = f"--{name.replace('_', '-')}"
+        add(flag, type=float, help=f"as the environment's keyword; observers are told (default {value:g})")
+    believed.add_flags(add)
     add("--seconds", type=float, help="how long to explore (default 10, or as long as the recording)")
     add("--particles", type=int, help="hypotheses of the observer (default 200)")
     add(
@@ -82,6 +88,7 @@ def parse(
         help="TOML: what the sensors of a glove mean (default: as for GraspDB14)",
     )
     add("--calibration", dest="glove_calibration", type=as_path, action=Renamed, help=argparse.SUPPRESS)
+    add("--save-offsets", type=as_path, metavar="FILE", help="keep the offsets of felt angles that were found, as TOML")
     add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
@@ -92,6 +99,8 @@ def parse(
             given["env"] = environment(given["env"])
         if source[0] is not None:
             found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]))
+            if found.felt is not None:
+                _refuse_noise(given)
             usual |= {name: value for name, value in found.settings.items() if name in usual}
             if given["env"] is None and "env" not in found.settings:
                 usual["env"] = replay.environment_of(found)
@@ -104,6 +113,17 @@ def parse(
     except OSError as error:
         parser.error(f"--recording cannot be read: {error}")
     return settings, found
+
+
+def _refuse_noise(given: Mapping[str, Any]) -> None:
+    """Raise `ValueError` for noise that was asked for where all that was felt is in a recording."""
+    for name in conditions.DEFAULTS:
+        if given[name] is not None:
+            flag = name.replace("_", "-")
+            raise ValueError(
+                f"--{flag} is for angles and contacts that are simulated, and this recording tells what was felt; what "
+                f"observers believe of it is told by --believed-{flag} and the like"
+            )
 
 
 @styled
@@ -137,6 +157,10 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
         tell_error(str(error))
         return 2
+    told = recording is None or (recording.felt is not None and session.told.get("motion") != "kinematic")
+    if settings.save_offsets is not None and not told:
+        tell_error("--save-offsets: a recording without torques and what was felt tells nothing of its offsets")
+        return 2
     get_ready(console, session.hand)
     try:
         trial = make_trial(settings, session)
@@ -167,6 +191,10 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
         kept = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
         recordings.write(place, replay.as_recording(exploration, kept, session.followed))
     console.print(table(summary))
+    if "joint_offset" in summary:
+        console.print(offsets.table(summary["joint_offset"]))
+    if settings.save_offsets is not None:
+        offsets.save(Path(settings.save_offsets), summary["joint_offset"], f"{settings.env}, seed {settings.seed}")
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
     if stopped:

@@ -97,8 +97,8 @@ def picture(
         elevation: degrees above the object.
     """
     env: Any = session.env
-    told = {"control_hz": hand_env(env).control_hz, **session.told, **session.informed}
-    observers = make_observers((OBSERVER,), session.hand, settings.sigma, settings.particles, **told)
+    told = {"control_hz": hand_env(env).control_hz, **settings.believed_noise, **session.told, **session.informed}
+    observers = make_observers((OBSERVER,), session.hand, particles=settings.particles, **told)
     trial = Trial(env, session.policy, observers, session.namer, settings.seed)
     steps = {min(max(1, round(moment * env.control_hz)), trial.steps) for moment in moments}
     drawn: list[tuple[int, NDArray[np.uint8], NDArray[np.uint8]]] = []

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from haptic_lab.exploration import offsets
 from haptic_lab.exploration.settings import OBSERVER, RAW
 from haptic_lab.exploration.summary import object_of
 from haptic_lab.files import atomic
@@ -21,7 +22,8 @@ from observer import metrics
 
 
 def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace], summary: dict[str, Any]) -> None:
-    """Write explore.png: the map from three sides, pose error and posterior through time.
+    """Write explore.png: the map from three sides, pose error and posterior through time, and where the observer
+    believes in offsets of felt angles, what was found of them.
 
     Args:
         path: of the picture.
@@ -31,7 +33,8 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
     """
     slam, settings = traces[OBSERVER], summary["settings"]
     belief = slam.belief
-    figure = Figure(figsize=(11, 7.2), layout="constrained")
+    found = summary.get("joint_offset", {})
+    figure = Figure(figsize=(13, 8.2) if found else (11, 7.2), layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
     above, below = parts
     sides = above.subplots(1, 3)
@@ -42,7 +45,7 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
         image = draw_map(axes, belief.occupancy, belief.grid, exploration.solid, side, hand, angles, root)
     above.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
     above.legend(handles=map_legend(), loc="outside lower center", ncols=4, fontsize=9)
-    left, right = below.subplots(1, 2)
+    left, right, *more = below.subplots(1, 3 if found else 2, width_ratios=(1, 1, 0.8) if found else None)
     errors = {
         "raw angles": (metrics.pose_error_deg(exploration.felt_angles, exploration.true_angles), OBSERVER_COLOURS[RAW]),
         "haptic SLAM": (
@@ -53,19 +56,27 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
     draw_pose_error(left, exploration.seconds, errors, exploration.contacts.any(axis=1), settings["sigma"])
     truth, simulated = object_of(summary)
     draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, truth)
+    for axes in more:
+        offsets.draw(axes, found)
     sure = summary["posterior"][slam.name]
     titles = titles_of(slam.labels)
     verdict = "right" if slam.name == truth else f"wrong: a {as_drawn(titles[truth])}"
     if simulated:
         verdict = f"contacts simulated with a {as_drawn(titles[truth])}"
     figure.suptitle(
-        f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°: "
+        f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°{_lasting(settings)}: "
         f"“a {as_drawn(titles[slam.name])}”, {sure:.0%} sure ({verdict})",
         fontsize=13,
         fontweight="bold",
     )
     with atomic(path) as place:
         figure.savefig(place)
+
+
+def _lasting(settings: dict[str, Any]) -> str:
+    """What a title says of errors of felt angles that last."""
+    told = ", ".join(f"{what} {settings[f'{what}_deg']:g}°" for what in ("bias", "drift") if settings[f"{what}_deg"])
+    return f", {told}" if told else ""
 
 
 def save_trace(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]) -> None:
@@ -95,6 +106,8 @@ def save_trace(path: Path, exploration: Exploration, traces: dict[str, BeliefTra
             joint_std=slam.joint_std,
             lagged_joint_angles=slam.lagged_joint_angles,
             lagged_joint_std=slam.lagged_joint_std,
+            joint_offset=slam.joint_offset,
+            joint_offset_std=slam.joint_offset_std,
             n_eff=slam.n_eff,
             posterior=slam.posterior,
             labels=np.array(slam.labels),

@@ -40,7 +40,7 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
         settings.env,
         shape=settings.shape,
         scale=settings.scale,
-        sigma_deg=settings.sigma,
+        **settings.noise,
         episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
         reveal_truth=True,  # for the observer's judge alone
     )
@@ -68,11 +68,11 @@ def make_trial(settings: ExplorationSettings, session: replay.ExplorationSession
     observers: dict[str, Observer] = {}
     rate = hand_env(session.env).control_hz
     for name, told in names.items():
-        told = {"control_hz": rate, **told}
-        observers |= make_observers((name,), session.hand, settings.sigma, settings.particles, **told)
+        told = {"control_hz": rate, **settings.believed_noise, **told}
+        observers |= make_observers((name,), session.hand, particles=settings.particles, **told)
     env = session.env
     if isinstance(session.policy, str):
-        env = guided(env, session.policy, settings.sigma, session.namer)
+        env = guided(env, session.policy, shape=session.namer, **settings.believed_noise)
     return Trial(env, session.policy, observers, session.namer, settings.seed, naming=(OBSERVER,), trust=settings.trust)
 
 

@@ -8,7 +8,10 @@ from typing import Any
 
 import haptic_env
 from haptic_env import shapes, validate
+from haptic_lab import conditions
+from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.conditions import check_policy
+from haptic_lab.exploration import offsets
 
 OBSERVER, RAW = "haptic_slam", "floor"
 SECONDS = 10.0
@@ -19,11 +22,13 @@ DEFAULTS: dict[str, Any] = {
     "sigma": 3.0,
     "particles": 200,
     "seed": 0,
+    **conditions.DEFAULTS,
+    **dict.fromkeys(BELIEVED),
 }
 
 
 @dataclass(frozen=True)
-class ExplorationSettings:
+class ExplorationSettings(Believed):
     """What the command line asks for.
 
     Attributes:
@@ -37,6 +42,14 @@ class ExplorationSettings:
         seed: of everything random.
         out: folder for the results.
         trust: whether a model may run code when it is read.
+        bias_deg: as `Condition` has it, and so are the other noises.
+        drift_deg: degrees.
+        drift_seconds: s.
+        proportional: a fraction.
+        motor_noise: a fraction.
+        contact_miss: a probability.
+        contact_false_alarm: a probability.
+        save_offsets: path of a file for the offsets that are found, if they are to be kept.
 
     Raises:
         ValueError: for a value out of its range.
@@ -52,6 +65,14 @@ class ExplorationSettings:
     seed: int
     out: str
     trust: bool = False
+    bias_deg: float = conditions.DEFAULTS["bias_deg"]
+    drift_deg: float = conditions.DEFAULTS["drift_deg"]
+    drift_seconds: float = conditions.DEFAULTS["drift_seconds"]
+    proportional: float = conditions.DEFAULTS["proportional"]
+    motor_noise: float = conditions.DEFAULTS["motor_noise"]
+    contact_miss: float = conditions.DEFAULTS["contact_miss"]
+    contact_false_alarm: float = conditions.DEFAULTS["contact_false_alarm"]
+    save_offsets: str | None = None
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
@@ -64,3 +85,17 @@ class ExplorationSettings:
         validate.integer("--particles", self.particles, 1, 100_000)
         check_policy(self.policy, self.trust)
         validate.integer("--seed", self.seed, 0, 2**32 - 1)
+        conditions.check_noise(self.noise)
+        self.check_believed()
+        if self.save_offsets is not None:
+            offsets.check(self.save_offsets, self.out, self.believed_noise)
+
+    @property
+    def noise(self) -> dict[str, Any]:
+        """Keyword arguments of the environment."""
+        return {name: getattr(self, name) for name in conditions.DEFAULTS} | {"sigma_deg": self.sigma}
+
+    @property
+    def believed_noise(self) -> dict[str, Any]:
+        """What observers are told: keyword arguments."""
+        return self.told(self.noise)

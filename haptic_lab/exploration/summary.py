@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from haptic_lab import replay
+from haptic_lab.exploration import offsets
 from haptic_lab.exploration.settings import OBSERVER, RAW, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import colours_of, titles_of
@@ -74,6 +75,7 @@ def summarise(
             "haptic SLAM, lagged": pose(slam.lagged_joint_angles),
         },
         "coverage_90": metrics.credible_coverage(slam.joint_angles, slam.joint_std, exploration.true_angles),
+        **({"joint_offset": found} if (found := offsets.found(exploration, slam)) else {}),
         "surface": {label: {"raw angles": surface(RAW, n), "haptic SLAM": surface(OBSERVER, n)} for n, label in WITHIN},
         "surface_coverage": metrics.surface_coverage(belief.occupancy, belief.grid, solid),
         "occupancy_ece": calibration.ece,

@@ -1,6 +1,7 @@
 """The registries of figures: add one as a file here and a line below.
 
-Figures of trials are drawn from the rows of one sweep; scenes from explorations of single shapes and sigmas (degrees).
+Figures of trials are drawn from the rows of one sweep, those of noises from one in which more than sigma varies; scenes
+from explorations of single shapes and sigmas (degrees).
 """
 
 from __future__ import annotations
@@ -11,7 +12,18 @@ from typing import NamedTuple
 import pandas as pd
 
 from haptic_env.hand import Hand
-from haptic_lab.figures import confusion, figure2, figure4, figure5, figure6, film, pose_error, reliability, time_course
+from haptic_lab.figures import (
+    confusion,
+    figure2,
+    figure4,
+    figure5,
+    figure6,
+    film,
+    offsets,
+    pose_error,
+    reliability,
+    time_course,
+)
 from haptic_lab.figures.paper_figure import Find, PaperFigure, Wanted, save
 
 
@@ -40,6 +52,7 @@ FROM_TRIALS: dict[str, Callable[[pd.DataFrame], PaperFigure]] = {
     "pose_error": pose_error.draw,
     "reliability": reliability.draw,
 }
-FIGURES = tuple(sorted({**FROM_EXPLORATIONS, **FROM_TRIALS}))
+FROM_NOISES: dict[str, Callable[[pd.DataFrame], PaperFigure]] = {"offsets": offsets.draw}
+FIGURES = tuple(sorted({**FROM_EXPLORATIONS, **FROM_TRIALS, **FROM_NOISES}))
 
-__all__ = ["FIGURES", "FROM_EXPLORATIONS", "FROM_TRIALS", "PaperFigure", "SceneFigure", "save"]
+__all__ = ["FIGURES", "FROM_EXPLORATIONS", "FROM_NOISES", "FROM_TRIALS", "PaperFigure", "SceneFigure", "save"]

@@ -36,7 +36,7 @@ Maker = Callable[[], gym.Env[Any, Any]]
 
 
 class DomainRandomisation(gym.Wrapper):
-    """Draws the object and sigma for each episode, and tells sigma to the observer."""
+    """Draws the object and sigma for each episode, and tells sigma to the observer, unless that believes another."""
 
     def __init__(
         self, env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly, world: TrainingWorld, held_out: bool
@@ -51,6 +51,7 @@ class DomainRandomisation(gym.Wrapper):
         """
         super().__init__(env)
         self._observer, self._sigma_deg = observer, world.sigma_deg
+        self._tells_sigma = "sigma_deg" not in world.told(world.noise)
         scales = 1.0 + world.size_jitter * np.linspace(-1.0, 1.0, SIZES)
         self._scales = scales[HELD_OUT] if held_out else np.delete(scales, HELD_OUT)
         self._rng = np.random.default_rng()
@@ -61,7 +62,8 @@ class DomainRandomisation(gym.Wrapper):
         sigma = float(self._rng.uniform(*self._sigma_deg))
         shape = str(self._rng.choice(list(shapes.SHAPES)))
         size = self._rng.choice(self._scales) * np.asarray(shapes.SHAPES[shape].default_size)
-        self._observer.sigma_deg = sigma
+        if self._tells_sigma:
+            self._observer.sigma_deg = sigma
         drawn = {"shape": shape, "size": size, "sigma_deg": sigma}
         return self.env.reset(seed=seed, options=drawn | (options or {}))
 
@@ -89,14 +91,15 @@ def make_env(world: TrainingWorld, held_out: bool = False) -> gym.Env[Any, Any]:
         The environment, with an observer beside it.
     """
     vary = {name: getattr(world, name) for name in ("size_jitter", "yaw_jitter", "position_jitter")}
-    env = gym.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary)
+    env = gym.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary, **world.noise)
     base = hand_env(env)
+    told = world.told(world.noise)
     observer: HapticSLAM | PoseOnly
     if "occupancy" in world.observation:
-        observer = HapticSLAM(base.hand, particles=1, control_hz=base.control_hz)
+        observer = HapticSLAM(base.hand, particles=1, control_hz=base.control_hz, **told)
         stride = world.stride
     else:
-        observer = PoseOnly(base.hand, control_hz=base.control_hz, stride=world.stride)
+        observer = PoseOnly(base.hand, control_hz=base.control_hz, stride=world.stride, **told)
         stride = 1
     coarse = {name: getattr(world, name) for name in ("variants", "samples", "temper")}
     shape = ShapePosterior(base.hand, stride=stride, **coarse, **vary)

@@ -15,16 +15,20 @@ import haptic_env
 from agents.finger_kinematics import FingerKinematics
 from haptic_env import reading, validate
 from haptic_env.hand import Hand
+from haptic_lab import conditions
+from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.learning import options
+from haptic_lab.terminal import as_keys
 from observer.wrappers.belief_observation import CLOCKS_HZ, ENTRIES
 
 FOLDER = Path(__file__).parent / "presets"
 ALGORITHMS = ("PPO", "SAC", "RecurrentPPO")
 RAW = "raw"
+NOISES = (*conditions.DEFAULTS, *BELIEVED)  # of a world
 
 
 @dataclass(frozen=True)
-class TrainingWorld:
+class TrainingWorld(Believed):
     """What is explored and how it is rewarded.
 
     The `ShapePosterior` that is asked is another than evaluation has, as it is most of the time that a step takes;
@@ -47,6 +51,13 @@ class TrainingWorld:
         samples: of the `ShapePosterior`.
         stride: of the `ShapePosterior`.
         temper: of the `ShapePosterior`.
+        bias_deg: as the environment's, and so are the other noises; the observer is told of them.
+        drift_deg: degrees.
+        drift_seconds: s.
+        proportional: a fraction.
+        motor_noise: a fraction.
+        contact_miss: a probability.
+        contact_false_alarm: a probability.
 
     Raises:
         ValueError: for a value out of its range.
@@ -68,6 +79,13 @@ class TrainingWorld:
     samples: int = 1
     stride: int = 5
     temper: float = 0.083
+    bias_deg: float = conditions.DEFAULTS["bias_deg"]
+    drift_deg: float = conditions.DEFAULTS["drift_deg"]
+    drift_seconds: float = conditions.DEFAULTS["drift_seconds"]
+    proportional: float = conditions.DEFAULTS["proportional"]
+    motor_noise: float = conditions.DEFAULTS["motor_noise"]
+    contact_miss: float = conditions.DEFAULTS["contact_miss"]
+    contact_false_alarm: float = conditions.DEFAULTS["contact_false_alarm"]
 
     def __post_init__(self) -> None:
         validate.choice("env", self.env, haptic_env.ENVIRONMENTS)
@@ -96,6 +114,16 @@ class TrainingWorld:
         validate.integer("samples", self.samples, 1, 1000)
         validate.integer("stride", self.stride, 1, 1000)
         validate.number("temper", self.temper, 0.0, 1.0, above=0.0)
+        conditions.check_noise(self.noise)
+        try:
+            self.check_believed()
+        except ValueError as error:
+            raise ValueError(as_keys(str(error))) from error
+
+    @property
+    def noise(self) -> dict[str, Any]:
+        """Keyword arguments of the environment, all but sigma's, which is drawn."""
+        return {name: getattr(self, name) for name in conditions.DEFAULTS}
 
 
 @dataclass(frozen=True)
@@ -201,9 +229,12 @@ def configuration(preset: Preset) -> dict[str, Any]:
         preset: of the run.
 
     Returns:
-        What JSON can say, without the number of steps.
+        What JSON can say, without the number of steps, and of its world without noises that are as usual,
+        of which runs from before there were any do not tell.
     """
-    return json.loads(json.dumps({**asdict(preset), "steps": None}))
+    usual = asdict(TrainingWorld())
+    world = {name: value for name, value in asdict(preset.world).items() if name not in NOISES or value != usual[name]}
+    return json.loads(json.dumps({**asdict(preset), "world": world, "steps": None}))
 
 
 def names() -> list[str]:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -14,13 +13,14 @@ from joblib import cpu_count
 
 import agents
 from haptic_env import reading, shapes, validate
+from haptic_lab import believed
 from haptic_lab.conditions import DEFAULTS, TRUST
 from haptic_lab.sweeps.plan import SweepPlan, planned
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns
 from haptic_lab.sweeps.tasks import files_of
-from haptic_lab.terminal import Parser, as_path, refuse
+from haptic_lab.terminal import Parser, as_keys, as_path, refuse
 from haptic_lab.worlds import HANDS_OR_IDS
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
@@ -32,7 +32,14 @@ EXAMPLE = """examples: haptic-slam evaluate --shapes cube sphere --sigmas 3 5 --
 FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
 NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the paper's, and what touch has added
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
-KINDS: dict[Any, str] = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
+KINDS: dict[Any, str] = {
+    bool: "true or false",
+    int: "an integer",
+    float: "a number",
+    str: "a string",
+    believed.as_sigma: f"a number or {believed.UNKNOWN!r}",
+}
+USUAL = [name for name in OBSERVERS if name != "white"]  # which is haptic_slam where no error lasts
 TRUSTED = ["--trust"]
 Options = Mapping[str, argparse.Action]
 
@@ -69,8 +76,7 @@ def check(description: str | None, arguments: list[str] | None) -> SweepPlan:
             file = read(Path(given.config), options)
             planned(settle(parser, TRUSTED if given.trust else [], file))
         except (ValueError, OSError) as error:
-            told = re.sub(r"--([a-z][a-z-]*)", lambda found: found[1].replace("-", "_"), str(error))  # a flag's key
-            parser.error(f"{given.config}: {told}")
+            parser.error(f"{given.config}: {as_keys(str(error))}")
     return _planned(settle(parser, arguments, file))
 
 
@@ -172,8 +178,8 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add(
         "--observers",
         nargs="+",
-        default=list(OBSERVERS),
-        help=f"default: {' '.join(OBSERVERS)}; or {', '.join([*VARIANTS, *WITHOUT_MAP])}; several joined by +",
+        default=USUAL,
+        help=f"default: {' '.join(USUAL)}; or {', '.join(['white', *VARIANTS, *WITHOUT_MAP])}; several joined by +",
     )
     switch = argparse.BooleanOptionalAction
     add("--ablation", action=switch, default=False, help="haptic_slam with one idea changed at a time, in one table")
@@ -190,6 +196,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add("--position-jitter", type=float, default=0.0, help="how far it is off the grasp centre, in m (default 0)")
     add("--yaw-jitter", type=float, default=0.0, help="how far it is turned, in degrees (default 0)")
     add("--believed-sigma", type=float, default=1.0, help="the observers are told so many times sigma (default 1)")
+    believed.add_flags(add)
     add("--jobs", type=int, default=cpu_count(), help="processes of this machine (default: one a core)")
     add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
     add("--out", type=as_path, default="out/evaluate", help="folder for the results (default out/evaluate)")
@@ -239,7 +246,7 @@ def _typed(name: str, value: Any, options: Options) -> Any:
     kind = kind if kind in KINDS else str
     several = option.nargs in ("+", "*")
     values = value if several and isinstance(value, list) else [value]
-    if not all(type(each) is kind or (kind is float and type(each) is int) for each in values):
+    if not all(_is(kind, each) for each in values):
         raise ValueError(f"{name} must be {KINDS[kind]}{' or a list of such' if several else ''}, got {value!r}")
     try:
         values = [as_path(each) if option.type is as_path else kind(each) for each in values]
@@ -248,3 +255,10 @@ def _typed(name: str, value: Any, options: Options) -> Any:
     except OverflowError as error:
         raise ValueError(f"{name} must be {KINDS[kind]} that a float can be, got {values!r}") from error
     return values if several else values[0]
+
+
+def _is(kind: Any, value: Any) -> bool:
+    """Whether a value of a file is of a kind of `KINDS`."""
+    if kind is believed.as_sigma:
+        return _is(float, value) or value == believed.UNKNOWN
+    return type(value) is kind or (kind is float and type(value) is int)

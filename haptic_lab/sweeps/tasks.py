@@ -7,10 +7,12 @@ import hashlib
 from collections.abc import Hashable, Iterable
 from dataclasses import asdict, astuple, dataclass
 from pathlib import Path
+from typing import Any
 
 import agents
 import haptic_env
 from haptic_env import shapes, validate
+from haptic_lab.believed import Believed
 from haptic_lab.conditions import Condition
 from haptic_lab.files import part_of_name
 from haptic_lab.sweeps.results import Key
@@ -22,7 +24,7 @@ STREAM = "shape_posterior"  # the name of what names the object from the whole s
 
 
 @dataclass(frozen=True)
-class SweepSettings:
+class SweepSettings(Believed):
     """What is the same for all trials of a table.
 
     Attributes:
@@ -67,6 +69,9 @@ class SweepSettings:
         validate.number("--position-jitter", self.position_jitter, 0.0, 0.05, unit="m")
         validate.number("--yaw-jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
         validate.number("--believed-sigma", self.believed_sigma, 0.1, 10.0)
+        self.check_believed()
+        if self.believed_sigma != 1.0 and (self.believed, self.believed_sigma_deg) != (None, None):
+            raise ValueError("--believed-sigma multiplies what is so: not with --believed or --believed-sigma-deg")
         validate.number("--scale", self.scale, above=0.0, unit="m")
         for name in self.shapes:
             shapes.default_size(shapes.check("--shapes", name), self.scale)
@@ -112,9 +117,10 @@ class SweepTask:
         return (*astuple(self.condition), self.shape, self.seed)
 
     @property
-    def told_sigma(self) -> float:
-        """Degrees: the sigma that its observers believe in."""
-        return self.condition.sigma_deg * self.settings.believed_sigma
+    def told(self) -> dict[str, Any]:
+        """Keywords of its observers: the noise that they believe in."""
+        noise = self.condition.noise
+        return self.settings.told(noise | {"sigma_deg": self.settings.believed_sigma * noise["sigma_deg"]})
 
     @property
     def name(self) -> str:

@@ -17,6 +17,7 @@ from haptic_env.objects import ObjectPrior
 TRUTH = {
     "joint_angles",
     "joint_velocities",
+    "joint_offset",
     "shape",
     "object_position",
     "object_quaternion",
@@ -151,7 +152,7 @@ def _true_path(env_id: str, **noise: float) -> list[Any]:
     for action in np.random.default_rng(0).uniform(-1, 1, (60, *env.action_space.shape)).astype(np.float32):
         path.append(env.step(action)[4]["truth"])
     env.close()
-    return path
+    return [{name: each for name, each in truth.items() if name != "joint_offset"} for truth in path]  # of the senses
 
 
 _usual_path = functools.cache(_true_path)

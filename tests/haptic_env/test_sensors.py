@@ -254,3 +254,19 @@ def test_what_cannot_have_been_sensed_has_no_probability(score, names, wrong):
 def test_drift_between_steps_that_take_no_time_is_refused(step_seconds):
     with pytest.raises(ValueError, match="step_seconds must be a finite number"):
         sensors.Drift(1.0, 10.0, step_seconds)
+
+
+@pytest.mark.parametrize("kinds", [(), ("bias",), ("drift",), ("bias", "drift"), ("proportional",)])
+def test_the_offset_is_what_was_felt_too_much_at_the_last_step(kinds) -> None:
+    noises = [noise for kind in kinds for noise in NOISES[kind]()]
+    felt = sensors.FeltAngles(sensors.Proprioception(noises), np.random.default_rng(2), J)
+    first = felt.offset
+    for step in range(20):
+        error = felt(ANGLES) - ANGLES
+        if "proportional" in kinds:
+            assert not felt.offset.any()
+            continue
+        np.testing.assert_allclose(error, felt.offset, atol=1e-6)
+        if step == 0:
+            np.testing.assert_array_equal(felt.offset, first)
+    assert felt.offset.any() == bool({"bias", "drift"} & {*kinds})

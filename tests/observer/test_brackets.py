@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from haptic_env import shapes
-from observer import DeadReckoning, HapticSLAM, Kalman, Smoother, TruePose
+from observer import DeadReckoning, HapticSLAM, Kalman, Smoother, TruePose, White
 
 PARTICLES = 100
 
@@ -34,6 +34,22 @@ def test_the_ceilings_pose_is_the_true_one(trial):
         belief = slam.step(*each)
         np.testing.assert_array_equal(belief.joint_angles, each[1])
         np.testing.assert_array_equal(belief.joint_std, 0.0)
+
+
+OTHER_NOISE = {"bias_deg": 3.0, "drift_deg": 2.0, "proportional": 0.1, "start_std_deg": 1.0}
+
+
+@pytest.mark.parametrize("build", [White, TruePose])
+def test_who_believes_in_no_other_noise_is_told_of_it_in_vain(trial, build):
+    plainly, in_vain = (trial.beliefs(build(trial.hand, 3.0, **told)) for told in ({}, OTHER_NOISE))
+    for plain, told in zip(plainly, in_vain, strict=True):
+        assert plain == told
+        assert not told.joint_offset_std.any()
+
+
+def test_white_is_the_observer_that_is_told_of_sigma_alone(trial):
+    white, full = (build(trial.hand, 3.0, 4, **told) for build, told in ((White, OTHER_NOISE), (HapticSLAM, {})))
+    assert all(mine == its for mine, its in zip(trial.beliefs(white), trial.beliefs(full), strict=True))
 
 
 @pytest.mark.parametrize("build", [DeadReckoning, TruePose])

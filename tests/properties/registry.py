@@ -79,6 +79,7 @@ LEFT_OUT: dict[str, str] = {
     "observer.Kalman": "OBSERVERS has it",
     "observer.Smoother": "OBSERVERS has it",
     "observer.TruePose": "OBSERVERS has it, as ceiling",
+    "observer.White": "OBSERVERS has it, as white",
     "observer.classifiers.AlignedNearestNeighbour": "CLASSIFIERS has it",
     "observer.classifiers.MapClassifier": "abstract; CLASSIFIERS has them all",
     "observer.classifiers.NearestNeighbour": "CLASSIFIERS has it",

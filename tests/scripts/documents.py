@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from haptic_lab.cli import COMMANDS
+from haptic_lab.conditions import DEFAULTS
 from haptic_lab.sweeps import options
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -50,7 +51,12 @@ def flags(command: str) -> frozenset[str]:
         return frozenset({"--help", "--config", *(flag for each in found.values() for flag in each.option_strings)})
     if command == "replay":  # the recording of explore is an argument here
         return flags("explore") - {"--recording"}
-    text = (ROOT / "haptic_lab" / "commands" / f"{command.replace('-', '_')}.py").read_text()
+    place = ROOT / "haptic_lab"
+    text = (place / "commands" / f"{command.replace('-', '_')}.py").read_text()
+    if command in ("explore", "figures"):
+        text += (place / "believed.py").read_text() + "".join(f'"--{name.replace("_", "-")}"' for name in DEFAULTS)
+    if command == "figures":
+        text += (place / "figures" / "plan.py").read_text()
     return frozenset({"--help", *re.findall(r'"(--[\w-]+)"', text)})
 
 

@@ -24,7 +24,7 @@ SEEDS = ("-1", "1.5", "9" * 30, "9" * 5000)
 WRONG: dict[str, list[tuple[str, tuple[str, ...]]]] = {  # flags, and what they cannot be besides no number at all
     "evaluate": [
         ("--sigmas --seconds --scale --drift-seconds --believed-sigma", POSITIVE),
-        ("--bias-deg --drift-deg", (*FROM_NOTHING, "91")),
+        ("--bias-deg --drift-deg --believed-bias-deg --believed-sigma-deg", (*FROM_NOTHING, "91")),
         ("--proportional --motor-noise --contact-miss --contact-false-alarm", (*FROM_NOTHING, "2")),
         ("--size-jitter --position-jitter --yaw-jitter", (*FROM_NOTHING, "181", "1e308")),
         ("--trials --particles --exemplars --jobs", COUNTS),
@@ -32,13 +32,16 @@ WRONG: dict[str, list[tuple[str, tuple[str, ...]]]] = {  # flags, and what they 
     ],
     "figures": [
         ("--sigmas --seconds --show-seconds", (*POSITIVE, "-1e-3", "1e30")),
-        ("--scale", POSITIVE),
+        ("--scale --offset-sigmas", POSITIVE),
+        ("--offsets --bias-deg --believed-bias-deg", (*FROM_NOTHING, "91")),
         ("--trials --particles --exemplars --jobs", COUNTS),
         ("--first-seed --seed", SEEDS),
     ],
     "explore": [
         ("--seconds --scale", POSITIVE),
-        ("--sigma", (*FROM_NOTHING, "91")),
+        ("--sigma --bias-deg --drift-deg --believed-drift-deg --believed-start-std-deg", (*FROM_NOTHING, "91")),
+        ("--drift-seconds --believed-drift-seconds", POSITIVE),
+        ("--proportional --motor-noise --contact-miss --believed-proportional", (*FROM_NOTHING, "2")),
         ("--particles", COUNTS),
         ("--seed", SEEDS),
     ],
@@ -46,7 +49,7 @@ WRONG: dict[str, list[tuple[str, tuple[str, ...]]]] = {  # flags, and what they 
 NAMED = {
     "evaluate": ["--shapes", "--policy", "--observers", "--classifiers", "--env"],
     "figures": ["--shapes", "--policy", "--observers", "--env", "--trials-of"],
-    "explore": ["--shape", "--policy", "--env", "--recording", "--glove-calibration"],
+    "explore": ["--shape", "--policy", "--env", "--recording", "--glove-calibration", "--save-offsets", "--believed"],
 }
 NOT_NAMES = (
     *("", " ", "cubee", "Cube", "none.stl", "none.zip", "/", "/dev/null", ".", "..", "[cube]", "ü.stl", "\udcff.stl"),

@@ -262,7 +262,9 @@ def test_a_product_is_a_row_each_and_a_row_runs_again(tmp_path: Path) -> None:
     condition = Condition(**{each.name: told[each.name] for each in fields(Condition)})
     names = {"shapes": tuple(told["candidates"].split()), "observers": tuple(told["observers"].split())}
     plain = {
-        each.name: told[each.name] for each in fields(tasks.SweepSettings) if each.name not in (*names, "classifiers")
+        each.name: told[each.name]
+        for each in fields(tasks.SweepSettings)
+        if each.name in told and each.name not in (*names, "classifiers")
     }
     settings = tasks.SweepSettings(**plain, **names, classifiers=())
     (again,) = worker.run_trials([tasks.SweepTask(settings, condition, told["shape"], int(told["seed"]))], ())

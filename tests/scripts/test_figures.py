@@ -27,7 +27,7 @@ from tests.haptic_lab.workers import in_this_process
 TINY = [
     *("--sigmas", "2", "4", "--trials", "2", "--seconds", "0.6", "--show-seconds", "0.5", "--particles", "5"),
     *("--exemplars", "1", "--jobs", "1", "--first-seed", "10", "--shapes", "cube", "sphere"),
-    *("--observers", "floor", "haptic_slam", "ceiling"),
+    *("--observers", "floor", "haptic_slam", "ceiling", "--offsets", "0", "3", "--offset-sigmas", "1"),
 ]
 
 
@@ -117,6 +117,44 @@ def test_the_brackets_of_the_pose_are_those_of_observers_with_maps(drawn: Path, 
     both = full.merge(data, on=keys, suffixes=("", "_fast"))
     assert len(both) == len(full)
     np.testing.assert_allclose(both["mean_fast"], both["mean"], rtol=1e-9)
+
+
+def test_offsets_shows_bias_and_drift_of_a_sweep_of_its_own(drawn: Path) -> None:
+    rows = pd.read_csv(drawn / "noises" / "trials.csv")
+    told = {tuple(each) for each in rows[["sigma_deg", "bias_deg", "drift_deg"]].to_numpy()}
+    assert told == {(1.0, 0.0, 0.0), (1.0, 3.0, 0.0), (1.0, 0.0, 3.0)}
+    data = pd.read_csv(drawn / "offsets.csv")
+    assert set(data["observer"]) == {"floor", "white", "haptic_slam", "ceiling"}
+    keys = ["kind", "amount", "observer", "measure"]
+    assert (data.groupby(keys).size() == 1).all()
+    error = data[(data["measure"] == "pose_error_lagged_deg") & (data["amount"] == 3)].set_index(["kind", "observer"])
+    for kind in ("bias_deg", "drift_deg"):
+        mine = rows[(rows[kind] == 3) & (rows["observer"] == "white")]
+        assert error.loc[(kind, "white"), "mean"] == pytest.approx(mine["pose_error_lagged_deg"].mean())
+        assert error.loc[(kind, "haptic_slam"), "mean"] < error.loc[(kind, "white"), "mean"]
+
+
+@pytest.mark.usefixtures("roughly")
+def test_offsets_are_drawn_from_another_sweep_where_they_are_asked_for(
+    drawn: Path, tmp_path: Path, capsys: pytest.CaptureFixture
+) -> None:
+    given = ["--trials-of", str(drawn / "noises"), "--out", str(tmp_path)]
+    assert figures.main(["offsets", *given]) == 0
+    assert (tmp_path / "offsets.csv").read_bytes() == (drawn / "offsets.csv").read_bytes()
+    assert "offsets" not in figures.parse(given).names
+    white = ["--trials-of", str(drawn / "trials"), "--out", str(tmp_path)]
+    assert figures.main(["offsets", *white]) == 1
+    assert "trials with several of bias_deg or drift_deg" in " ".join(capsys.readouterr().out.split())
+
+
+def test_noise_and_belief_are_of_all_trials() -> None:
+    given = figures.parse(["--bias-deg", "2", "--believed-drift-deg", "1", "--believed-sigma-deg", "unknown"])
+    for sweep in (given.sweep, given.poses, given.noises):
+        assert sweep is not None
+        assert (sweep.settings.believed_drift_deg, sweep.settings.believed_sigma_deg) == (1.0, "unknown")
+    assert {each.bias_deg for each in given.sweep.conditions} == {2.0}
+    assert given.noises is not None
+    assert {each.bias_deg for each in given.noises.conditions} == {0.0, 1.0, 3.0, 5.0}
 
 
 def test_figure_6_has_each_way_to_name_between_its_brackets(drawn: Path) -> None:
@@ -274,6 +312,9 @@ def test_the_trials_of_another_sweep(
         (["--trials", "0"], "--trials must be an integer in [1, 100000]"),
         (["--sigmas", "nan"], "must be a finite number"),
         (["--policy", "push"], "unknown --policy 'push'; choose from"),
+        (["--offsets", "0", "91"], "--offsets: bias_deg must be a finite number in [0, 90] degrees, got 91"),
+        (["--offset-sigmas", "0"], "must be a finite number in (0, 90] degrees, got 0"),
+        (["--believed", "me"], "unknown --believed 'me'; choose from human"),
         (
             ["--trials-of", "nowhere"],
             "--trials-of must be a folder of evaluate.py, with trials.csv in it, got 'nowhere'",

@@ -161,8 +161,16 @@ ODD_GRIDS = st.builds(
     st.sampled_from([0.001, 0.05, 0.5]),
 ).map(lambda make: make())
 MODELS = one_of(ContactModel, lambda: ContactModel(prior=0.5, temper=1.0), lambda: ContactModel(free=0.0, edge=1e-9))
-SLAM: dict[str, Parameter] = {
+FELT: dict[str, Parameter] = {
     "sigma_deg": number(0.0, 90.0),
+    "bias_deg": number(0.0, 90.0),
+    "drift_deg": number(0.0, 90.0),
+    "drift_seconds": number(0.1, 10.0),
+    "proportional": number(0.0, 1.0),
+    "start_std_deg": number(0.0, 90.0),
+}
+SLAM: dict[str, Parameter] = {
+    **FELT,
     "particles": integer(1, 6),
     "motion": name(MOTIONS),
     "candidates": integer(1, 9),
@@ -178,7 +186,7 @@ SLAM: dict[str, Parameter] = {
     "threads": one_of(None, 1),
     "no_such_keyword": one_of(1),
 }
-POSE_ONLY = {key: SLAM[key] for key in ("sigma_deg", "motor_noise", "control_hz", "dynamics", "no_such_keyword")}
+POSE_ONLY = {key: SLAM[key] for key in (*FELT, "motor_noise", "control_hz", "dynamics", "no_such_keyword")}
 MODEL = {each.name: number(0.01, 0.9) for each in fields(ContactModel)}
 DYNAMICS = {each.name: number(0.01, 20.0) for each in fields(ContactDynamics) if each.name != "constrained"}
 POSTERIOR: dict[str, Parameter] = {
@@ -234,7 +242,12 @@ ENTRIES: dict[str, Entry] = {
                     key: Parameter(SLAM[key].valid, SLAM[key].valid)
                     for key in ("motion", "matching", "dynamics", "lag")
                 },
-                "sigma_deg": one_of_these(0.0, 1e-9, 1.0, 90.0),
+                "sigma_deg": one_of_these(0.0, 1e-9, 1.0, 90.0, None),
+                "bias_deg": one_of_these(0.0, 1e-9, 3.0, 90.0),
+                "drift_deg": one_of_these(0.0, 0.0, 3.0, 90.0),
+                "drift_seconds": one_of_these(1e-3, 10.0, 1e6),
+                "proportional": one_of_these(0.0, 0.0, 1.0),
+                "start_std_deg": one_of_these(0.0, 0.0, 10.0, 90.0),
                 "motor_noise": one_of_these(0.0, 0.1, 1.0),
                 "control_hz": one_of_these(1.0, 2.0, 50.0, 500.0),
             },
