@@ -14,7 +14,8 @@ from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from haptic_env.hand import Hand
 from haptic_env.moved import renamed
-from observer.kinematics import body_frames, point_jacobian, tree_of
+from observer.jacobians import point_jacobian
+from observer.kinematics import body_frames, tree_of
 
 LEAST = 1e-6  # metres, or metres a radian: nothing
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from haptic_env.hand import Hand
-from observer.kinematics import Tree, body_frames, point_jacobian, tree_of
+from observer.jacobians import point_jacobian
+from observer.kinematics import Tree, body_frames, tree_of
 from observer.shape.distance_fields import distance_from, way_out
 from observer.shape.skin import Skin, skin_of
 

@@ -58,7 +58,7 @@ def renamed(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
 
     Args:
         module: name of the module.
-        names: by the old name of each thing, the one that it has now.
+        names: by the old name of each thing, the one that it has now, after that of its module if it moved.
 
     Returns:
         What Python asks for names that the module lacks.
@@ -72,6 +72,7 @@ def renamed(module: str, names: Mapping[str, str]) -> Callable[[str], Any]:
             DeprecationWarning,
             stacklevel=2,
         )
-        return getattr(sys.modules[module], names[name])
+        home, _, new = names[name].rpartition(".")
+        return getattr(importlib.import_module(home or module), new)
 
     return content

@@ -5,7 +5,7 @@ from observer.belief import Belief
 from observer.brackets import OBSERVERS, DeadReckoning, Kalman, Smoother, TruePose, White
 from observer.fastslam import HapticSLAM
 from observer.maps.contact_model import ContactModel
-from observer.pose.kalman import ContactDynamics
+from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose_only import PoseOnly
 from observer.shape.misfit import ContactsDoNotFit
 from observer.shape.posterior import ShapePosterior

@@ -19,8 +19,16 @@ from observer.maps.occupancy import OccupancySnapshot
 
 
 class Transition(NamedTuple):
-    """How the lagged pose follows from the pose one step before it, given all that was felt, the maps apart:
-    q_k = `mean` + `follow` (q_{k-1} - `before`) + N(0, `rest`), shapes (J,), (J, J), (J,), (J, J), radians."""
+    """How the lagged pose follows from the pose one step before it, given all that was felt, the maps apart.
+
+    q_k = mean + follow · (q_{k-1} - before) + N(0, rest).
+
+    Attributes:
+        mean: (J,) rad.
+        follow: (J, J).
+        before: (J,) rad, the mean of q_{k-1}.
+        rest: (J, J) rad².
+    """
 
     mean: Array
     follow: Array
@@ -29,11 +37,28 @@ class Transition(NamedTuple):
 
     @classmethod
     def between(cls, mean: Array, covariance: Array, before: slice, now: slice) -> Transition:
-        """From the part `before` to the part `now` of one Gaussian of `mean` (S,) and `covariance` (S, S)."""
+        """Read it off a Gaussian over both poses.
+
+        Args:
+            mean: (S,).
+            covariance: (S, S).
+            before: where it has q_{k-1}.
+            now: where it has q_k.
+
+        Returns:
+            The transition from the one to the other.
+        """
         return cls(*conditional(mean, covariance, before.start, now.start, now.stop - now.start))
 
     def then(self, following: Transition) -> Transition:
-        """This and the `following` step as one."""
+        """Make one of two steps.
+
+        Args:
+            following: the step after this one.
+
+        Returns:
+            The transition from before this one to the end of the following.
+        """
         mean, follow, before, rest = following
         return Transition(
             mean + follow @ (self.mean - before),
@@ -47,21 +72,30 @@ class Transition(NamedTuple):
 class Belief:
     """Posterior over pose and shape. Its arrays never change once it is handed out.
 
-    `joint_angles` (J,) rad: posterior mean now, and `joint_std` (J,). `lagged_joint_angles` (J,) rad and
-    `lagged_joint_std` (J,): the smoothed pose `lag_steps` steps ago, whose contacts entered the maps at this step.
-    `joint_offset` (J,) rad and `joint_offset_std` (J,): felt angle = angle + offset + white noise.
-    `patch_reliability` (P,): probability that each patch works, 1 where nothing else is believed.
-    `lagged_covariance` (J, J) rad²: of that pose before the maps, or known solids, had a say. `transition`: how it
-    follows from the one before; `lagged_contacts` (P,): which patches were touched
-    there, as far as is known. Both are None while the lag fills up.
-    `lagged_root`: where the hand's own frame then lay in the grid's; None where it does not move.
+    With `matching="sample"` particles and weights are a posterior of the lagged pose; with "mean" each particle is the
+    mean of one hypothesis, so that their cloud is narrower than `lagged_joint_std` says.
 
-    `weights` (N,) and `particles` (N, J) rad: the hypotheses of the lagged pose. `n_eff`: effective sample size;
-    `resampled`: whether this step resampled; `moved_share`: of the particles, those that scan matching moved.
-    `log_evidence`: log probability of all that was felt so far, contacts with the exponent `temper`.
-
-    With `matching="sample"` particles and weights are a posterior of the lagged pose; with "mean" each particle is
-    the mean of one hypothesis, so that their cloud is narrower than `lagged_joint_std` says.
+    Attributes:
+        joint_angles: (J,) rad, posterior mean now.
+        joint_std: (J,) rad, posterior SD now.
+        joint_offset: (J,) rad, posterior mean of the offset: felt angle = angle + offset + white noise.
+        joint_offset_std: (J,) rad, its posterior SD.
+        patch_reliability: (P,) probability that each patch works, 1 where nothing else is believed.
+        lagged_joint_angles: (J,) rad, the smoothed pose `lag_steps` steps ago, whose contacts entered the maps now.
+        lagged_joint_std: (J,) rad, its SD.
+        lagged_covariance: (J, J) rad², of that pose before the maps, or known solids, had a say.
+        lagged_contacts: (P,) which patches were touched there, as far as is known; None while the lag fills up.
+        transition: how that pose follows from the one before; None likewise.
+        lagged_root: where the hand's own frame then lay in the grid's; None where it does not move.
+        lag_steps: how long ago that pose was.
+        grid: of the occupancy.
+        weights: (N,) of the particles.
+        particles: (N, J) rad, hypotheses of the lagged pose.
+        n_eff: effective sample size, 1 / Σw².
+        log_evidence: log probability of all that was felt so far, contacts with the exponent `temper`.
+        resampled: whether this step resampled.
+        moved_share: of the particles, those that scan matching moved.
+        snapshot: the occupancy, computed when it is asked for.
     """
 
     joint_angles: Array
@@ -101,7 +135,11 @@ class Belief:
     __hash__ = None  # type: ignore[assignment]
 
     def copy(self) -> Belief:
-        """The same belief with arrays of its own, its occupancy computed."""
+        """Take a copy.
+
+        Returns:
+            The same belief with arrays of its own, its occupancy computed.
+        """
         self.occupancy  # noqa: B018 - computes it
         arrays = {name: value.copy() for name, value in vars(self).items() if isinstance(value, np.ndarray)}
         return replace(self, **arrays)  # type: ignore[arg-type]

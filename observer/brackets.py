@@ -12,7 +12,7 @@ from typing import Any
 from haptic_env import validate
 from haptic_env.hand import Hand
 from observer.fastslam import HapticSLAM
-from observer.pose.kalman import ContactDynamics
+from observer.pose.contact_dynamics import ContactDynamics
 
 KALMAN_DYNAMICS = ContactDynamics(constrained=False)
 WHITE_ONLY = {"bias_deg": 0.0, "drift_deg": 0.0, "proportional": 0.0, "start_std_deg": 0.0}  # noise of felt angles
@@ -22,6 +22,16 @@ class OneMap(HapticSLAM):
     """One map at the mean pose: no particles, no say of the map in the pose."""
 
     def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
+        """Take the keyword arguments of `HapticSLAM`, but for particles and candidates.
+
+        Args:
+            hand: with J joints and P patches.
+            sigma_deg: degrees, SD of white noise of the felt angles; None: it is found out.
+            **keywords: what else `HapticSLAM` is told.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         super().__init__(hand, sigma_deg, particles=1, candidates=1, **keywords)
 
 
@@ -29,6 +39,17 @@ class DeadReckoning(OneMap):
     """Floor: the map at the raw angles, which knows no `lag`."""
 
     def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, *, lag: int | None = None, **keywords: Any) -> None:
+        """Take the keyword arguments of `HapticSLAM`, but for particles and candidates, motion and lag.
+
+        Args:
+            hand: with J joints and P patches.
+            sigma_deg: degrees, SD of white noise of the felt angles; None: 3, as nothing tells of it.
+            lag: steps, of which there are none: 0 or None.
+            **keywords: what else `HapticSLAM` is told.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         if lag is not None:
             validate.integer("lag of raw angles", lag, 0, 0)
         super().__init__(hand, sigma_deg, **{**keywords, "motion": "raw_angles", "lag": 0})
@@ -38,6 +59,16 @@ class TruePose(DeadReckoning):
     """Ceiling: the map at the true pose, which it is handed as the felt one; what is told of noise is not used."""
 
     def __init__(self, hand: Hand, sigma_deg: float | None = 0.0, **keywords: Any) -> None:
+        """Take the keyword arguments of `HapticSLAM`, but for particles and candidates, motion and lag.
+
+        Args:
+            hand: with J joints and P patches.
+            sigma_deg: not used.
+            **keywords: what else `HapticSLAM` is told, of which what is of noise is not used.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         super().__init__(hand, 0.0, **{**keywords, **WHITE_ONLY})
 
 
@@ -45,6 +76,16 @@ class Kalman(OneMap):
     """The map at the online mean of an extended Kalman filter that takes contact for noise of the finger's joints."""
 
     def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
+        """Take the keyword arguments of `HapticSLAM`, but for particles and candidates.
+
+        Args:
+            hand: with J joints and P patches.
+            sigma_deg: degrees, SD of white noise of the felt angles; None: it is found out.
+            **keywords: what else `HapticSLAM` is told; `lag` and `dynamics` change what it is.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         super().__init__(hand, sigma_deg, **{"lag": 0, "dynamics": KALMAN_DYNAMICS, **keywords})
 
 
@@ -52,6 +93,16 @@ class Smoother(OneMap):
     """The same filter with the fixed lag."""
 
     def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
+        """Take the keyword arguments of `HapticSLAM`, but for particles and candidates.
+
+        Args:
+            hand: with J joints and P patches.
+            sigma_deg: degrees, SD of white noise of the felt angles; None: it is found out.
+            **keywords: what else `HapticSLAM` is told; `dynamics` changes what it is.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         super().__init__(hand, sigma_deg, **{"dynamics": KALMAN_DYNAMICS, **keywords})
 
 

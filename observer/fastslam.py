@@ -32,7 +32,7 @@ from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import Maps, OccupancySnapshot
 from observer.novelty import MapNovelty
 from observer.pose.angle_noise import believed
-from observer.pose.kalman import ContactDynamics
+from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose.motions import MOTIONS
 from observer.pose.tracking import TracksPose
 from observer.sensing import Sensing

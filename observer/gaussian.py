@@ -16,22 +16,40 @@ JITTER = 1e-12  # rad²
 
 @part()
 def add(factor, values, target):
-    """target += `factor` · `values`, in place and without an array between: a plain loop, which vectorises."""
+    """Do target += factor · values, in place and without an array between: a plain loop, which vectorises.
+
+    Args:
+        factor: a number.
+        values: (M,).
+        target: (M,), changed.
+    """
     for i in range(len(target)):
         target[i] += factor * values[i]
 
 
 @part()
 def scale(factor, target):
-    """target *= `factor`, in place."""
+    """Do target *= factor, in place.
+
+    Args:
+        factor: a number.
+        target: (M,), changed.
+    """
     for i in range(len(target)):
         target[i] *= factor
 
 
 @inner()
 def times(a, b, out):
-    """out = a · b, without BLAS, whose threads cost such small matrices more than they save: plain loops over rows of
-    `b`, four at a time, which vectorise without reordering sums."""
+    """Fill out = a · b, without BLAS, whose threads cost such small matrices more than they save.
+
+    Plain loops over rows of b, four at a time, vectorise without reordering sums.
+
+    Args:
+        a: (M, K).
+        b: (K, L).
+        out: (M, L), filled.
+    """
     inner_size = a.shape[1]
     for i in range(len(out)):
         row = out[i]
@@ -51,7 +69,12 @@ def times(a, b, out):
 
 @inner()
 def fill(source, target):
-    """target = source, for (M, K) numbers."""
+    """Copy numbers.
+
+    Args:
+        source: (M, K).
+        target: (M, K), filled.
+    """
     for i in range(len(target)):
         for j in range(target.shape[1]):
             target[i, j] = source[i, j]
@@ -59,8 +82,13 @@ def fill(source, target):
 
 @inner()
 def factorise(covariance, jitter, factor):
-    """Fill `factor` (J, J) with the Cholesky factor of a positive semi-definite `covariance` (J, J) and `jitter` on its
-    diagonal: where nothing is left of a variance its column is zero."""
+    """Find the Cholesky factor of a covariance that may be singular.
+
+    Args:
+        covariance: (J, J), positive semi-definite.
+        jitter: what is added to its diagonal.
+        factor: (J, J), filled: where nothing is left of a variance its column is zero.
+    """
     size = len(covariance)
     for j in range(size):
         for i in range(size):
@@ -81,8 +109,14 @@ def factorise(covariance, jitter, factor):
 
 @kernel()
 def lower_factor(covariance):
-    """The Cholesky factor (J, J) of a positive semi-definite `covariance` (J, J): where nothing is left of a variance
-    its column is zero."""
+    """Find the Cholesky factor of a covariance that may be singular.
+
+    Args:
+        covariance: (J, J), positive semi-definite.
+
+    Returns:
+        (J, J): where nothing is left of a variance its column is zero.
+    """
     factor = np.empty(covariance.shape)
     factorise(covariance, 0.0, factor)
     return factor
@@ -90,9 +124,16 @@ def lower_factor(covariance):
 
 @inner()
 def carried(before, after, normal, result):
-    """Fill `result` (J, J) with what becomes of a deviation from the mean of a Gaussian as it narrows, or widens: in
-    what it was, with the factor `before` (J, J), it has the same place as what comes of it has in what it is, with
-    the factor `after`. `normal` (J,) is scratch."""
+    """Find what becomes of deviations from the mean of a Gaussian as it narrows, or widens.
+
+    A deviation has the same place in what the Gaussian was as what comes of it has in what it is: after · before⁻¹.
+
+    Args:
+        before: (J, J), lower Cholesky factor of what it was.
+        after: (J, J), of what it is.
+        normal: (J,), scratch.
+        result: (J, J), filled: by which deviations are multiplied.
+    """
     size = len(before)
     for column in range(size):
         for i in range(size):
@@ -108,8 +149,13 @@ def carried(before, after, normal, result):
 
 @inner()
 def solve(covariance, factor, result):
-    """Turn `result` (J, M) into the X of C·X = `result`, C being the `covariance` (J, J) and a hair more, by its
-    Cholesky `factor` (J, J), which is filled; 0 for what has no variance of its own."""
+    """Solve C·X = B, C being a covariance that may be singular, and a hair more.
+
+    Args:
+        covariance: (J, J), positive semi-definite.
+        factor: (J, J), filled with its Cholesky factor.
+        result: (J, M), B before and X after, 0 for what has no variance of its own.
+    """
     size = len(covariance)
     factorise(covariance, JITTER, factor)
     for i in range(size):
@@ -124,8 +170,19 @@ def solve(covariance, factor, result):
 
 @kernel()
 def conditional(mean, covariance, before, now, size):
-    """Of a Gaussian of `mean` (S,) and `covariance` (S, S), how its `size` numbers from `now` on follow from those from
-    `before` on: their mean, B, the mean of what is before, and the covariance of what is left."""
+    """Find how some numbers of a Gaussian follow from others.
+
+    Args:
+        mean: (S,).
+        covariance: (S, S).
+        before: index of the first of those that are known.
+        now: index of the first of those that follow.
+        size: J, of either.
+
+    Returns:
+        The mean (J,) of what follows, B (J, J) by which it does, the mean (J,) of what is known, and the covariance
+        (J, J) of what is left.
+    """
     here, there, follow, rest = np.empty(size), np.empty(size), np.empty((size, size)), np.empty((size, size))
     cross, share, factor = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
     fill(covariance[before : before + size, now : now + size], cross)
@@ -144,9 +201,20 @@ def conditional(mean, covariance, before, now, size):
 
 @kernel()
 def carried_on(covariance, before, now, follow, about, factor, points):
-    """Where `points` (N, J) about `about` (J,), drawn with the `factor` (J, J), lie from their mean once what they are
-    points of, from `before` on in a Gaussian of `covariance` (S, S), has become what is from `now` on, by `follow`
-    (J, J); and the factor (J, J) of the latter."""
+    """Carry points on from one part of a Gaussian to another.
+
+    Args:
+        covariance: (S, S).
+        before: index of the first number of what they are points of.
+        now: index of the first number of what that becomes.
+        follow: (J, J), by which it does.
+        about: (J,), the mean about which points were drawn.
+        factor: (J, J), with which they were drawn.
+        points: (N, J).
+
+    Returns:
+        How far (N, J) they lie from the mean of what is from `now` on, and its factor (J, J).
+    """
     size = len(about)
     narrow, narrowed, moved = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
     after, away, centres = np.empty((size, size)), np.empty((1, size)), np.empty(points.shape)
@@ -166,9 +234,18 @@ def carried_on(covariance, before, now, follow, about, factor, points):
 
 @kernel()
 def shifted(mean, covariance, lagged, shift):
-    """Of a Gaussian of `mean` (S,) and `covariance` (S, S): the mean and the SD (J,) of its first J numbers once the J
-    from `lagged` on turn out to lie `shift` (J,) from their mean; the same of those; and their covariance (J, J), which
-    is that of before."""
+    """Find what is known of the present once the past turns out to be elsewhere.
+
+    Args:
+        mean: (S,), the present being its first J numbers.
+        covariance: (S, S).
+        lagged: index of the first of the J numbers of the past.
+        shift: (J,), how far from its mean the past lies.
+
+    Returns:
+        Mean and SD (J,) of the present, the same of the past, and the past's covariance (J, J); the spread is that of
+        before.
+    """
     size = len(shift)
     block, factor, share = np.empty((size, size)), np.empty((size, size)), np.empty((size, 1))
     angles, now, there, then = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
@@ -184,8 +261,16 @@ def shifted(mean, covariance, lagged, shift):
 
 
 def mixture(weights: Array, means: Array, covariances: Array) -> tuple[Array, Array]:
-    """Mean (K, S) and covariance (K, S, S) of K mixtures of Gaussians: `weights` (K, M), `means` (K, M, S),
-    `covariances` (K, M, S, S)."""
+    """Find the moments of K mixtures of M Gaussians.
+
+    Args:
+        weights: (K, M).
+        means: (K, M, S).
+        covariances: (K, M, S, S).
+
+    Returns:
+        Mean (K, S) and covariance (K, S, S).
+    """
     count, parts, size = means.shape
     mean = (weights[:, None] @ means)[:, 0]
     apart = means - mean[:, None]

@@ -25,14 +25,15 @@ moved(
             "maps.novelty": "novelty",
             "maps.suspects": "maps.matching_geometry maps.scan_matching maps.capsules",
             "marginal_kernels": (
-                "maps.scan_matching maps.matching_geometry maps.free_space maps.cells maps.capsules kinematics"
+                "maps.scan_matching maps.matching_geometry maps.free_space maps.cells maps.capsules jacobians "
+                "kinematics"
             ),
             "matching": "maps.matching",
             "occupancy": "maps.occupancy",
             "partners": "pose.joint_pairs gaussian",
             "parts": "shape.subchains",
-            "pose_filter": "pose.kalman",
-            "pose_kernels": "pose.kalman_updates",
+            "pose_filter": "pose.kalman pose.contact_dynamics",
+            "pose_kernels": "pose.kalman_updates pose.contact_forces",
             "pose_source": "pose.source",
             "potential_reward": "wrappers.rewards",
             "set_aside": "pose.gating",

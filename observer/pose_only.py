@@ -21,7 +21,8 @@ from observer.contacts.contact_filter import believed_contacts
 from observer.fastslam import LAG_SECONDS, RESOLUTION
 from observer.maps.occupancy import OccupancySnapshot
 from observer.pose.angle_noise import believed
-from observer.pose.kalman import ContactDynamics, PoseFilter
+from observer.pose.contact_dynamics import ContactDynamics
+from observer.pose.kalman import PoseFilter
 from observer.pose.tracking import TracksPose
 
 

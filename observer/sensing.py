@@ -18,10 +18,26 @@ from observer.state import FilterState, Waiting
 
 
 class Sensing:
-    """The hand, the grid and the contact model as kernels read them, and what they make of a step."""
+    """The hand, the grid and the contact model as kernels read them, and what they make of a step.
+
+    Attributes:
+        tree: the hand's kinematics.
+        grid: of the maps.
+        model: of contacts.
+        in_hindsight: whether steps are kept for the map in hindsight.
+        body: the hand's patches and links, for kernels.
+        evidence: the contact model, for kernels.
+    """
 
     def __init__(self, hand: Hand, grid: Grid, model: ContactModel, in_hindsight: bool) -> None:
-        """`in_hindsight`: whether steps are kept for the map in hindsight."""
+        """Put into words of the kernels what stays the same.
+
+        Args:
+            hand: with L links and P patches.
+            grid: of the maps.
+            model: of contacts.
+            in_hindsight: keep steps for the map in hindsight.
+        """
         self.tree = tree_of(hand)
         self.grid, self.model, self.in_hindsight = grid, model, in_hindsight
         self.body = capsules.body_of(hand.patches, grid.resolution)
@@ -31,8 +47,17 @@ class Sensing:
         self._watches = hand.link_group[self._link][:, None] == hand.link_group  # (P, L): whose patches a touch calls
 
     def stand(self, state: FilterState, step: Waiting, pose: Array, covariance: Array) -> tuple[MapInput, MeanFrames]:
-        """What is felt at a `step` of which the pose (J,) is known with the `covariance` (J, J) rad², and how the hand
-        stands there; takes note of it in `state`."""
+        """Tell how the hand stands at a step, and what it feels there; the filter's state takes note of it.
+
+        Args:
+            state: changed.
+            step: the contacts, and where the hand as a whole is.
+            pose: (J,) rad.
+            covariance: (J, J) rad² of the pose.
+
+        Returns:
+            What the step has to say to the maps, and the frames of the mean pose.
+        """
         contacts, root = step
         tree = placed(self.tree, root)
         stance, reach = capsules.stand(tree, self.body, self.evidence, self.model.caution, pose, covariance)
@@ -55,5 +80,12 @@ class Sensing:
         return felt, stance
 
     def in_retrospect(self, moments: list[hindsight.Moment]) -> Array:
-        """(X, Y, Z) the map in hindsight of all that was noted."""
+        """Draw the map in hindsight.
+
+        Args:
+            moments: all that was noted in a trial.
+
+        Returns:
+            (X, Y, Z) probability that each voxel is occupied.
+        """
         return hindsight.occupancy(moments, self.tree, self.grid, self.body, self.model)

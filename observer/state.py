@@ -26,15 +26,25 @@ from observer.pose.source import PoseSource
 
 
 class Waiting(NamedTuple):
-    """A step that waits for the lag: the `contacts` (P,) felt, and where the `root` of the hand was."""
+    """A step that waits for the lag.
+
+    Attributes:
+        contacts: (P,) that were felt.
+        root: where the hand as a whole was; None where it does not move.
+    """
 
     contacts: NDArray[np.bool_]
     root: Pose | None
 
 
 class Diagnostics(NamedTuple):
-    """What one turn did, for whoever looks at it; no later step needs it. `transition`: the proposal; `moved_share` of
-    the particles, which scan matching moved; whether it `resampled`."""
+    """What one turn did, for whoever looks at it; no later step needs it.
+
+    Attributes:
+        transition: of the proposal.
+        resampled: whether it resampled.
+        moved_share: of the particles, those that scan matching moved.
+    """
 
     transition: Transition | None = None
     resampled: bool = False
@@ -45,9 +55,14 @@ NOTHING = Diagnostics()
 
 
 class Proposal(NamedTuple):
-    """p(q_k | q_{k-1}, u, q̃) (step 3): the `transition` that is the same for all, and of the particles, which may carry
-    constant errors of the angles too, how far from its mean the centre of each one's lies, `centres` (N, J), what is
-    left about it, `rest` (J, J), and a factor (J, J) of all that is uncertain of q_k, `spread`."""
+    """p(q_k | q_{k-1}, u, q̃) (step 3) of every particle, which may be a hypothesis of constant errors too.
+
+    Attributes:
+        transition: that is the same for all.
+        centres: (N, J) rad, how far from its mean the centre of each particle's lies.
+        rest: (J, J) rad², what is left about that.
+        spread: (J, J) rad, a factor of all that is uncertain of q_k.
+    """
 
     transition: Transition
     centres: Array
@@ -59,9 +74,20 @@ class Proposal(NamedTuple):
 class FilterState:
     """N particles, each with its pose, its map and its weight; changed in place by every step.
 
-    `poses` (N, J) at the lagged step and constant `errors` (N, E) of the angles, both drawn about the Gaussian `drawn`,
-    its mean (J + E,) and factor (J + E, J + E). `contacts` (P,) of the step that entered the maps last; `waiting` are
-    those that have not. `moments`: what the map in hindsight is made of.
+    Attributes:
+        rng: all that is left to chance.
+        maps: of the particles.
+        novelty: what links have said before.
+        poses: (N, J) rad at the lagged step.
+        errors: (N, E) rad, constant errors of the angles.
+        drawn: the Gaussian about which both were drawn, its mean (J + E,) and factor (J + E, J + E).
+        contacts: (P,) of the step that entered the maps last.
+        log_evidence: log probability of the contacts so far.
+        waiting: steps that have not entered the maps.
+        moments: what the map in hindsight is made of.
+        weights: (N,).
+        log_weights: (N,).
+        n_eff: effective sample size, 1 / Σw².
     """
 
     rng: np.random.Generator
@@ -82,7 +108,18 @@ class FilterState:
     def begin(
         cls, rng: np.random.Generator, maps: Maps, novelty: MapNovelty, hand: Hand, pose: PoseSource
     ) -> FilterState:
-        """All particles of `maps` at the rest pose of `hand` (step 1), or about it, as `pose` knows it."""
+        """Put all particles at the rest pose (step 1), or about it, where it is not known exactly.
+
+        Args:
+            rng: for all that is left to chance.
+            maps: of the N particles.
+            novelty: what links have said before.
+            hand: with J joints and P patches.
+            pose: tells how exactly that pose is known, and of constant errors.
+
+        Returns:
+            The state before the first step.
+        """
         count, noise = len(maps.own), pose.noise
         constant = noise.prior[: pose.constant.stop - pose.constant.start]
         mean = np.concatenate([hand.rest_pose, np.zeros(len(constant))])
@@ -95,11 +132,18 @@ class FilterState:
         return cls(rng, maps, novelty, poses, errors, (mean, np.diag(spread)), contacts)
 
     def predict(self, pose: PoseSource, ago: int) -> Proposal:
-        """Move on to the pose of `ago` steps back.
+        """Move on to the pose of some steps back (step 3).
 
         What was felt since has told more of q_{k-1} too, the same for all: it moves the particles with the Gaussian
         that they were drawn about, so that no weight is needed for it. An error that is constant is a part of what a
         particle is a hypothesis of: with q_{k-1} alone the angles felt before would be forgotten.
+
+        Args:
+            pose: its Gaussian.
+            ago: how many steps.
+
+        Returns:
+            Where the particles' next poses may be.
 
         Raises:
             FloatingPointError: for poses that are not finite, which no kernel is to have.
@@ -125,7 +169,14 @@ class FilterState:
         return Proposal(transition, centres, np.ascontiguousarray(moved.rest[:joints, :joints]), factor)
 
     def weigh(self, log_likelihood: Array) -> None:
-        """w ∝ w · p(z | q, m) (N,) (step 5); raises `FloatingPointError` for what is not finite."""
+        """Weigh the particles, w ∝ w · p(z | q, m) (step 5).
+
+        Args:
+            log_likelihood: (N,).
+
+        Raises:
+            FloatingPointError: for weights that are not finite.
+        """
         self.log_weights += log_likelihood
         total, self.weights, self.n_eff = resampling.normalise(self.log_weights)
         if not np.isfinite(total):
@@ -133,7 +184,11 @@ class FilterState:
         self.log_evidence += total
 
     def resample(self) -> bool:
-        """Systematic resampling where Neff < N/2 (step 6); whether it was."""
+        """Resample systematically where Neff < N/2 (step 6).
+
+        Returns:
+            Whether it was done.
+        """
         if self.n_eff >= 0.5 * len(self.weights):
             return False
         source, target = resampling.in_place(resampling.systematic_counts(self.weights, self.rng.random()))
@@ -160,8 +215,20 @@ def belief_of(
     step: Waiting | None,
     told: Diagnostics,
 ) -> Belief:
-    """What `pose`, the `reliability` (P,) of patches and `state` make one believe; `step`: the one `ago` steps back,
-    if it has entered the maps."""
+    """Tell what the Gaussian of the pose and the particles make one believe.
+
+    Args:
+        pose: the Gaussian.
+        reliability: (P,) probability that each patch works.
+        state: the particles.
+        grid: of their maps.
+        ago: how many steps the lagged pose is back.
+        step: that one, if it has entered the maps.
+        told: what this turn did.
+
+    Returns:
+        The belief.
+    """
     lagged = pose.lagged(ago)
     mean, covariance, weights = pose.mean, pose.covariance, state.weights
     # What the maps say of the lagged pose moves the present one as far as the two are correlated.

@@ -40,7 +40,18 @@ NAMES = (*OBSERVERS, *VARIANTS, *WITHOUT_MAP)
 
 
 def check(what: str, name: str) -> str:
-    """Return `name` if it is that of an observer or a variant, or several that add up; else raise `ValueError`."""
+    """Check the name of an observer.
+
+    Args:
+        what: the argument it is given for.
+        name: of an observer or a variant, or several that add up.
+
+    Returns:
+        The name.
+
+    Raises:
+        ValueError: for any other, listing what there is.
+    """
     base, *changes = name.split("+") if isinstance(name, str) else [name]
     validate.choice(what, base, (*WITH_PARTICLES, *VARIANTS) if changes else NAMES)
     for change in changes:
@@ -49,7 +60,21 @@ def check(what: str, name: str) -> str:
 
 
 def make_observer(name: str, hand: Hand, sigma_deg: float | None, particles: int, **keywords: Any) -> Observer:
-    """The observer or variant `name` for `hand`; `particles` where it has any and does not say how many."""
+    """Make an observer by name.
+
+    Args:
+        name: of an observer or a variant, or several that add up.
+        hand: that explores.
+        sigma_deg: degrees, SD of white noise of the felt angles; None: it is found out.
+        particles: N, where it has any and does not say how many.
+        **keywords: what else `HapticSLAM`, or `PoseOnly`, is told.
+
+    Returns:
+        The observer.
+
+    Raises:
+        ValueError: for a name that is none, or a value out of range.
+    """
     if check("name", name) in WITHOUT_MAP:
         return PoseOnly(hand, sigma_deg, **WITHOUT_MAP[name], **keywords)
     parts = name.split("+")

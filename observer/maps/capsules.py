@@ -16,7 +16,8 @@ from haptic_env.compiled import inner, kernel, part
 from haptic_env.grid import Grid
 from haptic_env.moved import renamed
 from haptic_env.patches import Patches, PatchLayout, patch_at
-from observer.kinematics import Tree, body_frames, place_spread
+from observer.jacobians import place_spread
+from observer.kinematics import Tree, body_frames
 from observer.maps.contact_model import Evidence, LinkEvidence, reach_of
 
 __getattr__ = renamed(__name__, {"Stance": "MeanFrames", "Reach": "LinkEvidence"})

@@ -16,7 +16,7 @@ from haptic_env.arrays import Array
 from haptic_env.compiled import inner, kernel, part
 from haptic_env.moved import renamed
 from haptic_env.patches import row_at
-from observer.kinematics import _moved, _moving, twists
+from observer.jacobians import _moved, _moving, twists
 from observer.maps.capsules import any_of, owner, ringing
 from observer.maps.free_space import capsule_voxels, from_point, most_voxels, room, triple
 

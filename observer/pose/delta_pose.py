@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.pose.angle_noise import AngleNoise, Offset, summed
+from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose.gating import Gate, Gated, Heard, take_in
-from observer.pose.kalman import EXACTLY, RESTART_ANGLE, ContactDynamics
+from observer.pose.kalman import EXACTLY, RESTART_ANGLE
 
 HOLDS = 300
 HOLD_SECONDS = 0.2  # about as long as a torque of random exploration lasts
@@ -33,14 +34,30 @@ SUBSTEP_SECONDS = 0.002
 
 
 class DeltaMotion(NamedTuple):
-    """q_k - q_{k-1} = `gain` (J, J) rad · u + N(0, `noise` (J, J) rad²)."""
+    """q_k - q_{k-1} = gain · u + N(0, noise).
+
+    Attributes:
+        gain: (J, J) rad by fractions of the torques' limits.
+        noise: (J, J) rad².
+    """
 
     gain: Array
     noise: Array
 
 
 class DeltaPose(Gated):
-    """Posterior of the angles of now and of the last T steps under the linear motion model; for `HapticSLAM`."""
+    """Posterior of the angles of now and of the last T steps under the linear motion model; for `HapticSLAM`.
+
+    Attributes:
+        hand: with J joints and P patches.
+        motor_noise: SD of a torque as a fraction of it.
+        lag: T.
+        motion: what the hand has learnt by babbling.
+        noise: what is wrong with the felt angles, beside white noise of SD `sigma`.
+        mean: (S,), `mean[lagged(k)]` being the angles (J,) rad of k steps ago; the errors that last come after them.
+        covariance: (S, S), in the same order.
+        log_evidence: log density of the angles felt so far.
+    """
 
     def __init__(
         self,
@@ -53,8 +70,17 @@ class DeltaPose(Gated):
         dynamics: ContactDynamics | None = None,
         noise: AngleNoise | None = None,
     ) -> None:
-        """`sigma` rad, `motor_noise` a fraction; `noise`: what else is wrong with the felt angles (None: nothing);
-        `dynamics` is not used: the paper's motion knows no forces."""
+        """Babble, then start at the rest pose.
+
+        Args:
+            hand: with J joints and P patches.
+            sigma: rad, SD of white noise of the felt angles.
+            motor_noise: SD of a torque as a fraction of it.
+            control_hz: Hz, steps a second.
+            lag: T.
+            dynamics: not used: the paper's motion knows no forces.
+            noise: what else is wrong with the felt angles; None: nothing.
+        """
         self.hand = hand
         self.motor_noise = motor_noise
         self.lag = lag
@@ -65,7 +91,11 @@ class DeltaPose(Gated):
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
-        """Start at the rest pose, as exactly as it is known; `felt` (J,) rad tells of the offsets, if any."""
+        """Start at the rest pose, as exactly as it is known.
+
+        Args:
+            felt: (J,) rad, the angles felt there, which tell of the offsets, if any.
+        """
         self._begin(self.hand.rest_pose, EXACTLY, self.noise.start_variance)
         self.log_evidence = 0.0
         self._gate.reset()
@@ -80,7 +110,13 @@ class DeltaPose(Gated):
         self.covariance[:poses, :poses] += np.kron(np.full((self.lag + 1, self.lag + 1), shared), np.eye(joints))
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
-        """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
+        """Move on by one control step.
+
+        Args:
+            torque: (J,) that was commanded, fractions of the limits.
+            joint_angles: (J,) rad that were felt after it.
+            contacts: (P,) that were felt.
+        """
         joints, size, before = self.hand.joints, self.mean.size, self.log_evidence
         errors = slice(size - len(self.noise.decay), size)
         poses = np.arange(errors.start - joints)
@@ -128,16 +164,30 @@ class DeltaPose(Gated):
         return Offset.of(self.mean, self.covariance, self._kinds, self.hand.joints)
 
     def lagged(self, steps: int) -> slice:
-        """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
+        """Tell where `mean` keeps the angles of a step.
+
+        Args:
+            steps: how many ago, 0 being now.
+
+        Returns:
+            J numbers.
+        """
         return slice(steps * self.hand.joints, (steps + 1) * self.hand.joints)
 
 
 def babble(hand: Hand, control_hz: float) -> DeltaMotion:
-    """What torques do to the joints on average, by least squares over a minute of random ones in free air.
+    """Learn what torques do to the joints on average, by least squares over a minute of random ones in free air.
 
     The paper calls its motion model "simple" and says no more. Here the hand learns it by motor babbling: no object,
     no noise, no stops, torques drawn uniformly and held for `HOLD_SECONDS`. What a line cannot explain is momentum,
     which lasts: its variance is that of the sum over a hold, shared among the steps.
+
+    Args:
+        hand: with J joints.
+        control_hz: Hz, steps a second.
+
+    Returns:
+        The motion of one step.
     """
     rng = np.random.default_rng(0)
     substeps = max(1, round(1 / (control_hz * SUBSTEP_SECONDS)))

@@ -24,7 +24,13 @@ LARGEST_GROWTH = 2.5  # of an angle's error in one control step; damped joints n
 
 
 class Prediction(NamedTuple):
-    """Predicted state (2J,), its transition Jacobian ∂f/∂x (2J, 2J) and ∂f/∂τ (2J, J) by joint torque in N·m."""
+    """What a control step makes of a state x under torques τ.
+
+    Attributes:
+        state: f(x, τ) (2J,).
+        transition: ∂f/∂x (2J, 2J).
+        torque_gain: ∂f/∂τ (2J, J), τ in N·m.
+    """
 
     state: NDArray[np.float64]
     transition: NDArray[np.float64]
@@ -32,9 +38,23 @@ class Prediction(NamedTuple):
 
 
 class ForwardModel:
-    """MuJoCo's model of the hand alone, driven by the efference copy."""
+    """MuJoCo's model of the hand alone, driven by the efference copy.
+
+    Attributes:
+        joints: J.
+        torque_limits: (J,) N·m.
+    """
 
     def __init__(self, hand: Hand, control_hz: float) -> None:
+        """Take a copy of the hand's model.
+
+        Args:
+            hand: with J joints.
+            control_hz: Hz, steps a second.
+
+        Raises:
+            ValueError: for a rate that is none, or out of range.
+        """
         validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.joints = hand.joints
         self.torque_limits = hand.torque_limits
@@ -51,11 +71,18 @@ class ForwardModel:
         self._b = np.zeros((2 * self.joints, self.joints))
 
     def predict(self, state: NDArray[np.float64], torque: NDArray[np.float64]) -> Prediction:
-        """One control step from `state` (2J,) under `torque` (J,), fractions of the limits.
+        """Predict one control step, and how it depends on where it begins.
 
-        The Jacobian of one substep is taken half-way and raised to the number of substeps: near enough to the
-        product of all, at a tenth of its price. Where a joint meets its limit within that very substep the
-        differences straddle an impact and mean nothing; there the Jacobian without limits stands in.
+        The Jacobian of one substep is taken half-way and raised to the number of substeps: near enough to the product
+        of all, at a tenth of its price. Where a joint meets its limit within that very substep the differences straddle
+        an impact and mean nothing; there the Jacobian without limits stands in.
+
+        Args:
+            state: (2J,) at the beginning.
+            torque: (J,) fractions of the limits.
+
+        Returns:
+            The state at the end, and its derivatives.
         """
         model, data, joints = self._model, self._data, self.joints
         data.qpos[:] = state[:joints]

@@ -35,8 +35,13 @@ IN_A_ROW = 5  # readings that agree with each other: the next one is believed, f
 
 
 class Heard(NamedTuple):
-    """What is left of a step with odd readings: `angles` (J,) rad without whole turns, `joints` (H,) that are heard,
-    and which joints `anew` (J,): the filter was wrong of them."""
+    """What is left of a step with odd readings.
+
+    Attributes:
+        angles: (J,) rad, without whole turns.
+        joints: (H,) those that are heard.
+        anew: (J,) those of which the filter was wrong.
+    """
 
     angles: Array
     joints: NDArray[np.int64]
@@ -44,13 +49,25 @@ class Heard(NamedTuple):
 
 
 class Range(NamedTuple):
-    """The angles from `low` to `high` (J,) rad."""
+    """Where angles may lie.
+
+    Attributes:
+        low: (J,) rad.
+        high: (J,) rad.
+    """
 
     low: Array
     high: Array
 
     def has(self, angles: Array) -> NDArray[np.bool_]:
-        """Which of `angles` (J,) lie in it."""
+        """Tell which angles lie in it.
+
+        Args:
+            angles: (J,) rad.
+
+        Returns:
+            (J,).
+        """
         return (angles >= self.low) & (angles <= self.high)
 
 
@@ -75,10 +92,21 @@ class Gated:
 
 
 class Gate:
-    """Tells readings of `hand` with noise of SD `sigma` rad, and offsets of SD `offset` rad, apart; `set_aside` (J,)
-    counts the odd ones of a trial."""
+    """Tells the readings that a hand can give from those that it cannot.
+
+    Attributes:
+        set_aside: (J,) the odd ones of a trial.
+    """
 
     def __init__(self, hand: Hand, sigma: float, step_seconds: float, offset: float = 0.0) -> None:
+        """Start a trial.
+
+        Args:
+            hand: with J joints.
+            sigma: rad, SD of the noise of a reading.
+            step_seconds: s, from one reading to the next.
+            offset: rad, SD of how far readings lie from the angles for good.
+        """
         self._offset = BEYOND_SDS * offset  # how far felt angles may lie from the true ones for good
         self._names = hand.joint_names
         self._jump = JUMP + FASTEST * step_seconds
@@ -109,8 +137,16 @@ class Gate:
         self._last = np.zeros(joints)
 
     def judge(self, felt: Array, expected: Array, variance: Array) -> Heard | None:
-        """What to make of `felt` (J,) rad where `expected` (J,) with `variance` (J,) rad², noise not included; None:
-        all of it is as usual."""
+        """Tell what to make of a step's readings.
+
+        Args:
+            felt: (J,) rad.
+            expected: (J,) rad, by the filter.
+            variance: (J,) rad², of what is expected, noise not included.
+
+        Returns:
+            What is left of them; None: all is as usual.
+        """
         if _usual(felt, expected, self._jump, *self._possible):
             self._row[:] = 0
             return None
@@ -131,14 +167,29 @@ class Gate:
         return Heard(angles, np.flatnonzero(~aside | anew), anew)
 
     def at_first(self, felt: Array) -> Array | None:
-        """The angles (J,) rad `felt` at a reset, without whole turns; None where that is no pose of the hand."""
+        """Take whole turns off the readings of a reset.
+
+        Args:
+            felt: (J,) rad.
+
+        Returns:
+            (J,) rad; None where that is no pose of the hand.
+        """
         usual = self._possible.has(felt)
         turned = felt - TURN * np.round((felt - self._middle) / TURN)
         return np.where(usual, felt, turned) if (usual | self._turned.has(turned)).all() else None
 
     def lost(self, mean: Array, covariance: Array, past: int) -> bool:
-        """Whether the Gaussian of `mean` (S,) and `covariance` (S, S) is none of poses of the hand, its angles being
-        the first J numbers and all from `past` on: what was felt has broken its arithmetic. Said, where it is."""
+        """Tell whether a Gaussian is none of poses of the hand: what was felt has broken its arithmetic. Warns if so.
+
+        Args:
+            mean: (S,), its first J numbers being the present angles, rad.
+            covariance: (S, S).
+            past: from where on all are angles of the past, J by J.
+
+        Returns:
+            Whether it is lost.
+        """
         if _sound(mean, covariance, past, *self._lost_beyond):
             return False
         warnings.warn(
@@ -150,14 +201,21 @@ class Gate:
         return True
 
     def at_last(self, mean: Array, felt: Array) -> Array:
-        """Angles (J,) rad to begin anew with: those `felt` (J,) where they are possible, else those of `mean` (J,) or
-        of the middle of the joint, all within the joint's limits."""
+        """Find angles to begin anew with.
+
+        Args:
+            mean: (J,) rad, of the filter that was lost.
+            felt: (J,) rad.
+
+        Returns:
+            (J,) rad: those felt where they are possible, else those of the mean or of the middle of the joint, all no
+            farther from the joint's limits than noise may be.
+        """
         here = np.where(np.isfinite(mean), mean, self._middle)
         return np.where(self._possible.has(felt), felt, here).clip(*self._turned)
 
     def _persist(self, felt: Array, aside: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Which joints (J,) have said much the same for so long that it is believed, of those whose `felt` (J,) angles
-        were set `aside` though they are possible."""
+        """(J,) joints of which the filter must be wrong: odd readings `felt`, set `aside`, that agree for so long."""
         agree = np.abs(felt - self._last) <= self._jump
         self._row = np.where(aside & self._possible.has(felt), np.where(agree, self._row, 0) + 1, 0)
         self._last = felt
@@ -188,8 +246,7 @@ def _usual(felt: Array, expected: Array, jump: float, low: Array, high: Array) -
 
 @inner(types.boolean(GIVEN, types.Array(types.float64, 2, "A", readonly=True), types.int64, GIVEN, GIVEN))
 def _sound(mean: Array, covariance: Array, past: int, low: Array, high: Array) -> bool:
-    """Whether all angles, the first J of `mean` (S,) and those from `past` on, lie between `low` and `high` (J,), and
-    `covariance` (S, S) has variances: what is NaN does not."""
+    """Whether angles, the first J and those of the `past`, lie from `low` to `high` (J,), and variances are some."""
     joints = len(low)
     sound = True
     for i in range(len(mean)):
@@ -200,9 +257,18 @@ def _sound(mean: Array, covariance: Array, past: int, low: Array, high: Array) -
 
 
 def take_in(mean: Array, covariance: Array, heard: Heard, variance: Array, kinds: Sequence[slice] = ()) -> float:
-    """Condition the Gaussian of `mean` (S,) and `covariance` (S, S), whose first J numbers are the present angles, in
-    place, on the joints that are `heard` with noise of `variance` (J,) rad² and with the `kinds` of errors that last,
-    J numbers each; returns the log density of what is heard."""
+    """Condition a Gaussian on what some of the joints were felt at.
+
+    Args:
+        mean: (S,), changed; its first J numbers are the present angles, rad.
+        covariance: (S, S), changed.
+        heard: the readings, and of which joints.
+        variance: (J,) rad², of white noise.
+        kinds: where it keeps each kind of errors that last, J numbers each.
+
+    Returns:
+        The log density of what is heard.
+    """
     for joint in np.flatnonzero(heard.anew):
         covariance[joint, joint] += (heard.angles[joint] - mean[joint]) ** 2
     joints = heard.joints

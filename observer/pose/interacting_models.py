@@ -6,8 +6,11 @@ at each of the last T steps. All work in place.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from observer.gaussian import add
 
@@ -15,13 +18,34 @@ PRESENT = 3  # numbers of a direction's state now
 LEAST = 1e-12  # no level is impossible
 
 
-@kernel()
-def turn(level, means, covariances, switching, transition, noise, felt, variance, log_density):
-    """Let the levels change, move on by one step, and take in what was `felt` (C,) rad with `variance` rad².
+class JumpMarkovModel(NamedTuple):
+    """How a direction moves in one step: linear at each level, which now and then jumps to another.
 
-    `level` (C, M), `means` (C, M, S) and `covariances` (C, M, S, S) before and after; `switching` (M, M), `transition`
-    (3, 3) and `noise` (M, 3, 3); fills `log_density` (C,) of what was felt.
+    Attributes:
+        switching: (M, M) probability of each level after the step, row by row for the level before it.
+        transition: (3, 3) what the step makes of angle, velocity and acceleration.
+        noise: (M, 3, 3) covariance of what it adds to them at each level.
     """
+
+    switching: Array
+    transition: Array
+    noise: Array
+
+
+@kernel()
+def turn(level, means, covariances, model, felt, variance, log_density):
+    """Let the levels change, move on by one step, and take in what was felt (Blom & Bar-Shalom 1988).
+
+    Args:
+        level: (C, M) probability of each level, changed.
+        means: (C, M, S) of the state at each level, changed.
+        covariances: (C, M, S, S), changed.
+        model: the `JumpMarkovModel`.
+        felt: (C,) rad.
+        variance: rad², of its noise.
+        log_density: (C,), filled with that of what was felt, given what was before.
+    """
+    switching, transition, noise = model
     directions, levels, size = means.shape
     mean = np.empty((levels, size))
     covariance = np.empty((levels, size, size))
@@ -78,8 +102,7 @@ def _mix(share, means, covariances, mean, covariance):
 
 @kernel()
 def _move(transition, noise, mean, covariance, moved, spread):
-    """Fill `moved` (S,) and `spread` (S, S) with what a step makes of `mean` and `covariance`: every angle becomes that
-    of one step ago."""
+    """Fill `moved` (S,) and `spread` (S, S) with what a step makes of one: angles become those of a step ago."""
     size = len(mean)
     with_now = np.zeros((PRESENT, size))  # of what is now, moved, with what was
     for i in range(PRESENT):

@@ -26,10 +26,22 @@ HALF = np.sqrt(0.5)
 
 
 class JointPairs:
-    """The directions, the evidence for each, and what they tell of the joints."""
+    """The directions, the evidence for each, and what they tell of the joints.
+
+    Attributes:
+        joints: J.
+        temper: exponent of the evidence.
+        count: C.
+    """
 
     def __init__(self, joints: int, together: float, temper: float) -> None:
-        """`together`: probability beforehand that a joint has a partner; `temper`: exponent of the evidence."""
+        """Start with no evidence.
+
+        Args:
+            joints: J.
+            together: probability beforehand that a joint has a partner.
+            temper: exponent of the evidence.
+        """
         self.joints, self.temper = joints, temper
         some = together > 0.0 and joints > 1
         self._first, self._second = np.triu_indices(joints if some else 1, 1)
@@ -39,39 +51,75 @@ class JointPairs:
         self.reset()
 
     def reset(self) -> None:
-        """Nothing is known of who moves with whom."""
+        """Forget who moves with whom."""
         self._advantage = np.zeros(len(self._first))
 
     def along(self, angles: Array) -> Array:
-        """(C,) rad along every direction, for `angles` (J,) rad."""
+        """Measure angles along every direction.
+
+        Args:
+            angles: (J,) rad.
+
+        Returns:
+            (C,) rad.
+        """
         one, other = angles[self._first], angles[self._second]
         return np.concatenate([angles, HALF * (one + other), HALF * (one - other)])
 
     def along_squares(self, squares: Array) -> Array:
-        """(C,) rad² along every direction, for independent variances `squares` (J,) rad²."""
+        """Measure independent variances along every direction.
+
+        Args:
+            squares: (J,) rad².
+
+        Returns:
+            (C,) rad².
+        """
         both = 0.5 * (squares[self._first] + squares[self._second])
         return np.concatenate([squares, both, both])
 
     def all_of(self, joints: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(C,): the directions of `joints` (J,) alone."""
+        """Find the directions that some of the joints have to themselves.
+
+        Args:
+            joints: (J,) which.
+
+        Returns:
+            (C,).
+        """
         both = joints[self._first] & joints[self._second]
         return np.concatenate([joints, both, both])
 
     def without(self, log_density: Array, heard: NDArray[np.bool_]) -> Array:
-        """`log_density` (C,) where only the joints `heard` (J,) tell of anything: of a pair that does not, as much as
-        of its two joints alone."""
+        """Let a pair of which a joint tells nothing say as much as its two joints alone.
+
+        Args:
+            log_density: (C,) of what was felt.
+            heard: (J,) the joints that tell of anything.
+
+        Returns:
+            (C,).
+        """
         alone = np.where(heard, log_density[: self.joints], 0.0)
         apart = 0.5 * (alone[self._first] + alone[self._second])
         told = np.concatenate([alone, apart, apart])
         return np.where(self.all_of(heard), log_density, told)
 
     def learn(self, log_density: Array) -> None:
-        """Take in the `log_density` (C,) of what was felt along each direction, given what was felt before."""
+        """Take in a step.
+
+        Args:
+            log_density: (C,) of what was felt along each direction, given what was felt before.
+        """
         alone, pairs = log_density[: self.joints], log_density[self.joints :].reshape(2, -1)
         self._advantage += pairs.sum(axis=0) - alone[self._first] - alone[self._second]
 
     def weights(self) -> Array:
-        """(J, H): how probable each joint's partners are, by row; the joint itself stands for none."""
+        """Tell how probable each joint's partners are.
+
+        Returns:
+            (J, H), by row; the joint itself stands for none.
+        """
         log_weight = self._prior.copy()
         log_weight[self._first, self._second] += self.temper * self._advantage
         log_weight[self._second, self._first] += self.temper * self._advantage
@@ -80,8 +128,15 @@ class JointPairs:
         return np.asarray(weight / weight.sum(axis=1, keepdims=True))
 
     def of_joints(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
-        """Mean (J, S) and covariance (J, S, S) of each joint's state, for those of all directions, (C, S) and
-        (C, S, S)."""
+        """Mix what the directions say of each joint.
+
+        Args:
+            mean: (C, S) of the directions' states.
+            covariance: (C, S, S).
+
+        Returns:
+            Mean (J, S) and covariance (J, S, S) of the joints' states.
+        """
         if not len(self._first):
             return mean, covariance
         alone = np.arange(self.joints)

@@ -1,23 +1,61 @@
-"""The compiled parts of the pose filter: move on, condition, and what contacts do. All work in place.
+"""The compiled parts of the pose filter: move on and condition, in place.
 
 Shapes: J joints, D numbers of state, (q, v) and, where forces last, the joints' torques by them, E numbers of errors
-that last, S = D + E + T·J numbers of the filter with T steps of lag, M measurements, P patches, B bodies. Loops over
-the last axis are plain, so that they vectorise without reordering sums.
+that last, S = D + E + T·J numbers of the filter with T steps of lag, M measurements. Loops over the last axis are
+plain, so that they vectorise without reordering sums.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple, Self
+
 import numpy as np
 
+from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from observer.gaussian import add, fill, times
-from observer.kinematics import body_frames, point_jacobian
+
+
+class Measurement(NamedTuple):
+    """What is measured of (q, v), with independent noise.
+
+    Attributes:
+        rows: (M, 2J), what each measurement is of (q, v).
+        value: (M,).
+        variance: (M,) of the noise.
+    """
+
+    rows: Array
+    value: Array
+    variance: Array
+
+    @classmethod
+    def nothing(cls, joints: int) -> Self:
+        """Measure nothing.
+
+        Args:
+            joints: J.
+
+        Returns:
+            M = 0 measurements.
+        """
+        return cls(np.zeros((0, 2 * joints)), np.zeros(0), np.zeros(0))
 
 
 @kernel()
 def process_noise(gain, torque, limits, motor_noise, velocity_noise):
-    """Covariance (2J, 2J) of what a step adds: motor noise, a fraction of the `torque` (J,), itself a fraction of its
-    `limits` (J,), through `gain` (2J, J), and `velocity_noise` in rad/s."""
+    """Tell what a step adds to what is uncertain, contacts apart.
+
+    Args:
+        gain: (2J, J), what a torque of 1 N·m at each joint does to (q, v) in the step.
+        torque: (J,) fractions of the limits.
+        limits: (J,) N·m.
+        motor_noise: SD of the torque as a fraction of it.
+        velocity_noise: rad/s, SD of what the model leaves out.
+
+    Returns:
+        Covariance (2J, 2J).
+    """
     present, joints = gain.shape
     noise = np.zeros((present, present))
     effort = np.empty(present)
@@ -33,8 +71,18 @@ def process_noise(gain, torque, limits, motor_noise, velocity_noise):
 
 @kernel()
 def shift(mean, covariance, state, transition, noise, joints, decay, fresh):
-    """Move the lagged angles on by one step, then predict: `state` (D,), `transition` and `noise` (D, D); of each error
-    that lasts `decay` (E,) is left, and a variance `fresh` (E,) is added."""
+    """Move the lagged angles on by one step, then predict.
+
+    Args:
+        mean: (S,), changed.
+        covariance: (S, S), changed.
+        state: (D,) that is predicted.
+        transition: (D, D) ∂state/∂(the state before).
+        noise: (D, D) covariance of what the step adds.
+        joints: J.
+        decay: (E,) what the step leaves of each error that lasts.
+        fresh: (E,) rad², the variance that it adds to each.
+    """
     size, dynamic = mean.size, len(state)
     present = dynamic + len(decay)
     if size > present:
@@ -98,14 +146,25 @@ def _decay(mean, covariance, transition, decay, fresh):
 
 
 @kernel()
-def condition(mean, covariance, rows, value, variance, felt, felt_variance, first_error, errors):
-    """Condition on what is measured: first M `rows` (M, 2J) of (q, v) with `value` (M,) and `variance` (M,), then what
-    is `felt` (J,) with `felt_variance` (J,): the present angles and the errors that last, `errors` numbers from
-    `first_error` on. Leaves the covariance exactly symmetric.
+def condition(mean, covariance, measured, felt, felt_variance, first_error, errors):
+    """Condition on what is measured, then on the felt angles: those of the present and the errors that last.
 
-    Returns the log density of `felt` given the rows before it. With S = L·Lᵀ the covariance of all that is measured
-    and W = L⁻¹ times their covariance with the state, P ← P - Wᵀ·W: as one measurement after another.
+    With S = L·Lᵀ the covariance of all of it and W = L⁻¹ times its covariance with the state, P ← P - Wᵀ·W: as one
+    measurement after another. The covariance is left exactly symmetric.
+
+    Args:
+        mean: (S,), changed.
+        covariance: (S, S), changed.
+        measured: the `Measurement` of (q, v).
+        felt: (J,) rad; (0,) where no angle is.
+        felt_variance: (J,) rad², of white noise.
+        first_error: where the errors begin.
+        errors: E.
+
+    Returns:
+        The log density of `felt` given what is `measured`.
     """
+    rows, value, variance = measured
     first, joints, size, end = len(value), len(felt), mean.size, first_error + errors
     count = first + joints
     w = np.zeros((count, size))
@@ -175,51 +234,3 @@ def _downdate(covariance, w):
     for i in range(size):
         for j in range(i):
             covariance[j, i] = covariance[i, j]
-
-
-@kernel()
-def contact_effects(tree, q, gain, body, point, axes, force, lasting, felt, noise, along):
-    """Add to `noise` (D, D) what unknown forces on the F patches `felt` do, and fill `along` (F, 3, J), the speed of
-    their skin along each axis by joint speed. To forces that last, which move the joints from the next step on, a step
-    adds `lasting` times as much.
-
-    `gain` (2J, J) by joint torque; for each patch (P,): `body`, `point` (P, 3) m and `axes` (P, 3, 3), rows, in the
-    body's frame, and `force` (P, 3) N, the SD along each axis.
-    """
-    joints = len(q)
-    position = np.empty((len(tree.parent), 3))
-    rotation = np.empty((len(tree.parent), 3, 3))
-    place = np.empty(3)
-    axis = np.empty(3)
-    jacobian = np.empty((3, joints))
-    pushed = np.empty(2 * joints)
-    body_frames(tree, q, position, rotation)
-    for f in range(len(felt)):
-        patch = felt[f]
-        frame = rotation[body[patch]]
-        for i in range(3):
-            place[i] = position[body[patch], i]
-            for k in range(3):
-                place[i] += frame[i, k] * point[patch, k]
-        point_jacobian(tree, q, position, rotation, body[patch], place, jacobian)
-        for a in range(3):
-            for i in range(3):
-                axis[i] = 0.0
-                for k in range(3):
-                    axis[i] += frame[i, k] * axes[patch, a, k]
-            for j in range(joints):
-                along[f, a, j] = axis[0] * jacobian[0, j] + axis[1] * jacobian[1, j] + axis[2] * jacobian[2, j]
-            for i in range(2 * joints):
-                pushed[i] = 0.0
-                for j in range(joints):
-                    pushed[i] += gain[i, j] * along[f, a, j]
-                pushed[i] *= force[patch, a]
-            for i in range(2 * joints):
-                add(pushed[i], pushed, noise[i, : 2 * joints])
-            if lasting > 0.0:
-                for i in range(joints):
-                    add(
-                        along[f, a, i] * (lasting * force[patch, a]) ** 2,
-                        along[f, a],
-                        noise[2 * joints + i, 2 * joints :],
-                    )

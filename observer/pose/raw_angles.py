@@ -16,15 +16,34 @@ from observer.pose.angle_noise import AngleNoise, Offset
 
 
 class RawAngles:
-    """The felt angles taken at their word: the pose filter's interface without a filter."""
+    """The felt angles taken at their word: the pose filter's interface without a filter.
+
+    Attributes:
+        hand: with J joints.
+        noise: what is wrong with the felt angles, beside white noise.
+        sigma: rad, SD of that.
+        lag: T, steps that are kept.
+        set_aside: (J,) zeros: all is taken at its word.
+        mean: ((1 + T)·J,), `mean[lagged(k)]` being the angles (J,) rad felt k steps ago.
+        covariance: of the noise, in the same order.
+        log_evidence: 0.
+    """
 
     log_evidence = 0.0
 
     def __init__(
         self, hand: Hand, *, sigma: float, control_hz: float, lag: int, noise: AngleNoise | None = None, **_: Any
     ) -> None:
-        """`sigma` rad; `noise`: what else is wrong with the felt angles (None: nothing), of which nothing is found out;
-        the rest of what a motion may be given says nothing here."""
+        """Start at the rest pose. The rest of what a motion may be given says nothing here.
+
+        Args:
+            hand: with J joints.
+            sigma: rad, SD of white noise of the felt angles.
+            control_hz: Hz, steps a second.
+            lag: T.
+            noise: what else is wrong with them, of which nothing is found out; None: nothing.
+            **_: not used.
+        """
         self.hand = hand
         self.noise = AngleNoise(hand.joints, 1.0 / control_hz) if noise is None else noise
         self._lasting = self.noise.over_time(lag + 1)
@@ -34,12 +53,22 @@ class RawAngles:
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
-        """Start at the rest pose, whatever is `felt`."""
+        """Start at the rest pose.
+
+        Args:
+            felt: not used.
+        """
         self.mean = np.tile(self.hand.rest_pose, self.lag + 1)
         self.covariance = np.zeros((self.mean.size, self.mean.size))
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
-        """Take over the felt `joint_angles` (J,) rad."""
+        """Take over the felt angles.
+
+        Args:
+            torque: not used.
+            joint_angles: (J,) rad that were felt.
+            contacts: not used.
+        """
         joints = self.hand.joints
         self.mean = np.concatenate([joint_angles, self.mean[:-joints]])
         white = self.noise.variance(self.sigma, self.mean, np.zeros(self.mean.size))
@@ -53,5 +82,12 @@ class RawAngles:
         return self.noise.unknown(self.hand.joints)
 
     def lagged(self, steps: int) -> slice:
-        """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
+        """Tell where `mean` keeps the angles of a step.
+
+        Args:
+            steps: how many ago, 0 being now.
+
+        Returns:
+            J numbers.
+        """
         return slice(steps * self.hand.joints, (steps + 1) * self.hand.joints)

@@ -26,10 +26,9 @@ from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.gaussian import mixture
-from observer.pose import interacting_models
 from observer.pose.angle_noise import AngleNoise, Offset
 from observer.pose.gating import Gate, Gated, Heard
-from observer.pose.interacting_models import PRESENT
+from observer.pose.interacting_models import PRESENT, JumpMarkovModel, turn
 from observer.pose.joint_pairs import JointPairs
 
 NOTHING = 1e8  # rad²: variance of a reading that tells of nothing
@@ -38,11 +37,19 @@ ANYWHERE = 2.0  # rad: SD of where a joint is before it was felt
 
 @dataclass(frozen=True)
 class SmoothMotion:
-    """`speeds` (M,) rad/s: SDs of a joint's velocity, from slow to fast; `seconds`: time constant of its changes;
-    `dwell` s: how long a joint keeps to one level, on average; `together`: probability that a joint moves with another
-    one; `temper`: exponent of the evidence that tells with which.
+    """How joints move where no torque is known.
 
     The defaults did best on recordings that are not among those to be explained (docs/recordings.md).
+
+    Attributes:
+        speeds: (M,) rad/s, SDs of a joint's velocity, from slow to fast.
+        seconds: s, time constant τ of its changes.
+        dwell: s, how long a joint keeps to one level on average.
+        together: probability that a joint moves with another one.
+        temper: exponent of the evidence that tells with which.
+
+    Raises:
+        ValueError: for a value out of range, or speeds that do not rise.
     """
 
     speeds: tuple[float, ...] = (0.1, 0.3, 1.0, 3.0, 9.0)
@@ -66,11 +73,25 @@ class SmoothMotion:
             object.__setattr__(self, name, validate.number(name, getattr(self, name), low, high, unit=unit))
 
     def transition(self, step: float) -> Array:
-        """(3, 3): what a `step` of so many seconds makes of (q, v, a), on average."""
+        """Tell what a step makes of a direction, on average.
+
+        Args:
+            step: s.
+
+        Returns:
+            (3, 3), of angle, velocity and acceleration.
+        """
         return np.asarray(expm(step * self._drift))
 
     def noise(self, step: float) -> Array:
-        """(3, 3): covariance of what a `step` adds at an SD of 1 rad/s (Van Loan 1978, IEEE TAC 23(3), 395-404)."""
+        """Tell what a step adds at an SD of 1 rad/s (Van Loan 1978, IEEE Trans. Autom. Control 23(3), 395-404).
+
+        Args:
+            step: s.
+
+        Returns:
+            Covariance (3, 3) of angle, velocity and acceleration.
+        """
         rate = 1.0 / self.seconds
         block = np.zeros((6, 6))
         block[:3, :3], block[3:, 3:] = -self._drift, self._drift.T
@@ -80,7 +101,14 @@ class SmoothMotion:
         return 0.5 * (noise + noise.T)
 
     def switching(self, step: float) -> Array:
-        """(M, M): probability of each level after a `step`, row by row for the level before it."""
+        """Tell how levels change: to one next to it, all neighbours alike.
+
+        Args:
+            step: s.
+
+        Returns:
+            (M, M) probability of each level after the step, row by row for the level before it.
+        """
         count = len(self.speeds)
         leave = 1.0 - np.exp(-step / self.dwell)
         chain = np.zeros((count, count))
@@ -99,8 +127,17 @@ class SmoothMotion:
 class KinematicPose(Gated):
     """Posterior of the angles of now and of the last T steps from the felt angles alone; for `HapticSLAM`.
 
-    Nothing is known of where a movement begins; torques and contacts are not used. `log_evidence` is that of the joints
-    each by itself.
+    Nothing is known of where a movement begins; torques and contacts are not used.
+
+    Attributes:
+        hand: with J joints.
+        lag: T.
+        smooth: how joints move.
+        partners: which of them move together.
+        noise: what is wrong with the felt angles, beside white noise of SD `sigma`.
+        mean: (S·J,), `mean[lagged(k)]` being the angles (J,) rad of k steps ago.
+        covariance: (S·J, S·J), in the same order.
+        log_evidence: log density of the angles felt so far, of each joint by itself.
     """
 
     def __init__(
@@ -114,17 +151,30 @@ class KinematicPose(Gated):
         smooth: SmoothMotion | None = None,
         **_: Any,
     ) -> None:
-        """`sigma` rad; `noise`: what else is wrong with the felt angles (None: nothing); the rest of what a motion may
-        be given says nothing here. Where a hand is, nothing but the felt angles says: offsets are not found out."""
+        """Start anywhere. The rest of what a motion may be given says nothing here.
+
+        Where a hand is, nothing but the felt angles says: offsets are not found out.
+
+        Args:
+            hand: with J joints.
+            sigma: rad, SD of white noise of the felt angles.
+            control_hz: Hz, steps a second.
+            lag: T.
+            noise: what else is wrong with them; None: nothing.
+            smooth: how joints move; None: the defaults.
+            **_: not used.
+        """
         self.hand = hand
         self.lag = lag
         self.smooth = SmoothMotion() if smooth is None else smooth
         self.partners = JointPairs(hand.joints, self.smooth.together, self.smooth.temper)
         step = 1.0 / control_hz
-        self._transition = self.smooth.transition(step)
         squares = np.square(self.smooth.speeds)
-        self._noise = squares[:, None, None] * self.smooth.noise(step)  # (M, 3, 3)
-        self._switch = self.smooth.switching(step)
+        self._model = JumpMarkovModel(
+            self.smooth.switching(step),
+            self.smooth.transition(step),
+            squares[:, None, None] * self.smooth.noise(step),
+        )
         self._start = squares[:, None] * [1.0, self.smooth.seconds**-2]  # (M, 2): of velocity and acceleration
         self.noise = AngleNoise(hand.joints, step) if noise is None else noise
         self._lasting = self.noise.over_time(1 + lag)
@@ -132,7 +182,12 @@ class KinematicPose(Gated):
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
-        """Start where the hand was `felt` (J,) rad to be, else anywhere, the rest pose being as good a guess as any."""
+        """Start a trial.
+
+        Args:
+            felt: (J,) rad, where the hand was felt to be; None: it may be anywhere, the rest pose being as good a guess
+                as any.
+        """
         self._gate.reset()
         self.partners.reset()
         self.log_evidence = 0.0
@@ -153,12 +208,18 @@ class KinematicPose(Gated):
         self._combine()
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
-        """Move on by one control step to the felt `joint_angles` (J,) rad."""
+        """Move on by one control step.
+
+        Args:
+            torque: not used.
+            joint_angles: (J,) rad that were felt.
+            contacts: not used.
+        """
         joints, before = self.hand.joints, self.log_evidence
         heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
         if heard is None:
-            log_density = np.empty(self.partners.count)
-            self._turn(self._level, self._means, self._covariances, self.partners.along(joint_angles), log_density)
+            along, log_density = self.partners.along(joint_angles), np.empty(self.partners.count)
+            turn(self._level, self._means, self._covariances, self._model, along, self.sigma**2, log_density)
         else:
             log_density = self._turn_without(heard)
         self.log_evidence += float(log_density[:joints].sum())
@@ -169,32 +230,15 @@ class KinematicPose(Gated):
             self.log_evidence = before  # what it said of this step may be no number
             self._start_at(self._gate.at_first(joint_angles))
 
-    def _turn(
-        self,
-        level: Array,
-        means: Array,
-        covariances: Array,
-        along: Array,
-        log_density: Array,
-        variance: float | None = None,
-    ) -> None:
-        """One turn of the filters of some directions, in place, which feel `along` rad with `variance` rad² (None: that
-        of the angles)."""
-        interacting_models.turn(
-            level,
-            means,
-            covariances,
-            self._switch,
-            self._transition,
-            self._noise,
-            along,
-            self.sigma**2 if variance is None else variance,
-            log_density,
-        )
-
     def _turn_without(self, heard: Heard) -> Array:
-        """One turn in which some joints are not heard, and so no direction that they have a part in; the log density
-        (C,) of what is, which says nothing of partners that are not."""
+        """Move on by a step in which some joints are not heard, and so no direction that they have a part in.
+
+        Args:
+            heard: those that are.
+
+        Returns:
+            The log density (C,) of what is heard, which says nothing of partners that are not.
+        """
         joints = self.hand.joints
         told = np.isin(np.arange(joints), heard.joints)
         along = self.partners.along(np.where(told, heard.angles, self.mean[:joints]))
@@ -202,10 +246,10 @@ class KinematicPose(Gated):
         self._covariances[:, :, 0, 0] += self.partners.along_squares(wrong**2)[:, None]
         log_density = np.empty(self.partners.count)
         heard_of = self.partners.all_of(told)
-        for some, variance in ((heard_of, None), (~heard_of, NOTHING)):
+        for some, variance in ((heard_of, self.sigma**2), (~heard_of, NOTHING)):
             level, means, covariances = self._level[some], self._means[some], self._covariances[some]
             density = np.empty(len(level))
-            self._turn(level, means, covariances, along[some], density, variance)
+            turn(level, means, covariances, self._model, along[some], variance, density)
             self._level[some], self._means[some], self._covariances[some] = level, means, covariances
             log_density[some] = density
         return self.partners.without(log_density, told)
@@ -218,7 +262,14 @@ class KinematicPose(Gated):
         return self.noise.unknown(self.hand.joints)
 
     def lagged(self, steps: int) -> slice:
-        """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
+        """Tell where `mean` keeps the angles of a step.
+
+        Args:
+            steps: how many ago, 0 being now.
+
+        Returns:
+            J numbers.
+        """
         first = 0 if steps == 0 else (PRESENT - 1 + steps) * self.hand.joints
         return slice(first, first + self.hand.joints)
 

@@ -16,24 +16,27 @@ from observer.pose.angle_noise import AngleNoise, Offset
 
 
 class PoseSource(Protocol):
-    """A Gaussian over the angles of several steps: the forward model's, the paper's, or the raw angles."""
+    """A Gaussian over the angles of several steps: the forward model's, the paper's, or the raw angles.
+
+    Attributes:
+        hand: with J joints and P patches.
+        sigma: rad, SD of white noise of the felt angles; may be set, from the next step on.
+        mean: (D,), `mean[lagged(k)]` being the angles (J,) rad of k steps ago, `mean[:J]` those of now.
+        covariance: (D, D), in the same order.
+        log_evidence: log density of the angles felt so far.
+        noise: what is wrong with the felt angles, beside white noise.
+    """
 
     hand: Hand
     sigma: float
-    """Rad: SD of the noise of the felt angles; may be set, from the next step on."""
     mean: Array
-    """(D,); `mean[lagged(k)]` are the angles (J,) rad of k steps ago, `mean[:J]` those of now."""
     covariance: Array
-    """(D, D), in the same order."""
     log_evidence: float
-    """Log density of the angles felt so far."""
+    noise: AngleNoise
 
     @property
     def offset(self) -> Offset:
         """What is known of the offsets of the felt angles now."""
-
-    noise: AngleNoise
-    """What is wrong with the felt angles, beside white noise."""
 
     @property
     def constant(self) -> slice:
@@ -45,14 +48,33 @@ class PoseSource(Protocol):
 
     @property
     def set_aside(self) -> NDArray[np.int64]:
-        """(J,) how many readings of each joint were odd since the reset, so that they were set aside or taken without
-        whole turns; where none was, nothing differs."""
+        """(J,) how many odd readings of each joint were set aside since the reset, or taken without whole turns.
+
+        Where there was none, nothing differs.
+        """
 
     def reset(self, felt: Array | None = None) -> None:
-        """Start at the rest pose, or, where the hand may be elsewhere, from the angles `felt` (J,) rad at first."""
+        """Start a trial at the rest pose.
+
+        Args:
+            felt: (J,) rad, the angles felt there, from which to start where the hand may be elsewhere.
+        """
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
-        """Move on by one control step: `torque` (J,) fractions, felt `joint_angles` (J,) rad, `contacts` (P,)."""
+        """Move on by one control step.
+
+        Args:
+            torque: (J,) that was commanded, fractions of the limits.
+            joint_angles: (J,) rad that were felt after it.
+            contacts: (P,) that were felt.
+        """
 
     def lagged(self, steps: int) -> slice:
-        """Where `mean` keeps the angles of `steps` steps ago, 0 being now."""
+        """Tell where `mean` keeps the angles of a step.
+
+        Args:
+            steps: how many ago, 0 being now.
+
+        Returns:
+            J numbers.
+        """

@@ -22,7 +22,12 @@ if TYPE_CHECKING:
 
 
 class TracksPose:
-    """An observer whose `pose` is a source of its own, J joints, and who may doubt what P patches report."""
+    """An observer whose pose is tracked by a source of its own, and who may doubt what patches report.
+
+    Attributes:
+        hand: whose pose it is, with P patches.
+        pose: the source, of J joints.
+    """
 
     hand: Hand
     pose: PoseSource
@@ -30,9 +35,18 @@ class TracksPose:
 
     @classmethod
     def for_env(cls, env: gym.Env[Any, Any], **keywords: Any) -> Self:
-        """An observer that believes of its senses and muscles what is so in `env`: of its hand, at its rate, with its
-        noise. `keywords` change single parts. Raises `ValueError` for an environment without a hand, or whose noise is
-        not known, such as a played recording."""
+        """Make an observer that believes of its senses and muscles what is so in an environment.
+
+        Args:
+            env: with a hand, moved at a rate, and a noise, which all are believed.
+            **keywords: of the observer, to change single parts.
+
+        Returns:
+            The observer.
+
+        Raises:
+            ValueError: for an environment without a hand, or whose noise is not known, such as a played recording.
+        """
         base = hand_env(env)
         noise = getattr(base, "noise", None)
         validate.instance("noise of env", noise, dict, "known, as that of HapticSLAM/TwoFinger-v0")
@@ -40,8 +54,10 @@ class TracksPose:
 
     @property
     def sigma_deg(self) -> float:
-        """Degrees: SD of the noise of felt angles as the observer believes it. May be set, in mid-trial too: it holds
-        from the next step on. Raises `ValueError` for a value out of range."""
+        """Degrees: SD of white noise of the felt angles as the observer believes it.
+
+        It may be set, in mid-trial too, and holds from the next step on; what is out of range raises `ValueError`.
+        """
         return float(np.rad2deg(self.pose.sigma))
 
     @sigma_deg.setter
@@ -50,8 +66,10 @@ class TracksPose:
 
     @property
     def set_aside(self) -> NDArray[np.int64]:
-        """(J,) how many felt angles of the trial no hand can have, so that they were set aside, or taken without whole
-        turns (`observer.pose.gating`)."""
+        """(J,) how many felt angles of the trial no hand can have (`observer.pose.gating`).
+
+        They were set aside, or taken without whole turns.
+        """
         return self.pose.set_aside
 
     @property

@@ -32,7 +32,8 @@ from haptic_env.shapes.base import Solid
 from observer import edge
 from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
-from observer.kinematics import link_frames, link_spread, placed, tree_of
+from observer.jacobians import link_spread
+from observer.kinematics import link_frames, placed, tree_of
 from observer.novelty import LITTLE, LinkHistory, note
 from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, resample, weigh
 from observer.shape.hypotheses import Hypotheses, Variants, far_of

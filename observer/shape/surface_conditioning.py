@@ -10,7 +10,8 @@ import math
 import numpy as np
 
 from haptic_env.compiled import inner, kernel
-from observer.kinematics import body_frames, point_jacobian
+from observer.jacobians import point_jacobian
+from observer.kinematics import body_frames
 from observer.shape.distance_fields import distance_from, way_out
 
 CLEAR = 4.0  # in SDs: a link this far within its bounds says nothing

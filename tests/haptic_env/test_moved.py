@@ -9,7 +9,7 @@ import warnings
 import pytest
 
 import agents  # noqa: F401 - its modules were moved too
-import observer  # noqa: F401
+import observer
 from haptic_env.moved import _FINDER
 
 NAMES = {  # of each module, as version 0.1 had them
@@ -108,3 +108,15 @@ def test_old_names_of_classes_work_and_say_what_they_are_called_now(module: str,
     assert found.__name__ == new
     with pytest.raises(AttributeError, match=f"module '{module}' has no attribute 'nothing_of_the_kind'"):
         _ = home.nothing_of_the_kind
+
+
+@pytest.mark.parametrize("name", ["link_spread", "place_spread", "point_jacobian", "twists"])
+def test_what_left_a_module_that_is_still_there_is_found_in_it(name: str) -> None:
+    said = rf"observer\.kinematics\.{name} is observer\.jacobians\.{name} now; the old name goes"
+    with pytest.warns(DeprecationWarning, match=said):
+        found = getattr(importlib.import_module("observer.kinematics"), name)
+    assert found is getattr(importlib.import_module("observer.jacobians"), name)
+
+
+def test_contact_dynamics_are_still_found_beside_the_filter() -> None:
+    assert importlib.import_module("observer.pose.kalman").ContactDynamics is observer.ContactDynamics

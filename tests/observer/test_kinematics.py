@@ -11,7 +11,7 @@ import pytest
 
 from haptic_env import hands
 from haptic_env.composer import mjcf
-from observer import kinematics
+from observer import jacobians, kinematics
 from tests.observer.hands import random_tree
 
 EVERY_HAND = [*hands.HANDS, "tree0", "tree1", "tree2"]
@@ -72,7 +72,7 @@ def test_point_jacobian_is_mujocos_and_that_of_differences(hand):
             local = rng.uniform(-0.02, 0.02, 3)
             point = position[body] + rotation[body] @ local
             jacobian = np.full((3, hand.joints), np.nan)
-            kinematics.point_jacobian(tree, q, position, rotation, body, point, jacobian)
+            jacobians.point_jacobian(tree, q, position, rotation, body, point, jacobian)
             expected = np.empty((3, hand.joints))
             mujoco.mj_jac(hand.model, data, expected, None, point, body)
             np.testing.assert_allclose(jacobian, expected, atol=1e-9)
@@ -92,7 +92,7 @@ def test_link_spread_is_the_rms_of_sampled_places(hand):
     tree, rng = kinematics.tree_of(hand), np.random.default_rng(2)
     q = _poses(hand, 1)[0]
     half = 0.01 * rng.standard_normal((hand.joints, hand.joints)) / np.sqrt(hand.joints)
-    spread = kinematics.link_spread(tree, _lengths(hand), q, half @ half.T)
+    spread = jacobians.link_spread(tree, _lengths(hand), q, half @ half.T)
     middles = []
     for _ in range(4000):
         at, turn = kinematics.link_frames(tree, q + half @ rng.standard_normal(hand.joints))
@@ -103,7 +103,7 @@ def test_link_spread_is_the_rms_of_sampled_places(hand):
 
 def test_link_spread_of_a_known_pose_is_zero(hand):
     tree = kinematics.tree_of(hand)
-    spread = kinematics.link_spread(tree, _lengths(hand), hand.rest_pose, np.zeros((hand.joints, hand.joints)))
+    spread = jacobians.link_spread(tree, _lengths(hand), hand.rest_pose, np.zeros((hand.joints, hand.joints)))
     np.testing.assert_array_equal(spread, 0.0)
 
 

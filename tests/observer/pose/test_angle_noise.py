@@ -11,9 +11,11 @@ from haptic_env.hands import HANDS
 from observer import ContactDynamics, HapticSLAM
 from observer.pose import kalman_updates
 from observer.pose.angle_noise import AngleNoise, FoundSigma, Offset, summed
+from observer.pose.contact_dynamics import WITH_OFFSETS
 from observer.pose.delta_pose import DeltaMotion, DeltaPose
 from observer.pose.gating import Heard, take_in
-from observer.pose.kalman import WITH_OFFSETS, PoseFilter
+from observer.pose.kalman import PoseFilter
+from observer.pose.kalman_updates import Measurement
 from observer.pose.motions import MOTIONS
 from observer.pose_only import PoseOnly
 from tests.observer.hands import pointer
@@ -88,7 +90,8 @@ def test_the_kernels_are_one_linear_map_and_one_condition(kind, lag, forces):
     gain = spread @ measured.T @ np.linalg.inv(total)
     residual = np.concatenate([[0.0, 0.0], felt]) - measured @ mean
     other = mean.copy(), covariance.copy()
-    kalman_updates.condition(mean, covariance, rows, np.zeros(2), np.full(2, 0.3), felt, white, state, errors)
+    still = Measurement(rows, np.zeros(2), np.full(2, 0.3))
+    kalman_updates.condition(mean, covariance, still, felt, white, state, errors)
     np.testing.assert_allclose(mean, other[0] + gain @ residual, atol=1e-9)
     np.testing.assert_allclose(covariance, spread - gain @ total @ gain.T, atol=1e-9)
 

@@ -13,6 +13,7 @@ from haptic_env import hands
 from observer import DeadReckoning, HapticSLAM, PoseOnly
 from observer.pose import gating, kalman_updates
 from observer.pose.gating import Gate, Heard, take_in
+from observer.pose.kalman_updates import Measurement
 from observer.variants import make_observer
 from tests.observer.hands import pointer
 
@@ -243,9 +244,8 @@ def test_taking_in_some_joints_is_to_condition_on_them_alone(rows):
     covariance, mean, felt = factor @ factor.T, rng.standard_normal(size), rng.standard_normal(joints)
     every = Heard(felt, np.arange(joints), np.zeros(joints, bool))
     a, b = (mean.copy(), covariance.copy()), (mean.copy(), covariance.copy())
-    none = np.zeros((0, 2 * joints))
     white = np.full(joints, 0.3)
-    told = kalman_updates.condition(*a, none, np.zeros(0), np.zeros(0), felt, white, 2 * joints, 0)
+    told = kalman_updates.condition(*a, Measurement.nothing(joints), felt, white, 2 * joints, 0)
     assert take_in(*b, every, white) == pytest.approx(told)
     np.testing.assert_allclose(b[0], a[0], rtol=1e-9)
     np.testing.assert_allclose(b[1], a[1], rtol=1e-9, atol=1e-9)

@@ -11,9 +11,10 @@ from scipy import stats
 
 from haptic_env import hands
 from observer import ContactModel
-from observer.pose import kalman
+from observer.pose import contact_dynamics
+from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose.gating import Gate
-from observer.pose.kalman import ContactDynamics, PoseFilter
+from observer.pose.kalman import PoseFilter
 from observer.pose.smooth_motion import SmoothMotion
 from tests.observer.hands import many_patches, pointer, random_tree
 
@@ -255,7 +256,7 @@ def test_many_contacts_put_together_say_what_they_say_one_by_one(monkeypatch):
     contacts = rng.random(len(hand.patches)) < 0.2
     told = []
     for most in (0, 10**6):
-        monkeypatch.setattr(kalman, "MANY", most)
+        monkeypatch.setattr(contact_dynamics, "MANY", most)
         pose = _filter(hand, lag=1)
         for step in range(3):
             pose.step(np.full(8, 0.3), hand.rest_pose + 0.02 * step, contacts)

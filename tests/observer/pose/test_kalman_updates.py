@@ -9,7 +9,9 @@ import pytest
 from haptic_env import hands
 from observer.kinematics import tree_of
 from observer.pose import kalman_updates
+from observer.pose.contact_forces import PatchForces, contact_effects
 from observer.pose.forward_model import _repeated
+from observer.pose.kalman_updates import Measurement
 from tests.observer.hands import random_tree
 
 LAGS = [0, 1, 4]
@@ -86,7 +88,7 @@ def test_conditioning_is_one_measurement_after_another(joints, lag, count):
         log_density += more
     mean, covariance = mean.copy(), covariance.copy()
     got = kalman_updates.condition(
-        mean, covariance, rows, value, variance, felt, np.full(joints, felt_variance), 2 * joints, 0
+        mean, covariance, Measurement(rows, value, variance), felt, np.full(joints, felt_variance), 2 * joints, 0
     )
     assert got == pytest.approx(log_density, rel=1e-9)
     np.testing.assert_allclose(mean, expected[0], atol=1e-9)
@@ -104,7 +106,7 @@ def test_contact_effects_are_those_of_mujocos_jacobian(name):
     force = rng.uniform(0.0, 1.0, (len(patches), 3))
     felt = rng.choice(len(patches), 5, replace=False)
     noise, along = np.eye(2 * joints), np.empty((5, 3, joints))
-    kalman_updates.contact_effects(tree_of(hand), q, gain, body, patches.position, axes, force, 0.0, felt, noise, along)
+    contact_effects(tree_of(hand), q, gain, PatchForces(body, patches.position, axes, force), 0.0, felt, noise, along)
     data = mujoco.MjData(hand.model)
     data.qpos[:] = q
     mujoco.mj_kinematics(hand.model, data)
