@@ -27,6 +27,9 @@ RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a f
 MODEL_NOISE, WITH_OFFSETS_NOISE = 0.6, 0.8  # rad/s a step: what the forward model leaves out, without and with offsets
 
 
+FAR_SDS = 4.0  # of a felt angle from the expected one: beyond it the motion, not the offset, is to blame
+
+
 class PoseFilter(Gated):
     """Posterior of (q, v) and of the lagged angles given efference copies, felt angles and felt contacts.
 
@@ -186,6 +189,8 @@ class PoseFilter(Gated):
             still: velocities that are near zero.
         """
         white = self.noise.variance(self.sigma, *expected)
+        if self.learns and heard is None:
+            self._doubt(felt - expected[0], expected[1] + white)
         self.log_evidence += kalman_updates.condition(
             self.mean,
             self.covariance,
@@ -202,6 +207,20 @@ class PoseFilter(Gated):
             angles, told = (felt, slice(None)) if heard is None else (heard.angles, heard.joints)
             self._found.learn((angles - mean)[told], variance[told])
             self.sigma = self._found.sigma
+
+    def _doubt(self, away: Array, variance: Array) -> None:
+        """Make the present angles as uncertain as what is felt says, where it is far from what was expected.
+
+        A joint that is pushed off its limit moves as the linearised model cannot have it move. Where nothing else is
+        uncertain that would be taken for an offset, and kept.
+
+        Args:
+            away: (J,) rad, felt less expected.
+            variance: (J,) rad², of that.
+        """
+        far = np.flatnonzero(away**2 > FAR_SDS**2 * variance)
+        if far.size:
+            self.covariance[far, far] += away[far] ** 2 - variance[far]
 
     def _expected(self) -> tuple[Array, Array]:
         """The angles (J,) rad that would be felt without white noise: mean and variance."""

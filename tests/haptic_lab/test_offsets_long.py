@@ -22,7 +22,7 @@ from observer import HapticSLAM, PoseOnly, ShapePosterior
 from observer.brackets import DeadReckoning, TruePose
 from observer.variants import Observer
 
-SEEDS = range(68000, 68040)  # nothing was tuned on them
+SEEDS = range(69000, 69040)  # nothing was tuned on them; a fault was looked into on 68000 to 68039
 SURE = 0.95
 # σ, what else is so, what is believed (None: that), seconds; then the goals: lagged error, F at one voxel, named right.
 CASES = {

@@ -13,6 +13,7 @@ from observer.pose import kalman_updates
 from observer.pose.angle_noise import AngleNoise, FoundSigma, Offset, summed
 from observer.pose.contact_dynamics import WITH_OFFSETS
 from observer.pose.delta_pose import DeltaMotion, DeltaPose
+from observer.pose.forward_model import ForwardModel
 from observer.pose.gating import Heard, take_in
 from observer.pose.kalman import PoseFilter
 from observer.pose.kalman_updates import Measurement
@@ -174,11 +175,13 @@ def test_an_offset_that_is_known_to_be_none_changes_nothing(two_finger, motion):
     for each in (with_none, white):
         each.velocity_noise = 0.6
         each.reset(two_finger.rest_pose)
+    hand, torque = ForwardModel(two_finger, 50.0), rng.uniform(-1, 1, two_finger.joints)
+    state, contacts = np.concatenate([two_finger.rest_pose, np.zeros(two_finger.joints)]), np.zeros(50, dtype=bool)
     for _ in range(20):
-        turn = rng.uniform(-1, 1, two_finger.joints), two_finger.rest_pose + rng.normal(0, SIGMA, two_finger.joints)
-        contacts = rng.random(len(two_finger.patches)) < 0.05
-        with_none.step(*turn, contacts)
-        white.step(*turn, contacts)
+        state = hand.predict(state, torque).state
+        felt = state[: two_finger.joints] + rng.normal(0, SIGMA, two_finger.joints)
+        with_none.step(torque, felt, contacts)
+        white.step(torque, felt, contacts)
     for ago in (0, 2):
         np.testing.assert_allclose(with_none.mean[with_none.lagged(ago)], white.mean[white.lagged(ago)], atol=1e-6)
         np.testing.assert_allclose(
@@ -289,3 +292,20 @@ def test_forces_last_only_where_offsets_are_believed(name):
         assert pose.lagged(1) == slice(len(pose.mean) - hand.joints, len(pose.mean))
         pose.step(np.zeros(hand.joints), hand.rest_pose, np.ones(len(hand.patches), bool))
         assert np.linalg.eigvalsh(pose.covariance).min() > -1e-9
+
+
+def test_what_is_pushed_off_its_limit_is_not_taken_for_an_offset(two_finger):
+    """A joint held at its limit by its torque, and pushed off it for twenty steps."""
+    joint = two_finger.joint_names.index("index_dip_flexion")
+    observer = PoseOnly(two_finger, 1.0, bias_deg=3.0)
+    torque, felt = np.zeros(two_finger.joints), two_finger.rest_pose.copy()
+    torque[joint] = -1.0
+    contacts = two_finger.patches.link == len(two_finger.links) - 1
+    rng = np.random.default_rng(0)
+    belief = observer.reset(0, felt)
+    for step in range(60):
+        felt[joint] = two_finger.joint_limits[joint, 0] + np.deg2rad(1.0) * max(0, step - 40)
+        noisy = felt + rng.normal(0.0, SIGMA, two_finger.joints)
+        belief = observer.step(torque, noisy, contacts if step > 40 else np.zeros(len(contacts)))
+    assert np.abs(belief.joint_offset[joint]) < np.deg2rad(1.0)
+    assert np.abs(belief.joint_angles - felt)[joint] < np.deg2rad(3.0)
