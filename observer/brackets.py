@@ -110,6 +110,17 @@ class White(HapticSLAM):
     """The observer that believes in white noise of `sigma_deg` and nothing else, whatever it is told of other noise."""
 
     def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, particles: int = 200, **keywords: Any) -> None:
+        """Take the keyword arguments of `HapticSLAM`.
+
+        Args:
+            hand: with J joints and P patches.
+            sigma_deg: degrees, SD of white noise of the felt angles; None: it is found out.
+            particles: N.
+            **keywords: what else `HapticSLAM` is told; of other noise it may be anything.
+
+        Raises:
+            ValueError: for a value out of range.
+        """
         super().__init__(hand, sigma_deg, particles, **{**keywords, **WHITE_ONLY})
 
 

@@ -17,8 +17,8 @@ from haptic_env.pose import Pose
 from haptic_env.sensors import Faults
 from observer import compiling, edge
 from observer.belief import Belief, Transition
+from observer.configuration import LAG_SECONDS, RESOLUTION
 from observer.contacts.contact_filter import believed_contacts
-from observer.fastslam import LAG_SECONDS, RESOLUTION
 from observer.maps.occupancy import OccupancySnapshot
 from observer.pose.angle_noise import believed
 from observer.pose.contact_dynamics import ContactDynamics
@@ -31,6 +31,14 @@ class PoseOnly(TracksPose):
 
     Naming the object needs no more (`ShapePosterior`), so that a policy which looks at no map is trained with it. With
     a `stride` it says something new only at every so many steps, and a `transition` reaches from one to the next.
+
+    Attributes:
+        hand: with J joints and P patches.
+        control_hz: Hz, steps a second.
+        stride: steps from one pose that is told of to the next.
+        lag: steps, a multiple of the stride.
+        pose: the Gaussian over the pose.
+        grid: of the occupancy.
     """
 
     def __init__(
@@ -53,9 +61,28 @@ class PoseOnly(TracksPose):
         motor_noise: float = 0.1,
         control_hz: float = 50.0,
     ) -> None:
-        """Keyword arguments as those of `HapticSLAM`; the lag is rounded to a multiple of `stride`.
+        """Check the arguments, which are as those of `HapticSLAM` are.
 
-        Raises `ValueError` for a value out of range.
+        Args:
+            hand: with J joints and P patches.
+            sigma_deg: degrees, SD of white noise of the felt angles; None: it is found out.
+            bias_deg: degrees, SD of the constant error of each joint and trial.
+            drift_deg: degrees, SD of the slow error of each joint.
+            drift_seconds: s, time constant of the drift.
+            proportional: SD of white noise as a fraction of the angle.
+            start_std_deg: degrees, SD of each joint's angle about the rest pose at the reset.
+            contact_miss: probability that a touched patch stays silent, at each step.
+            contact_false_alarm: probability that an untouched patch reports a contact, at each step.
+            contact_confusion: probability that a touch is felt at a neighbouring patch instead, at each step.
+            patches_stuck: the patches that always report a contact, by index or name, or the probability of each.
+            patches_dead: the patches that never do, likewise.
+            stride: steps from one pose that is told of to the next; the lag, 200 ms, is rounded to a multiple.
+            dynamics: what contact does to the motion; None: forces last where offsets are believed.
+            motor_noise: SD of a torque as a fraction of it.
+            control_hz: Hz, steps a second.
+
+        Raises:
+            ValueError: for a value out of range.
         """
         edge.world(hand=hand)
         self.hand = hand
@@ -84,7 +111,18 @@ class PoseOnly(TracksPose):
         self._contacts: list[NDArray[np.bool_]] | None = None
 
     def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
-        """Start at the rest pose, as `HapticSLAM.reset`; nothing here is left to chance."""
+        """Start a trial at the rest pose.
+
+        Args:
+            seed: checked; nothing here is left to chance.
+            joint_angles: (J,) rad felt at the reset, which tell of offsets; None: they are not told.
+
+        Returns:
+            The belief before the first step.
+
+        Raises:
+            ValueError: for a seed that is none, and for angles as `step` does.
+        """
         compiling.ensure(compiling.USUAL, self.hand)
         validate.seed(seed)
         self._begin(joint_angles)
@@ -94,7 +132,21 @@ class PoseOnly(TracksPose):
         return self._belief
 
     def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
-        """One turn, as `HapticSLAM.step`; raises `ValueError` for a `root` too: where no map is, it means nothing."""
+        """Take one turn.
+
+        Args:
+            torque: (J,) that was commanded, fractions of the limits.
+            joint_angles: (J,) rad that were felt after it.
+            contacts: (P,) that were felt.
+            root: None: where no map is, another one means nothing.
+
+        Returns:
+            The belief, of which what was told before is not told again.
+
+        Raises:
+            ValueError: before the first `reset`, after `flush`, and for what is not finite, not binary, or beyond what
+                can be: torques of ± 1, angles of ± 4π rad, or a root.
+        """
         felt = self._running()
         if root is not None:
             raise ValueError(
@@ -111,7 +163,14 @@ class PoseOnly(TracksPose):
         return self._belief
 
     def flush(self) -> list[Belief]:
-        """End the trial: beliefs about the steps that still waited for the lag."""
+        """End the trial. After it only `reset` is possible.
+
+        Returns:
+            A belief about each of the steps, a stride apart, that still waited for the lag.
+
+        Raises:
+            ValueError: outside a trial.
+        """
         waiting = len(self._running()) - self._told
         beliefs = [self._tell(ago) for ago in range(waiting - self.stride, -1, -self.stride)]
         self._contacts = None

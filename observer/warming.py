@@ -16,8 +16,9 @@ from haptic_env.hand import Hand
 from observer import compiling, edge, metrics
 from observer.brackets import DeadReckoning
 from observer.compiling import Progress
+from observer.configuration import RESOLUTION
 from observer.contacts.contact_filter import believed_contacts
-from observer.fastslam import RESOLUTION, HapticSLAM
+from observer.fastslam import HapticSLAM
 from observer.kinematics import tree_of
 from observer.maps import capsules, hindsight
 from observer.maps.contact_model import ContactModel
