@@ -16,6 +16,9 @@ from observer.pose.contact_dynamics import ContactDynamics
 
 KALMAN_DYNAMICS = ContactDynamics(constrained=False)
 WHITE_ONLY = {"bias_deg": 0.0, "drift_deg": 0.0, "proportional": 0.0, "start_std_deg": 0.0}  # noise of felt angles
+HONEST_PATCHES = dict.fromkeys(
+    ("contact_miss", "contact_false_alarm", "contact_confusion", "patches_stuck", "patches_dead"), 0.0
+)
 
 
 class OneMap(HapticSLAM):
@@ -121,7 +124,7 @@ class White(HapticSLAM):
         Raises:
             ValueError: for a value out of range.
         """
-        super().__init__(hand, sigma_deg, particles, **{**keywords, **WHITE_ONLY})
+        super().__init__(hand, sigma_deg, particles, **{**keywords, **WHITE_ONLY, **HONEST_PATCHES})
 
 
 OBSERVERS: dict[str, Callable[..., HapticSLAM]] = {
