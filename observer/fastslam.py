@@ -9,7 +9,6 @@ is one hypothesis of the path of the pose about that Gaussian, drawn at the lag,
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -88,6 +87,7 @@ class HapticSLAM(Configured):
         self._state = FilterState.begin(
             rng,
             Maps(self.n_particles, self.grid, self._sensing.evidence.probability, dense=self.matching == "sample"),
+            self._sensing.hindsight(),
             MapNovelty(self.hand, self.contact_model.repeats, self.grid.resolution),
             self.hand,
             self.pose,
@@ -139,13 +139,27 @@ class HapticSLAM(Configured):
         state = self._running()
         beliefs = [self._assimilate(state, ago) for ago in reversed(range(len(state.waiting)))]
         self._state = None
-        if not self.in_hindsight or not state.moments:
+        if not self.in_hindsight or state.hindsight.empty:
             return beliefs
         last = beliefs.pop() if beliefs else self._belief(state, ago=0)
-        return [
-            *beliefs,
-            replace(last, snapshot=OccupancySnapshot(partial(self._sensing.in_retrospect, state.moments))),
-        ]
+        return [*beliefs, replace(last, snapshot=OccupancySnapshot(state.hindsight.occupancy))]
+
+    def map_now(self) -> Array:
+        """Draw the map in hindsight of the trial so far, but for the steps that still wait for the lag; ends nothing.
+
+        Returns:
+            (X, Y, Z) probability that each voxel is occupied, 0.5 where nothing is known.
+
+        Raises:
+            ValueError: outside a trial, and where no map in hindsight is kept (`in_hindsight=False`, or matching by
+                "sample").
+        """
+        if not self.in_hindsight:
+            raise ValueError(
+                f"map_now needs in_hindsight=True and matching='mean', got matching={self.matching!r}"
+                + ("" if self.matching == "sample" else " and in_hindsight=False")
+            )
+        return self._running().hindsight.occupancy()
 
     @property
     def particle_maps(self) -> NDArray[np.int8]:

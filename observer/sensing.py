@@ -11,9 +11,10 @@ from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from observer.kinematics import placed, tree_of
-from observer.maps import capsules, hindsight
+from observer.maps import capsules
 from observer.maps.capsules import MapInput, MeanFrames
 from observer.maps.contact_model import ContactModel
+from observer.maps.hindsight import Hindsight, Moment
 from observer.state import FilterState, Waiting
 
 
@@ -64,8 +65,7 @@ class Sensing:
         touch = np.where(state.contacts, self.model.sustained, self.model.touch)
         heard = state.novelty.heard(stance, contacts)
         if self.in_hindsight and heard.any():
-            moment = hindsight.Moment(stance.position, stance.rotation, reach.place, contacts, touch, heard)
-            state.moments.append(moment)
+            state.hindsight.note(Moment(stance.position, stance.rotation, reach.place, contacts, touch, heard))
         state.contacts = contacts
         felt = MapInput(
             tree,
@@ -79,13 +79,10 @@ class Sensing:
         )
         return felt, stance
 
-    def in_retrospect(self, moments: list[hindsight.Moment]) -> Array:
-        """Draw the map in hindsight.
-
-        Args:
-            moments: all that was noted in a trial.
+    def hindsight(self) -> Hindsight:
+        """Begin the map in hindsight of a trial.
 
         Returns:
-            (X, Y, Z) probability that each voxel is occupied.
+            One to which nothing was noted yet.
         """
-        return hindsight.occupancy(moments, self.tree, self.grid, self.body, self.model)
+        return Hindsight(self.tree, self.grid, self.body, self.model)

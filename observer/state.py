@@ -19,7 +19,7 @@ from haptic_env.pose import Pose
 from observer import resampling
 from observer.belief import Belief, Transition
 from observer.gaussian import carried_on, shifted
-from observer.maps.hindsight import Moment
+from observer.maps.hindsight import Hindsight
 from observer.maps.occupancy import Maps
 from observer.novelty import MapNovelty
 from observer.pose.source import PoseSource
@@ -77,6 +77,7 @@ class FilterState:
     Attributes:
         rng: all that is left to chance.
         maps: of the particles.
+        hindsight: the map in hindsight, where steps are kept for it.
         novelty: what links have said before.
         poses: (N, J) rad at the lagged step.
         errors: (N, E) rad, constant errors of the angles.
@@ -84,7 +85,6 @@ class FilterState:
         contacts: (P,) of the step that entered the maps last.
         log_evidence: log probability of the contacts so far.
         waiting: steps that have not entered the maps.
-        moments: what the map in hindsight is made of.
         weights: (N,).
         log_weights: (N,).
         n_eff: effective sample size, 1 / Σw².
@@ -92,6 +92,7 @@ class FilterState:
 
     rng: np.random.Generator
     maps: Maps
+    hindsight: Hindsight
     novelty: MapNovelty
     poses: Array
     errors: Array
@@ -99,20 +100,26 @@ class FilterState:
     contacts: NDArray[np.bool_]
     log_evidence: float = 0.0
     waiting: deque[Waiting] = field(default_factory=deque)
-    moments: list[Moment] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.weigh_alike()
 
     @classmethod
     def begin(
-        cls, rng: np.random.Generator, maps: Maps, novelty: MapNovelty, hand: Hand, pose: PoseSource
+        cls,
+        rng: np.random.Generator,
+        maps: Maps,
+        hindsight: Hindsight,
+        novelty: MapNovelty,
+        hand: Hand,
+        pose: PoseSource,
     ) -> FilterState:
         """Put all particles at the rest pose (step 1), or about it, where it is not known exactly.
 
         Args:
             rng: for all that is left to chance.
             maps: of the N particles.
+            hindsight: the map in hindsight, empty.
             novelty: what links have said before.
             hand: with J joints and P patches.
             pose: tells how exactly that pose is known, and of constant errors.
@@ -129,7 +136,7 @@ class FilterState:
             points += spread * rng.standard_normal(points.shape)
         poses, errors = np.ascontiguousarray(points[:, : hand.joints]), points[:, hand.joints :]
         contacts = np.zeros(len(hand.patches), dtype=bool)
-        return cls(rng, maps, novelty, poses, errors, (mean, np.diag(spread)), contacts)
+        return cls(rng, maps, hindsight, novelty, poses, errors, (mean, np.diag(spread)), contacts)
 
     def predict(self, pose: PoseSource, ago: int) -> Proposal:
         """Move on to the pose of some steps back (step 3).

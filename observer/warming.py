@@ -20,8 +20,9 @@ from observer.configuration import RESOLUTION
 from observer.contacts.contact_filter import believed_contacts
 from observer.fastslam import HapticSLAM
 from observer.kinematics import tree_of
-from observer.maps import capsules, hindsight
+from observer.maps import capsules
 from observer.maps.contact_model import ContactModel
+from observer.maps.hindsight import Hindsight, Moment
 from observer.maps.occupancy import Maps
 from observer.pose_only import PoseOnly
 from observer.shape.posterior import ShapePosterior
@@ -77,9 +78,10 @@ def pose_and_hindsight(hand: Hand) -> None:
     tree, grid = tree_of(hand), Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
     frames = np.zeros((len(tree.parent), 3)), np.tile(np.eye(3), (len(tree.parent), 1, 1))
     sure, weight, heard = np.zeros(len(hand.links)), np.ones(len(hand.patches)), np.ones(len(hand.links), dtype=bool)
-    moments = [hindsight.Moment(*frames, sure, contacts, weight, heard) for contacts in _felt(hand)]
-    body = capsules.body_of(hand.patches, grid.resolution)
-    hindsight.occupancy(moments, tree, grid, body, ContactModel())
+    retrospect = Hindsight(tree, grid, capsules.body_of(hand.patches, grid.resolution), ContactModel())
+    for contacts in _felt(hand):
+        retrospect.note(Moment(*frames, sure, contacts, weight, heard))
+    retrospect.occupancy()
 
 
 def sampled_matching(hand: Hand) -> None:

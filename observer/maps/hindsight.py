@@ -1,4 +1,4 @@
-"""The map in hindsight: what all touches and sweeps of a trial say together, once it is over.
+"""The map in hindsight: what all touches and sweeps of a trial so far say together.
 
 Shapes: J joints, P patches, L links, (X, Y, Z) voxels, V = X·Y·Z, E touches, C cells that they may be due to.
 
@@ -55,34 +55,67 @@ class Moment(NamedTuple):
     heard: NDArray[np.bool_]
 
 
-def occupancy(moments: list[Moment], tree: Tree, grid: Grid, body: Body, model: ContactModel) -> Array:
-    """Make the map of a trial that is over.
+class Hindsight:
+    """The map of all that was noted, at any moment.
 
-    Args:
-        moments: all steps of it, one at least.
-        tree: the hand's kinematics.
-        grid: of the map.
-        body: the hand's capsules.
-        model: of touches and sweeps.
-
-    Returns:
-        (X, Y, Z) probability that each voxel is occupied given all `moments`, 0.5 where the hand never came near.
+    What sweeps and touches say is gathered once; sharing the touches among their suspects is what begins anew whenever
+    the map is asked for.
     """
-    evidence = model.evidence(grid.resolution)
-    evidence = evidence._replace(edge=EDGE * evidence.edge)
-    cells = int(np.prod(grid.shape))
-    swept, seen = np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=bool)
-    trial = Moment(*(np.stack(each) for each in zip(*moments, strict=True)))
-    lattice = capsules.lattice_of(grid)
-    step, link = np.nonzero(~trial.heard)
-    trial.position[step, tree.link_body[link]] = lattice.origin - AWAY
-    trial.contacts[:] &= trial.heard[:, body.patch_link]
-    suspects, weight, cell, hits = look_back((tree, body, lattice, evidence), trial, swept, seen)
-    log_odds = logit(model.prior) + QUANTUM * swept
-    share(suspects, weight, cell, hits, 1.0 - evidence.false_alarm, ROUNDS, log_odds)
-    told = np.zeros(cells, dtype=np.int8)
-    spread(np.flatnonzero(seen), grid.shape, told)
-    return np.where(told, expit(log_odds), 0.5).reshape(grid.shape)
+
+    def __init__(self, tree: Tree, grid: Grid, body: Body, model: ContactModel) -> None:
+        """Begin with nothing.
+
+        Args:
+            tree: the hand's kinematics.
+            grid: of the map.
+            body: the hand's capsules.
+            model: of touches and sweeps.
+        """
+        evidence = model.evidence(grid.resolution)
+        self._where = tree, body, capsules.lattice_of(grid), evidence._replace(edge=EDGE * evidence.edge)
+        self._shape, self._prior = grid.shape, logit(model.prior)
+        cells = int(np.prod(grid.shape))
+        self._swept, self._seen = np.zeros(cells, dtype=np.int64), np.zeros(cells, dtype=bool)
+        self._touches: list[tuple[Array, ...]] = []  # what `share` asks of them, in parts
+        self._fresh: list[Moment] = []  # of which nothing was gathered yet
+        self.empty = True
+
+    def note(self, moment: Moment) -> None:
+        """Take note of a step.
+
+        Args:
+            moment: what it has to say.
+        """
+        self._fresh.append(moment)
+        self.empty = False
+
+    def occupancy(self) -> Array:
+        """Share all touches among their suspects.
+
+        Returns:
+            (X, Y, Z) probability that each voxel is occupied given all that was noted, 0.5 where the hand never came
+            near.
+        """
+        if self._fresh:
+            self._gather()
+        log_odds = self._prior + QUANTUM * self._swept
+        evidence = self._where[-1]
+        if self._touches:
+            self._touches = [tuple(np.concatenate(each) for each in zip(*self._touches, strict=True))]
+            share(*self._touches[0], 1.0 - evidence.false_alarm, ROUNDS, log_odds)
+        told = np.zeros(len(log_odds), dtype=np.int8)
+        spread(np.flatnonzero(self._seen), self._shape, told)
+        return np.where(told, expit(log_odds), 0.5).reshape(self._shape)
+
+    def _gather(self) -> None:
+        """Gather what the fresh moments say."""
+        tree, body, lattice, _ = self._where
+        trial = Moment(*(np.stack(each) for each in zip(*self._fresh, strict=True)))
+        step, link = np.nonzero(~trial.heard)
+        trial.position[step, tree.link_body[link]] = lattice.origin - AWAY
+        trial.contacts[:] &= trial.heard[:, body.patch_link]
+        self._touches.append(look_back(self._where, trial, self._swept, self._seen))
+        self._fresh = []
 
 
 @kernel()

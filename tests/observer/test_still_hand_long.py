@@ -16,7 +16,6 @@ import pytest
 import agents
 from haptic_env import shapes
 from observer import ContactModel, HapticSLAM, PoseOnly, ShapePosterior, metrics
-from observer.maps import hindsight
 
 SECONDS = (10, 30, 120)
 SEEDS = range(61000, 61006)
@@ -156,7 +155,7 @@ def test_maps_of_a_hand_at_rest_stay_honest(hand):
             beside = metrics.neighbourhood(metrics.swept(felt.hand, np.array(felt.true), grid), faces=True)
             reached = metrics.reached_into(felt.solid, grid)
             for which, (slam, belief) in enumerate(zip(observers, beliefs, strict=True)):
-                for kind, occupancy in enumerate((belief.occupancy, _in_hindsight(slam))):
+                for kind, occupancy in enumerate((belief.occupancy, slam.map_now())):
                     told = metrics.reliability(occupancy, reached, beside)
                     loss[which, kind, row, trial], brier[which, kind, row, trial] = told.log_loss, told.brier
     for row, seconds in enumerate(SECONDS):
@@ -170,8 +169,3 @@ def test_maps_of_a_hand_at_rest_stay_honest(hand):
     if hand in RESTING[:2]:
         mean, half = _interval(loss[1, 1, -1] - loss[1, 1, 0])
         assert mean <= max(half, 0.001)
-
-
-def _in_hindsight(slam: HapticSLAM) -> np.ndarray:
-    """(X, Y, Z) the map as `flush` would give it, the trial going on."""
-    return hindsight.occupancy(slam._moments, slam._fixed.link_body, slam.grid, slam._body, slam.contact_model)

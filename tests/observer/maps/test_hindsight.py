@@ -167,3 +167,38 @@ def test_a_touch_with_a_single_suspect_and_no_false_alarms_stays_finite():
 def test_a_switch_is_true_or_false(trial):
     with pytest.raises(ValueError, match="in_hindsight must be True or False, got 'no'"):
         HapticSLAM(trial.hand, in_hindsight="no")
+
+
+def test_the_map_now_is_that_of_the_flush_and_ends_nothing(trial):
+    """Asked for at any step, or never: what it says at the end, and all beliefs, are the same bits."""
+    asked, never = (HapticSLAM(trial.hand, 3.0, 4, lag=0) for _ in range(2))
+    for slam in (asked, never):
+        slam.reset(seed=0)
+    growing = []
+    for step, each in enumerate(zip(trial.torque, trial.felt, trial.contacts, strict=True)):
+        mine, theirs = asked.step(*each), never.step(*each)
+        if step % 7 == 0:
+            growing.append(asked.map_now())
+        assert mine == theirs
+    kept = [each.copy() for each in growing]
+    at_last = asked.map_now()
+    np.testing.assert_array_equal(at_last, never.map_now())
+    last = [slam.flush() for slam in (asked, never)]
+    for before, after in zip(kept, growing, strict=True):
+        np.testing.assert_array_equal(before, after)
+    assert (at_last > 0.5).any()
+    np.testing.assert_array_equal(last[0][-1].occupancy, at_last)
+    np.testing.assert_array_equal(last[1][-1].occupancy, at_last)
+
+
+def test_a_map_now_needs_a_trial_and_a_map_in_hindsight(two_finger):
+    slam = HapticSLAM(two_finger, 3.0, 2)
+    with pytest.raises(ValueError, match="not in a trial"):
+        slam.map_now()
+    slam.reset(seed=0)
+    np.testing.assert_array_equal(slam.map_now(), 0.5)
+    for told in ({"in_hindsight": False}, {"matching": "sample"}):
+        other = HapticSLAM(two_finger, 3.0, 2, **told)
+        other.reset(seed=0)
+        with pytest.raises(ValueError, match=f"map_now needs .*{next(iter(told))}={next(iter(told.values()))!r}"):
+            other.map_now()
