@@ -1,6 +1,6 @@
 """What observers make of felt angles that are biased or drift: the tables of docs/observer.md.
 
-    python -m pytest -m statistical -s --timeout 7200 tests/haptic_lab/test_offsets_long.py
+    python -m pytest -m statistical -s tests/haptic_lab/test_offsets_long.py
 
 Each exploration is seen by several observers: at the angles as they are felt (`floor`), believing in white noise alone
 (`white`), told what is so without a map (`no map`) and with one (`haptic_slam`), knowing the object as well
@@ -87,6 +87,7 @@ def _shown(values: np.ndarray) -> str:
 
 
 @pytest.mark.statistical
+@pytest.mark.timeout(7200)
 @pytest.mark.parametrize("case", CASES)
 def test_offsets_are_found_out(case: str) -> None:
     explorations, offsets = zip(

@@ -154,6 +154,7 @@ def test_pose_map_and_evidence_of_two_joints_are_exact(start):
 
 
 @pytest.mark.statistical
+@pytest.mark.timeout(3600)
 def test_an_unknown_bias_of_two_joints_is_exact():
     """169 enumerations, somewhat more than one in an SD of what is left of a bias."""
     trial = Trial(30_000, joints=2, start=KNOWN, velocity_noise=0.25, bias_deg=0.15)
