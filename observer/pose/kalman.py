@@ -86,6 +86,7 @@ class PoseFilter(Gated):
         self._errors, self._kinds = len(self.noise.decay), self.noise.kinds(self._state, hand.joints)
         self.doubted = np.zeros(len(hand.patches), dtype=bool)  # patches at which something may press unfelt
         self._gate = Gate(hand, sigma, 1.0 / control_hz, self.noise.sd)
+        self._finds = self.noise.finds_sigma
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
@@ -99,9 +100,9 @@ class PoseFilter(Gated):
         self.log_evidence = 0.0  # log density of the angles felt so far
         self._contacts = np.zeros(len(self.hand.patches), dtype=bool)
         self._gate.reset()
-        self._found = FoundSigma() if self.noise.finds_sigma else None
+        self._found = FoundSigma() if self._finds else None
         if self._found is not None:
-            self.sigma = self._found.sigma
+            self._gate.sigma = self._found.sigma
         if felt is not None and (self._errors or start > EXACTLY):
             expected = self._expected()
             self._feel(felt, self._gate.judge(felt, *expected), expected, Measurement.nothing(self.joints))
@@ -206,7 +207,7 @@ class PoseFilter(Gated):
             mean, variance = self._expected()
             angles, told = (felt, slice(None)) if heard is None else (heard.angles, heard.joints)
             self._found.learn((angles - mean)[told], variance[told])
-            self.sigma = self._found.sigma
+            self._gate.sigma = self._found.sigma
 
     def _doubt(self, away: Array, variance: Array) -> None:
         """Make the present angles as uncertain as what is felt says, where it is far from what was expected.
@@ -221,6 +222,16 @@ class PoseFilter(Gated):
         far = np.flatnonzero(away**2 > FAR_SDS**2 * variance)
         if far.size:
             self.covariance[far, far] += away[far] ** 2 - variance[far]
+
+    @property
+    def sigma(self) -> float:
+        """Rad: SD of the noise of the felt angles. May be set, from the next step on; it is not found out any more."""
+        return self._gate.sigma
+
+    @sigma.setter
+    def sigma(self, sigma: float) -> None:
+        self._gate.sigma = sigma
+        self._finds, self._found = False, None
 
     def _expected(self) -> tuple[Array, Array]:
         """The angles (J,) rad that would be felt without white noise: mean and variance."""

@@ -77,11 +77,12 @@ class PoseCorrection:
         """
         self.shape.reset(seed)
         self._before: list[StepContacts] = []
+        self._touching = np.zeros(len(self.hand.links), dtype=bool)
 
     @property
     def certain(self) -> bool:
-        """Whether there is but one solid that it may be."""
-        return len(self.shape.hypotheses.log_probability) == 1
+        """Whether there is but one solid that it may be, and it is that."""
+        return len(self.shape.hypotheses.log_probability) == 1 and self.shape.none == 0.0
 
     def teach(self, pose: PoseSource, felt: StepContacts) -> None:
         """Let what is felt now tell a pose for good, and so the offsets of its angles, where the solid is certain: what
@@ -95,6 +96,9 @@ class PoseCorrection:
             return
         contacts, root = felt
         touches = self._link[:, contacts].any(axis=1)
+        begun, self._touching = touches & ~self._touching, touches
+        if not begun.any():  # a touch that lasts is no news
+            return
         solids = self.shape.hypotheses.solids
         take_in(placed(self._tree, root), self._skin, solids, 0, touches, (pose.mean, pose.covariance), 0, self._model)
 

@@ -233,6 +233,16 @@ def test_sigma_is_found_out(two_finger, sigma_deg):
     assert observer.sigma_deg == pytest.approx(3.0)
 
 
+def test_sigma_that_is_set_is_not_found_out_any_more(two_finger):
+    observer = PoseOnly(two_finger, None)
+    _watch(two_finger, observer, 0.0, np.deg2rad(0.5), steps=5)
+    observer.sigma_deg = 5.0
+    observer.step(np.zeros(8), two_finger.rest_pose, np.zeros(50))
+    assert observer.sigma_deg == pytest.approx(5.0)
+    _watch(two_finger, observer, 0.0, np.deg2rad(0.5), steps=5)
+    assert observer.sigma_deg == pytest.approx(5.0)
+
+
 def test_sigma_told_before_a_reset_holds_after_it(two_finger):
     observer = PoseOnly(two_finger, 3.0)
     observer.sigma_deg = 5.0

@@ -200,6 +200,24 @@ def test_solids_of_which_one_is_to_be_named_tell_nothing_for_good(two_finger) ->
     np.testing.assert_array_equal(told.joint_angles, untold.joint_angles)
 
 
+def test_a_solid_that_may_be_none_tells_nothing_for_good(two_finger) -> None:
+    solid = beside(two_finger, 0.0)
+    beliefs = []
+    for known in (None, ShapePosterior(two_finger, {"it": [solid]}, none=0.5)):
+        slam = HapticSLAM(two_finger, 0.3, 1, lag=0, motion="delta_pose", solids=known, **WHERE_UNKNOWN)
+        slam.reset(0)
+        contacts = two_finger.patches.link == len(two_finger.links) - 1
+        beliefs.append(slam.step(np.zeros(8), two_finger.rest_pose + OFFSET, contacts))
+    np.testing.assert_array_equal(beliefs[0].joint_offset, beliefs[1].joint_offset)
+
+
+def test_a_touch_that_lasts_tells_of_the_offsets_once(two_finger, monkeypatch) -> None:
+    told = []
+    monkeypatch.setattr("observer.shape.pose_correction.take_in", lambda *_: told.append(1))
+    _held_offset(two_finger, ("there",), **WHERE_UNKNOWN)
+    assert len(told) == 1
+
+
 def test_a_certain_solid_is_asked_as_before_where_there_are_no_offsets(two_finger) -> None:
     untold, told = (_held_offset(two_finger, solids) for solids in ((), ("there",)))
     np.testing.assert_array_equal(told.joint_angles, untold.joint_angles)
