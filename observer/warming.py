@@ -22,7 +22,7 @@ from observer.fastslam import HapticSLAM
 from observer.kinematics import tree_of
 from observer.maps import capsules
 from observer.maps.contact_model import ContactModel
-from observer.maps.hindsight import Hindsight, Moment
+from observer.maps.hindsight import Moment, occupancy
 from observer.maps.occupancy import Maps
 from observer.pose_only import PoseOnly
 from observer.shape.posterior import ShapePosterior
@@ -78,10 +78,8 @@ def pose_and_hindsight(hand: Hand) -> None:
     tree, grid = tree_of(hand), Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
     frames = np.zeros((len(tree.parent), 3)), np.tile(np.eye(3), (len(tree.parent), 1, 1))
     sure, weight, heard = np.zeros(len(hand.links)), np.ones(len(hand.patches)), np.ones(len(hand.links), dtype=bool)
-    retrospect = Hindsight(tree, grid, capsules.body_of(hand.patches, grid.resolution), ContactModel())
-    for contacts in _felt(hand):
-        retrospect.note(Moment(*frames, sure, contacts, weight, heard))
-    retrospect.occupancy()
+    moments = [Moment(*frames, sure, contacts, weight, heard) for contacts in _felt(hand)]
+    occupancy(moments, tree, grid, capsules.body_of(hand.patches, grid.resolution), ContactModel())
 
 
 def sampled_matching(hand: Hand) -> None:

@@ -10,6 +10,7 @@ again and again given all sweeps and all other touches, until nothing moves: bel
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -116,6 +117,25 @@ class Hindsight:
         trial.contacts[:] &= trial.heard[:, body.patch_link]
         self._touches.append(look_back(self._where, trial, self._swept, self._seen))
         self._fresh = []
+
+
+def occupancy(moments: Iterable[Moment], tree: Tree, grid: Grid, body: Body, model: ContactModel) -> Array:
+    """Make the map of a trial that is over.
+
+    Args:
+        moments: all steps of it.
+        tree: the hand's kinematics.
+        grid: of the map.
+        body: the hand's capsules.
+        model: of touches and sweeps.
+
+    Returns:
+        (X, Y, Z) probability that each voxel is occupied given all of them.
+    """
+    hindsight = Hindsight(tree, grid, body, model)
+    for moment in moments:
+        hindsight.note(moment)
+    return hindsight.occupancy()
 
 
 @kernel()
