@@ -11,7 +11,7 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.sensors import Faults
-from observer import compiling, edge
+from observer import compiling, edge, memory
 from observer import threads as side_by_side
 from observer.contacts.contact_filter import believed_contacts
 from observer.maps.contact_model import ContactModel
@@ -139,7 +139,7 @@ class Configured(TracksPose):
             validate.instance("dynamics", dynamics, ContactDynamics, "a ContactDynamics")
         validate.choice("motion", motion, MOTIONS)
         kinds = matching == "sample", motion == "kinematic"
-        edge.of_particles(hand, self.grid, self.n_particles, self.n_candidates, self.lag, *kinds)
+        memory.of_particles(hand, self.grid, self.n_particles, self.n_candidates, self.lag, *kinds)
         self.pose = MOTIONS[motion](
             hand,
             sigma=sigma,

@@ -22,15 +22,12 @@ from haptic_env.pose import Pose
 from haptic_env.sensors import FeltAngles
 from haptic_env.shapes import Solid
 from observer.belief import Belief, Transition
-from observer.maps.occupancy import FIRST_SLOTS
 
 __getattr__ = renamed(__name__, {"Told": "SensedStep"})
 
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
 LARGEST_ANGLE, LARGEST_VARIANCE = 1e3, 1e6  # rad and rad²: a pose that is believed is known better
 ANGLES, SQUARE = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")  # as observers make them
-MEMORY = 4 * 2**30  # bytes that an observer may need
-GIB = 2**30
 WORLD: dict[str, tuple[type, str]] = {
     "hand": (Hand, "a haptic_env.hand.Hand, such as env.unwrapped.hand"),
     "grid": (Grid, "a haptic_env.grid.Grid"),
@@ -234,64 +231,3 @@ def candidates(given: object) -> None:
 
 def _solids(given: object) -> bool:
     return isinstance(given, Sequence) and len(given) > 0 and all(isinstance(each, Solid) for each in given)
-
-
-def memory(told: str, needed: float) -> None:
-    """Check that something fits into the memory.
-
-    Args:
-        told: what it is.
-        needed: bytes.
-
-    Raises:
-        ValueError: for more than `MEMORY`.
-    """
-    if needed > MEMORY:
-        raise ValueError(
-            f"{told} would need {needed / GIB:.3g} GiB of memory, more than the {MEMORY / GIB:g} GiB that an observer "
-            "may take"
-        )
-
-
-def of_poses(joints: int, lag: int, kinematic: bool = False) -> float:
-    """Bytes that a Gaussian over the angles of `lag` steps takes, with what is made of it at a step."""
-    size = (lag + 3) * joints
-    return 8.0 * (3 * size**2 + (10 * joints**2 * (lag + 3) ** 2 if kinematic else 0))
-
-
-def of_hypotheses(joints: int, hypotheses: float, samples: float) -> float:
-    """Bytes of so many `hypotheses` of what an object is, each with weights for `samples` of the pose, part by part."""
-    return 8.0 * (32.0 * hypotheses + samples * (4.0 * joints + 2.0 * joints * hypotheses))
-
-
-def of_maps(hand: Hand, grid: Grid, particles: int, candidates: int, slots: int) -> float:
-    """Count what the maps of particles take, and what is made of them at a step.
-
-    Args:
-        hand: whose links have voxels about them.
-        grid: of the maps.
-        particles: N.
-        candidates: K of each particle.
-        slots: voxels that each keeps of its own.
-
-    Returns:
-        Bytes.
-    """
-    voxels = float(np.prod(grid.shape))
-    radius = np.array([link.radius for link in hand.links]) + 2.0 * grid.resolution
-    length = np.array([link.length for link in hand.links])
-    about = np.minimum(voxels, np.pi * radius**2 * (length + 4.0 / 3.0 * radius) / grid.resolution**3).sum()
-    return 32.0 * (voxels + about) + particles * (slots + 8.0 * hand.joints * (candidates + 4))
-
-
-def of_particles(
-    hand: Hand, grid: Grid, particles: int, candidates: int, lag: int, dense: bool, kinematic: bool
-) -> None:
-    """Raise `ValueError` where a filter of `particles` with `candidates` each and a `lag` needs more than `MEMORY`
-    bytes; `dense`: whether a map has its own of every voxel."""
-    voxels = int(np.prod(grid.shape))
-    memory(
-        f"particles={particles}, candidates={candidates}, lag={lag} and {voxels} voxels",
-        of_maps(hand, grid, particles, candidates, voxels if dense else FIRST_SLOTS)
-        + of_poses(hand.joints, lag + 1, kinematic),
-    )

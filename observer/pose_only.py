@@ -15,7 +15,7 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from haptic_env.sensors import Faults
-from observer import compiling, edge
+from observer import compiling, edge, memory
 from observer.belief import Belief, Transition
 from observer.configuration import LAG_SECONDS, RESOLUTION
 from observer.contacts.contact_filter import believed_contacts
@@ -89,7 +89,7 @@ class PoseOnly(TracksPose):
         self.stride = validate.integer("stride", stride, 1, edge.COUNT)
         self.control_hz = rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self.lag = self.stride * max(1, round(LAG_SECONDS * rate / self.stride))
-        edge.memory(f"stride={stride}", edge.of_poses(hand.joints, self.lag + self.stride))
+        memory.check(f"stride={stride}", memory.of_poses(hand.joints, self.lag + self.stride))
         if dynamics is not None:
             validate.instance("dynamics", dynamics, ContactDynamics, "a ContactDynamics")
         sigma, noise = believed(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.shapes.base import Solid
-from observer import edge, resampling
+from observer import edge, memory, resampling
 from observer.gaussian import lower_factor
 from observer.shape.contact_likelihood import CLEAR
 from observer.shape.distance_fields import FIELD_RESOLUTION, Solids, farthest, solids_of
@@ -93,8 +93,8 @@ class Variants:
         count = validate.integer("variants", variants, 1, edge.COUNT)
         self.unknown = bool(self.ranges.any())
         self.count = count if self.unknown else 1
-        edge.memory(
-            f"variants={self.count} of {len(solids)} solids", edge.of_hypotheses(1, self.count * len(solids), 1)
+        memory.check(
+            f"variants={self.count} of {len(solids)} solids", memory.of_hypotheses(1, self.count * len(solids), 1)
         )
         self._nominal = solids_of(solids, far / (1.0 - size))
         self._solid_of = np.repeat(np.arange(len(solids)), self.count)

@@ -29,7 +29,7 @@ from haptic_env import shapes, validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
-from observer import edge
+from observer import edge, memory
 from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
 from observer.jacobians import link_spread
@@ -128,7 +128,7 @@ class ShapePosterior:
             far=far_of(solids, size_jitter, self.tolerance, spread, self._skin.ball.max()),
         )
         hypotheses = self.variants.count * sum(map(len, candidates.values()))
-        edge.memory(f"samples={self.samples}", edge.of_hypotheses(hand.joints, hypotheses, self.samples))
+        memory.check(f"samples={self.samples}", memory.of_hypotheses(hand.joints, hypotheses, self.samples))
         if self.none and self.variants.unknown:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
         usual = TEMPER_UNKNOWN if self.variants.unknown else TEMPER
