@@ -18,6 +18,7 @@ import numpy as np
 
 from haptic_env import sensors, validate
 from haptic_env.arrays import Array
+from haptic_env.hand import Hand
 
 GUESS_DEG = 3.0  # σ where it is to be found out, before anything was felt
 
@@ -227,6 +228,48 @@ def summed(mean: Array, covariance: Array, parts: Sequence[slice]) -> tuple[Arra
     next(pairs)
     first = covariance[parts[0], parts[0]].diagonal()
     return total, sum((covariance[pair].diagonal() for pair in pairs), first)
+
+
+class KeepsErrors:
+    """What a filter tells of the errors that its Gaussian keeps, of the `_kinds` of its `noise`."""
+
+    hand: Hand
+    noise: AngleNoise
+    mean: Array
+    covariance: Array
+    _kinds: Sequence[slice]
+
+    @property
+    def constant(self) -> slice:
+        """Where `mean` keeps the errors of the angles that never change; nowhere where it keeps none."""
+        return self.noise.constant(self._kinds)
+
+    @property
+    def learns(self) -> bool:
+        """Whether there are offsets that could be found out by more than the felt angles."""
+        return len(self._kinds) > 0
+
+    @property
+    def offset(self) -> Offset:
+        """What is known of the felt angles' offsets now."""
+        return Offset.of(self.mean, self.covariance, self._kinds, self.hand.joints)
+
+    def _expected(self) -> tuple[Array, Array]:
+        """The angles (J,) rad that would be felt without white noise: mean and variance."""
+        return summed(self.mean, self.covariance, [slice(0, self.hand.joints), *self._kinds])
+
+
+class FollowsFelt:
+    """What is told of errors where the angles are followed as they are felt: no more than is known beforehand."""
+
+    learns, constant = False, slice(0, 0)
+    hand: Hand
+    noise: AngleNoise
+
+    @property
+    def offset(self) -> Offset:
+        """What is known of the felt angles' offsets: no more than beforehand."""
+        return self.noise.unknown(self.hand.joints)
 
 
 class FoundSigma:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
-from observer.pose.angle_noise import AngleNoise, Offset, summed
+from observer.pose.angle_noise import AngleNoise, KeepsErrors
 from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose.gating import Gate, Gated, Heard, take_in
 from observer.pose.kalman import EXACTLY, RESTART_ANGLE
@@ -45,7 +45,7 @@ class DeltaMotion(NamedTuple):
     noise: Array
 
 
-class DeltaPose(Gated):
+class DeltaPose(KeepsErrors, Gated):
     """Posterior of the angles of now and of the last T steps under the linear motion model; for `HapticSLAM`.
 
     Attributes:
@@ -141,27 +141,12 @@ class DeltaPose(Gated):
     def _feel(self, felt: Array) -> None:
         """Take in the `felt` angles (J,) rad."""
         joints = self.hand.joints
-        expected = summed(self.mean, self.covariance, [slice(0, joints), *self._kinds])
+        expected = self._expected()
         heard = self._gate.judge(felt, *expected)
         if heard is None:
             heard = Heard(felt, np.arange(joints), np.zeros(joints, dtype=bool))
         white = self.noise.variance(self.sigma, *expected)
         self.log_evidence += take_in(self.mean, self.covariance, heard, white, self._kinds)
-
-    @property
-    def constant(self) -> slice:
-        """Where `mean` keeps the errors of the angles that never change; nowhere where it keeps none."""
-        return self.noise.constant(self._kinds)
-
-    @property
-    def learns(self) -> bool:
-        """Whether there are offsets that could be found out by more than the felt angles."""
-        return len(self._kinds) > 0
-
-    @property
-    def offset(self) -> Offset:
-        """What is known of the felt angles' offsets now."""
-        return Offset.of(self.mean, self.covariance, self._kinds, self.hand.joints)
 
     def lagged(self, steps: int) -> slice:
         """Tell where `mean` keeps the angles of a step.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.pose import kalman_updates
-from observer.pose.angle_noise import AngleNoise, FoundSigma, Offset, summed
+from observer.pose.angle_noise import AngleNoise, FoundSigma, KeepsErrors
 from observer.pose.contact_dynamics import WITH_OFFSETS, ContactDynamics, ContactEffects
 from observer.pose.forward_model import ForwardModel, Prediction
 from observer.pose.gating import Gate, Gated, Heard, take_in
@@ -30,7 +30,7 @@ MODEL_NOISE, WITH_OFFSETS_NOISE = 0.6, 0.8  # rad/s a step: what the forward mod
 FAR_SDS = 4.0  # of a felt angle from the expected one: beyond it the motion, not the offset, is to blame
 
 
-class PoseFilter(Gated):
+class PoseFilter(KeepsErrors, Gated):
     """Posterior of (q, v) and of the lagged angles given efference copies, felt angles and felt contacts.
 
     Attributes:
@@ -232,25 +232,6 @@ class PoseFilter(Gated):
     def sigma(self, sigma: float) -> None:
         self._gate.sigma = sigma
         self._finds, self._found = False, None
-
-    def _expected(self) -> tuple[Array, Array]:
-        """The angles (J,) rad that would be felt without white noise: mean and variance."""
-        return summed(self.mean, self.covariance, [slice(0, self.joints), *self._kinds])
-
-    @property
-    def constant(self) -> slice:
-        """Where `mean` keeps the errors of the angles that never change; nowhere where it keeps none."""
-        return self.noise.constant(self._kinds)
-
-    @property
-    def learns(self) -> bool:
-        """Whether there are offsets that could be found out by more than the felt angles."""
-        return len(self._kinds) > 0
-
-    @property
-    def offset(self) -> Offset:
-        """What is known of the felt angles' offsets now."""
-        return Offset.of(self.mean, self.covariance, self._kinds, self.joints)
 
     @property
     def angles(self) -> Array:

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
-from observer.pose.angle_noise import AngleNoise, Offset
+from observer.pose.angle_noise import AngleNoise, FollowsFelt
 
 
-class RawAngles:
+class RawAngles(FollowsFelt):
     """The felt angles taken at their word: the pose filter's interface without a filter.
 
     Attributes:
@@ -73,13 +73,6 @@ class RawAngles:
         self.mean = np.concatenate([joint_angles, self.mean[:-joints]])
         white = self.noise.variance(self.sigma, self.mean, np.zeros(self.mean.size))
         self.covariance = np.diag(white) + np.kron(self._lasting, np.eye(joints))
-
-    learns, constant = False, slice(0, 0)
-
-    @property
-    def offset(self) -> Offset:
-        """What is known of the felt angles' offsets: no more than beforehand."""
-        return self.noise.unknown(self.hand.joints)
 
     def lagged(self, steps: int) -> slice:
         """Tell where `mean` keeps the angles of a step.

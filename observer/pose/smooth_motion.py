@@ -26,7 +26,7 @@ from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.gaussian import mixture
-from observer.pose.angle_noise import AngleNoise, Offset
+from observer.pose.angle_noise import AngleNoise, FollowsFelt
 from observer.pose.gating import Gate, Gated, Heard
 from observer.pose.interacting_models import PRESENT, JumpMarkovModel, turn
 from observer.pose.joint_pairs import JointPairs
@@ -124,7 +124,7 @@ class SmoothMotion:
         return np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -(rate**2), -2.0 * rate]])
 
 
-class KinematicPose(Gated):
+class KinematicPose(FollowsFelt, Gated):
     """Posterior of the angles of now and of the last T steps from the felt angles alone; for `HapticSLAM`.
 
     Nothing is known of where a movement begins; torques and contacts are not used.
@@ -253,13 +253,6 @@ class KinematicPose(Gated):
             self._level[some], self._means[some], self._covariances[some] = level, means, covariances
             log_density[some] = density
         return self.partners.without(log_density, told)
-
-    learns, constant = False, slice(0, 0)
-
-    @property
-    def offset(self) -> Offset:
-        """What is known of the felt angles' offsets: no more than beforehand."""
-        return self.noise.unknown(self.hand.joints)
 
     def lagged(self, steps: int) -> slice:
         """Tell where `mean` keeps the angles of a step.
