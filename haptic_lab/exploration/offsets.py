@@ -59,7 +59,7 @@ def check(path: str, out: str, told: Mapping[str, Any]) -> None:
         )
     folder = Path(path).parent
     writable = folder.is_dir() and os.access(folder, os.W_OK)
-    if Path(path).is_dir() or not (writable or folder == Path(out)):
+    if Path(path).is_dir() or not (writable or folder.resolve() == Path(out).resolve()):
         raise ValueError(
             f"--save-offsets must be a file in a folder that can be written to, got {validate.shown(path)}"
         )

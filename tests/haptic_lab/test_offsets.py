@@ -189,3 +189,10 @@ def test_trials_of_one_noise_are_refused() -> None:
     rows = table(("bias_deg",))
     with pytest.raises(ValueError, match="trials with several of bias_deg or drift_deg, and these have one"):
         figure.draw(rows[rows["bias_deg"] == 0])
+
+
+def test_the_folder_that_is_made_yet_may_be_said_in_two_ways(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    offsets.check(str(tmp_path / "new" / "a.toml"), "new", {"bias_deg": 3.0})
+    with pytest.raises(ValueError, match="in a folder that can be written to"):
+        offsets.check(str(tmp_path / "other" / "a.toml"), "new", {"bias_deg": 3.0})
