@@ -80,11 +80,10 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
             mine = data[(data["kind"] == kind) & (data["measure"] == measure)]
             _panel(axes, mine, measure, observers, sigmas, unit)
             axes.set(xlabel=KINDS[kind], ylabel=axis)
-        row[0].set_ylim(bottom=0)
-        row[1].set_ylim(0, 103)
-        row[2].set_ylim(0, 1)
-        row[3].set_ylim(0, 103)
-        row[0].set_xticks(sorted(set(data["amount"])))
+    # Axes are shared, and to set a limit keeps them from growing with what is drawn after it.
+    for axes, highest in zip(panels[0], (None, 103, 1, 103), strict=True):
+        axes.set_ylim(0, highest)
+    panels[0, 0].set_xticks(sorted(set(data["amount"])))
     seconds, drift = rows["seconds"].iloc[0], rows["drift_seconds"].iloc[0]
     handles = [Line2D([], [], color=OBSERVER_COLOURS[name], label=OBSERVER_NAMES[name]) for name in reversed(observers)]
     handles += [

@@ -185,6 +185,15 @@ def test_means_are_those_of_the_trials(kinds: tuple[str, ...]) -> None:
             assert line["trials"] == 2
 
 
+def test_a_drift_that_is_worse_than_any_bias_is_seen_whole() -> None:
+    rows = table(("bias_deg", "drift_deg"))
+    rows.loc[rows["drift_deg"] > 0, "pose_error_lagged_deg"] += 5.0
+    axes = figure.draw(rows).figure.axes[4]
+    assert max(line.get_ydata().max() for line in axes.lines) > 5.0
+    assert axes.get_ylim()[0] == 0.0
+    assert all(line.get_ydata().max() <= axes.get_ylim()[1] for line in axes.lines)
+
+
 def test_trials_of_one_noise_are_refused() -> None:
     rows = table(("bias_deg",))
     with pytest.raises(ValueError, match="trials with several of bias_deg or drift_deg, and these have one"):
