@@ -12,6 +12,7 @@ from typing import Any
 import agents
 import haptic_env
 from haptic_env import shapes, validate
+from haptic_env.shapes import mesh
 from haptic_lab.believed import Believed
 from haptic_lab.conditions import Condition
 from haptic_lab.files import part_of_name
@@ -176,5 +177,5 @@ def files_of(settings: SweepSettings) -> dict[str, str]:
     Returns:
         A digest of each mesh file.
     """
-    meshes = [name for name in settings.shapes if name not in shapes.SHAPES]
+    meshes = [name for name in settings.shapes if mesh.is_path(name)]
     return {f"file {name}": hashlib.sha256(Path(name).read_bytes()).hexdigest()[:12] for name in meshes}
