@@ -5,9 +5,10 @@ Shapes: N particles, J joints, P patches. Angles in radians.
 
 from __future__ import annotations
 
+import copy
 from collections import deque
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,6 +138,16 @@ class FilterState:
         poses, errors = np.ascontiguousarray(points[:, : hand.joints]), points[:, hand.joints :]
         contacts = np.zeros(len(hand.patches), dtype=bool)
         return cls(rng, maps, hindsight, novelty, poses, errors, (mean, np.diag(spread)), contacts)
+
+    def branch(self) -> Self:
+        """Branch off what has been heard for the map in hindsight.
+
+        Returns:
+            A state to which `Sensing.stand` can tell more without telling this one; particles and maps are the same.
+        """
+        other = copy.copy(self)
+        other.novelty, other.hindsight = self.novelty.branch(), self.hindsight.branch()
+        return other
 
     def predict(self, pose: PoseSource, ago: int) -> Proposal:
         """Move on to the pose of some steps back (step 3).

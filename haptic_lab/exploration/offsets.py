@@ -16,11 +16,12 @@ from matplotlib.axes import Axes
 from rich.table import Table
 
 from haptic_env import validate
-from haptic_lab.files import atomic, write_text
+from haptic_lab.files import atomic, check_writable, write_text
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import OUTLINE, as_drawn
 
 INTERVAL = 1.645  # SDs on each side: 90 %
+LEAST = 1e-4  # degrees: the last digit of a file
 HEAD = """# Offsets of felt joint angles, found by touch: `haptic-slam explore --save-offsets`, {source}.
 # In the form of a glove's calibration, whose sensors are the felt angles themselves:
 #     joint angle = offset_deg + felt angle.
@@ -35,9 +36,9 @@ def believed(told: Mapping[str, Any]) -> bool:
         told: keywords of the observer.
 
     Returns:
-        Whether there is anything to find.
+        Whether there is anything to find that could be told.
     """
-    return any(told.get(name, 0.0) > 0 for name in ("bias_deg", "drift_deg"))
+    return any(np.max(told.get(name, 0.0)) >= LEAST for name in ("bias_deg", "drift_deg"))
 
 
 def check(path: str, out: str, told: Mapping[str, Any]) -> None:
@@ -57,12 +58,8 @@ def check(path: str, out: str, told: Mapping[str, Any]) -> None:
         raise ValueError(
             "--save-offsets needs an observer that believes in offsets: --bias-deg, --believed-bias-deg or --believed"
         )
-    folder = Path(path).parent
-    writable = folder.is_dir() and os.access(folder, os.W_OK)
-    if Path(path).is_dir() or not (writable or folder.resolve() == Path(out).resolve()):
-        raise ValueError(
-            f"--save-offsets must be a file in a folder that can be written to, got {validate.shown(path)}"
-        )
+    if os.path.exists(Path(path).parent) or Path(path).parent.resolve() != Path(out).resolve():
+        check_writable("--save-offsets", Path(path))
 
 
 def found(exploration: Exploration, trace: BeliefTrace) -> dict[str, dict[str, float | None]]:
