@@ -6,6 +6,7 @@ The surface is drawn as triangles, finely enough that no point of it is more tha
 
 from __future__ import annotations
 
+import hashlib
 from abc import abstractmethod
 from functools import cached_property, lru_cache
 from typing import Any
@@ -49,6 +50,10 @@ class StarShaped(Shape):
         surface = self.radius(rays)[:, None] * rays
         low, high = surface.min(axis=0), surface.max(axis=0)
         return (low + high) / 2, high - low
+
+    @cached_property
+    def content(self) -> str:
+        return f"star {hashlib.sha256(self.radius(directions(COARSE)[0]).tobytes()).hexdigest()}"
 
     def surface(self, count: int, size: Array) -> tuple[Array, Index]:
         """Draw the surface.

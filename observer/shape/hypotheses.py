@@ -17,7 +17,8 @@ from haptic_env.shapes.base import Solid
 from observer import edge, memory, resampling
 from observer.gaussian import lower_factor
 from observer.shape.contact_likelihood import CLEAR
-from observer.shape.distance_fields import FIELD_RESOLUTION, Solids, farthest, solids_of
+from observer.shape.distance_fields import Solids, farthest, solids_of
+from observer.shape.drawn_fields import FIELD_RESOLUTION
 
 MOST_JITTER = 0.5  # of the size
 UNKNOWNS = 5  # size, yaw and three of position, each in units of its range
