@@ -121,7 +121,8 @@ def _every(apart: int, length: int) -> NDArray[np.int64]:
 
 def _axes(grid: Grid) -> list[Array]:
     """Places (X,), (Y,), (Z,) m of the nodes along each axis."""
-    return [low + (np.arange(n, dtype=np.float64) + 0.5) * grid.resolution for low, n in zip(grid.origin, grid.shape, strict=True)]
+    each = [np.arange(count, dtype=np.float64) + 0.5 for count in grid.shape]
+    return [low + number * grid.resolution for low, number in zip(grid.origin, each, strict=True)]
 
 
 def _asked(shape: Shape, extents: Array, points: Array) -> Array:
