@@ -81,7 +81,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             control_hz: Hz, of the steps; it divides the rate of the physics.
             render_mode: "human", "rgb_array" or None.
             reveal_truth: whether `info["truth"]` holds the true pose and object.
-            **hand_keywords: of the hand: `patches_along` and `patches_around`.
+            **hand_keywords: of the hand: `patches_along`, `patches_around` and `wrist`.
 
         Raises:
             ValueError: for an unknown keyword or a value out of range; it lists what is valid.

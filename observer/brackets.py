@@ -59,7 +59,8 @@ class DeadReckoning(OneMap):
 
 
 class TruePose(DeadReckoning):
-    """Ceiling: the map at the true pose, which it is handed as the felt one; what is told of noise is not used."""
+    """Ceiling: the map at the true pose, which it is handed as the felt one. What is told of noise of angles is not
+    used; what is told of contacts is."""
 
     def __init__(self, hand: Hand, sigma_deg: float | None = 0.0, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates, motion and lag.
@@ -67,7 +68,7 @@ class TruePose(DeadReckoning):
         Args:
             hand: with J joints and P patches.
             sigma_deg: not used.
-            **keywords: what else `HapticSLAM` is told, of which what is of noise is not used.
+            **keywords: what else `HapticSLAM` is told, of which what is of noise of angles is not used.
 
         Raises:
             ValueError: for a value out of range.

@@ -16,8 +16,9 @@ import haptic_env
 from haptic_env import hand_env, recordings, shapes
 from haptic_env.recordings import Recording
 from haptic_lab import believed, conditions, replay, worlds
+from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import offsets
+from haptic_lab.exploration import offsets, patches
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, ExplorationSettings
@@ -33,6 +34,7 @@ EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --seed 3 --
           haptic-slam replay inspect.npz --mesh cube.stl
           haptic-slam replay glove.txt --hand adroit --shape sphere"""
 
+FILES = ("explore.png", "explore.json", "explore.npz", "recording.npz")
 RECORDING = "let the hand repeat this recording: .npz, or the .txt of a CyberGlove"
 
 
@@ -65,9 +67,7 @@ def parse(
     )
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
-    for name, value in conditions.DEFAULTS.items():
-        flag = f"--{name.replace('_', '-')}"
-        add(flag, type=float, help=f"as the environment's keyword; observers are told (default {value:g})")
+    conditions.add_flags(add, "as the environment's keyword; observers are told")
     believed.add_flags(add)
     add("--seconds", type=float, help="how long to explore (default 10, or as long as the recording)")
     add("--particles", type=int, help="hypotheses of the observer (default 200)")
@@ -101,7 +101,9 @@ def parse(
             found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]))
             if found.felt is not None:
                 _refuse_noise(given)
-            usual |= {name: value for name, value in found.settings.items() if name in usual}
+            # A preset is all that is believed, of which the recording's single values are no part.
+            kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
+            usual |= {name: value for name, value in found.settings.items() if name in kept}
             if given["env"] is None and "env" not in found.settings:
                 usual["env"] = replay.environment_of(found)
         elif any(source):
@@ -137,7 +139,7 @@ def main(arguments: list[str] | None = None) -> int:
         Its exit code.
     """
     settings, recording = parse(arguments)
-    with claimed(Path(settings.out)):
+    with claimed(Path(settings.out), FILES):
         return run(settings, recording)
 
 
@@ -193,8 +195,11 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     console.print(table(summary))
     if "joint_offset" in summary:
         console.print(offsets.table(summary["joint_offset"]))
+    if "patches" in summary:
+        console.print(patches.table(summary["patches"]))
     if settings.save_offsets is not None:
-        offsets.save(Path(settings.save_offsets), summary["joint_offset"], f"{settings.env}, seed {settings.seed}")
+        source = f"{settings.env}, seed {settings.seed}"
+        offsets.save(Path(settings.save_offsets), summary["joint_offset"], source, summary.get("patches", {}))
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
     if stopped:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Hashable, Iterable
-from dataclasses import asdict, astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +114,7 @@ class SweepTask:
     @property
     def key(self) -> Key:
         """What tells it from the other trials of the table."""
-        return (*astuple(self.condition), self.shape, self.seed)
+        return (*self.condition.values, self.shape, self.seed)
 
     @property
     def told(self) -> dict[str, Any]:
@@ -125,7 +125,7 @@ class SweepTask:
     @property
     def name(self) -> str:
         """The same as the name of a file."""
-        told = [f"{name}={part_of_name(value)}" for name, value in asdict(self.condition).items()]
+        told = [f"{name}={part_of_name(value)}" for name, value in self.condition.named_by.items()]
         return "_".join([*told, part_of_name(self.shape), str(self.seed)])
 
 

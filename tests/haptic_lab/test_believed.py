@@ -33,6 +33,11 @@ GIVEN: dict[str, Any] = {
     "proportional": 0.2,
     "motor_noise": 0.3,
     "start_std_deg": 1.5,
+    "contact_miss": 0.2,
+    "contact_false_alarm": 0.01,
+    "contact_confusion": 0.3,
+    "patches_stuck": 0.02,
+    "patches_dead": (3, "index_distal_tip"),
 }
 
 
@@ -42,7 +47,8 @@ def test_by_default_all_that_is_so_is_believed() -> None:
 
 @pytest.mark.parametrize("name", GIVEN)
 def test_each_may_be_believed_to_be_something_else(name: str) -> None:
-    told = Believed(**{f"believed_{name}": GIVEN[name]}).told(SO)
+    given = ",".join(map(str, GIVEN[name])) if isinstance(GIVEN[name], tuple) else GIVEN[name]
+    told = Believed(**{f"believed_{name}": given}).told(SO)
     assert told == {**Believed().told(SO), name: GIVEN[name]}
 
 
@@ -78,6 +84,11 @@ def test_a_preset_is_of_observer_and_environment(name: str) -> None:
         ("believed_proportional", 2.0, "--believed-proportional must be a finite number in [0, 1], got 2"),
         ("believed_motor_noise", -0.1, "--believed-motor-noise must be a finite number in [0, 1], got -0.1"),
         ("believed_start_std_deg", -1.0, "--believed-start-std-deg must be a finite number in [0, 90] degrees, got -1"),
+        ("believed_contact_miss", 1.5, "--believed-contact-miss must be a finite number in [0, 1], got 1.5"),
+        ("believed_contact_false_alarm", -0.5, "--believed-contact-false-alarm must be a finite number in [0, 1], got"),
+        ("believed_contact_confusion", 2.0, "--believed-contact-confusion must be a finite number in [0, 1], got 2"),
+        ("believed_patches_stuck", 3.0, "--believed-patches-stuck must be a finite number in [0, 1], got 3"),
+        ("believed_patches_dead", float("nan"), "--believed-patches-dead must be a finite number in [0, 1], got nan"),
     ],
 )
 def test_what_nobody_can_believe_is_refused_wherever_it_is_said(

@@ -80,7 +80,7 @@ def test_what_was_watched_is_as_before() -> None:
         (["--env", "Hand-v9"], "unknown --hand or --env 'Hand-v9'"),
         (["--rounds", "0"], "--rounds must be an integer in [1, 1000]"),
         (["--sigma", "nan"], "--sigma must be a finite number"),
-        (["--json", "/nowhere/at/all.json"], "--json must be a file in a folder that exists"),
+        (["--json", "/nowhere/at/all.json"], "--json must be a file in a folder that can be written to, got"),
     ],
 )
 def test_bad_input_is_one_clear_line(arguments: list[str], told: str, capsys: pytest.CaptureFixture) -> None:
