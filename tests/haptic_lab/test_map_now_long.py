@@ -2,9 +2,9 @@
 
     python -m pytest -m statistical -s tests/haptic_lab/test_map_now_long.py
 
-Each exploration is seen at the angles as they are felt (`floor`), by the observer (`haptic_slam`), told the object as well
-(`known object`: what contact could say of the pose at most), and at the true angles (`ceiling`). All maps are those of
-`map_now`, at that moment of a trial that goes on.
+Each exploration is seen at the angles as they are felt (`floor`), by the observer (`haptic_slam`), by one that is told
+the object as well (`known object`: what contact could say of the pose at most), and at the true angles (`ceiling`). All
+maps are those of `map_now`, at that moment of a trial that goes on.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ DRAWS = 4000  # of the bootstrap
 
 def _f_scores(shape: str, seed: int) -> dict[str, list[float]]:
     """F at one voxel of each observer's map, after each of `AFTER`; 0 where a map has no voxel."""
-    env = gym.make("HapticSLAM/TwoFinger-v0", shape=shape, sigma_deg=SIGMA, episode_seconds=AFTER[-1], reveal_truth=True)
+    env = gym.make(
+        "HapticSLAM/TwoFinger-v0", shape=shape, sigma_deg=SIGMA, episode_seconds=AFTER[-1], reveal_truth=True
+    )
     hand = env.unwrapped.hand
     solid = shapes.make(shape, position=hand.grasp_centre)
     observers = {
