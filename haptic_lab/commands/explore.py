@@ -18,7 +18,7 @@ from haptic_env.recordings import Recording
 from haptic_lab import believed, conditions, replay, worlds
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import offsets, surface
+from haptic_lab.exploration import offsets, patches, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
@@ -198,10 +198,13 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     console.print(table(summary))
     if "joint_offset" in summary:
         console.print(offsets.table(summary["joint_offset"]))
+    if "patches" in summary:
+        console.print(patches.table(summary["patches"]))
     if settings.save_mesh is not None:
         surface.tell(console, summary["mesh"], settings.save_mesh, out)
     if settings.save_offsets is not None:
-        offsets.save(Path(settings.save_offsets), summary["joint_offset"], f"{settings.env}, seed {settings.seed}")
+        source = f"{settings.env}, seed {settings.seed}"
+        offsets.save(Path(settings.save_offsets), summary["joint_offset"], source, summary.get("patches", {}))
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
     if stopped:

@@ -45,18 +45,8 @@ def test_a_surface_is_written(tmp_path, capsys):
 
 def test_nothing_touched_is_said_and_nothing_written(tmp_path, capsys):
     out, path = tmp_path / "out", tmp_path / "cube.ply"
-    arguments = [
-        "--shape",
-        "cube",
-        "--seconds",
-        "0.1",
-        "--particles",
-        "2",
-        "--policy",
-        "hold",
-        "--save-mesh",
-        str(path),
-    ]
+    short = ["--shape", "cube", "--seconds", "0.1", "--particles", "2"]
+    arguments = [*short, "--save-mesh", str(path)]
     assert main([*arguments, "--out", str(out)]) == 0
     assert "Nothing was touched: the surface is empty" in capsys.readouterr().out
     assert not path.exists()
