@@ -109,5 +109,5 @@ class ExplorationSettings(Believed):
 
     @property
     def believed_noise(self) -> dict[str, Any]:
-        """What observers are told: keyword arguments."""
+        """What observers are told, whatever the hand: keyword arguments."""
         return self.told(self.noise)
