@@ -9,12 +9,14 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from haptic_env import validate
+from haptic_env.hand import Hand
 from haptic_lab import faults
 from haptic_lab.conditions import NOISES as NOISY
 from haptic_lab.conditions import check_contacts
 from haptic_lab.faults import FAULTS
 from observer import HapticSLAM
 from observer.brackets import WHITE_ONLY
+from observer.pose import noise_presets
 from observer.pose.noise_presets import NOISES
 
 UNKNOWN = "unknown"  # for a sigma that is to be found out
@@ -108,11 +110,12 @@ class Believed:
         if value is not None:
             validate.number(f"--believed-{name.replace('_', '-')}", value, low, high, unit=unit)
 
-    def told(self, noise: Mapping[str, Any]) -> dict[str, Any]:
+    def told(self, noise: Mapping[str, Any], hand: Hand | None = None) -> dict[str, Any]:
         """Say what observers are told.
 
         Args:
             noise: that there is, keywords of the environment.
+            hand: whose joints may have figures of their own in a preset; None: joints are alike.
 
         Returns:
             Keywords of observers.
@@ -121,9 +124,9 @@ class Believed:
         said |= {name: faults.as_keyword(said[name]) for name in FAULTS if said[name] is not None}
         told = {name: noise[name] for name in TOLD if name in noise}
         if self.believed is not None:
-            told |= WHITE_ONLY | NOISES[self.believed]
+            told |= WHITE_ONLY | (NOISES[self.believed] if hand is None else noise_presets.of(self.believed, hand))
         told |= {name: value for name, value in said.items() if value is not None}
-        return {name: None if value == UNKNOWN else value for name, value in told.items()}
+        return {name: None if isinstance(value, str) else value for name, value in told.items()}  # `UNKNOWN`
 
     def check_told(self, env: str, noise: Mapping[str, Any]) -> None:
         """Check what observers are told of contacts against the patches of a hand.

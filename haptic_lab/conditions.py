@@ -11,6 +11,7 @@ import agents
 import haptic_env
 from haptic_env import hands, sensors, validate
 from haptic_env.explore import ExploreEnv
+from haptic_env.patches import Patches
 from haptic_lab import faults
 from haptic_lab.faults import FAULTS
 
@@ -80,15 +81,42 @@ def check_contacts(env: str, noise: Mapping[str, Any]) -> None:
     Raises:
         ValueError: for a value out of its range, and for patches that this hand has not.
     """
-    told = [noise.get(name, DEFAULTS[name]) for name in CONTACTS]
-    if told == [DEFAULTS[name] for name in CONTACTS]:
+    if not lies(noise):
         return
     try:
         patches = hands.make(haptic_env.ENVIRONMENTS[env]).patches
     except ImportError:  # of a hand that is not installed, which is said where it is made
         return
-    miss, false_alarm, confusion, stuck, dead = told
-    sensors.ContactDetection(miss, false_alarm, confusion, stuck, dead, patches)
+    detection_of(noise, patches)
+
+
+def lies(noise: Mapping[str, Any]) -> bool:
+    """Say whether contacts may be another than are reported.
+
+    Args:
+        noise: keyword arguments of the environment, or of an observer; what it does not say is as usual.
+
+    Returns:
+        Whether there is any noise of contacts.
+    """
+    return any(noise.get(name, DEFAULTS[name]) != DEFAULTS[name] for name in CONTACTS)
+
+
+def detection_of(noise: Mapping[str, Any], patches: Patches) -> sensors.ContactDetection:
+    """Make the sensor of contacts.
+
+    Args:
+        noise: keyword arguments of the environment, or of an observer; what it does not say is as usual.
+        patches: of the hand.
+
+    Returns:
+        The sensor.
+
+    Raises:
+        ValueError: for a value out of its range, and for patches that there are not.
+    """
+    miss, false_alarm, confusion, stuck, dead = (noise.get(name, DEFAULTS[name]) for name in CONTACTS)
+    return sensors.ContactDetection(miss, false_alarm, confusion, stuck, dead, patches)
 
 
 @dataclass(frozen=True)

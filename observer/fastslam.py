@@ -29,6 +29,7 @@ from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import Maps, OccupancySnapshot
 from observer.novelty import MapNovelty
 from observer.state import NOTHING, Diagnostics, FilterState, Proposal, Waiting, belief_of
+from observer.surface.touches import TouchRecorder
 
 __getattr__ = renamed(__name__, {name: f"observer.configuration.{name}" for name in ("LAG_SECONDS", "RESOLUTION")})
 
@@ -89,6 +90,7 @@ class HapticSLAM(Configured):
             Maps(self.n_particles, self.grid, self._sensing.evidence.probability, dense=self.matching == "sample"),
             self._sensing.hindsight(),
             MapNovelty(self.hand, self.contact_model.repeats, self.grid.resolution),
+            TouchRecorder(self.hand, self.control_hz),
             self.hand,
             self.pose,
         )
@@ -142,7 +144,7 @@ class HapticSLAM(Configured):
         if not self.in_hindsight or state.hindsight.empty:
             return beliefs
         last = beliefs.pop() if beliefs else self._belief(state, ago=0)
-        return [*beliefs, replace(last, snapshot=OccupancySnapshot(state.hindsight.occupancy))]
+        return [*beliefs, replace(last, snapshot=OccupancySnapshot(state.hindsight.occupancy, state.touches.log()))]
 
     def map_now(self) -> Array:
         """Draw the map of the trial so far, the steps that still wait for the lag included, and end nothing.

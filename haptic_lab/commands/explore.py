@@ -18,10 +18,10 @@ from haptic_env.recordings import Recording
 from haptic_lab import believed, conditions, replay, worlds
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import offsets
+from haptic_lab.exploration import offsets, patches, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
-from haptic_lab.exploration.settings import DEFAULTS, ExplorationSettings
+from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
 from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
@@ -61,10 +61,10 @@ def parse(
     add("--env", "--hand", help=f"{HANDS_OR_IDS} (default two_finger, or the one that the recording is of)")
     add(
         "--shape",
-        "--mesh",
         type=as_path,
         help=f"{', '.join(shapes.SHAPES)}, or a mesh file (default: drawn at random, hidden until the end)",
     )
+    surface.add_flags(add)
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
     conditions.add_flags(add, "as the environment's keyword; observers are told")
@@ -95,6 +95,7 @@ def parse(
     found: Recording | None = None
     usual = dict(DEFAULTS)
     try:
+        surface.resolve(given, recorded=source[0] is not None)
         if given["env"] is not None:
             given["env"] = environment(given["env"])
         if source[0] is not None:
@@ -188,6 +189,8 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     out = Path(settings.out)
     picture(out / "explore.png", exploration, traces, summary)
     save_trace(out / "explore.npz", exploration, traces)
+    if settings.save_mesh is not None:
+        summary["mesh"] = surface.write(Path(settings.save_mesh), out, exploration, traces[OBSERVER])
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
         kept = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
@@ -195,8 +198,13 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     console.print(table(summary))
     if "joint_offset" in summary:
         console.print(offsets.table(summary["joint_offset"]))
+    if "patches" in summary:
+        console.print(patches.table(summary["patches"]))
+    if settings.save_mesh is not None:
+        surface.tell(console, summary["mesh"], settings.save_mesh, out)
     if settings.save_offsets is not None:
-        offsets.save(Path(settings.save_offsets), summary["joint_offset"], f"{settings.env}, seed {settings.seed}")
+        source = f"{settings.env}, seed {settings.seed}"
+        offsets.save(Path(settings.save_offsets), summary["joint_offset"], source, summary.get("patches", {}))
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
     if stopped:

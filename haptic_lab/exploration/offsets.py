@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from rich.table import Table
 
 from haptic_env import validate
+from haptic_lab.exploration.patches import DEAD, STUCK, Found
 from haptic_lab.files import atomic, check_writable, write_text
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import OUTLINE, as_drawn
@@ -27,6 +28,8 @@ HEAD = """# Offsets of felt joint angles, found by touch: `haptic-slam explore -
 #     joint angle = offset_deg + felt angle.
 # To mend the calibration that the felt angles came from, add each offset_deg to its own.
 """
+PATCHES = """# Patches that do not work, as --believed-patches-stuck and --believed-patches-dead take them, and the
+# probability that each works."""
 
 
 def believed(told: Mapping[str, Any]) -> bool:
@@ -134,18 +137,25 @@ def draw(axes: Axes, offsets: Mapping[str, Mapping[str, float | None]]) -> None:
     axes.legend(loc="best", fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
 
 
-def save(path: Path, offsets: Mapping[str, Mapping[str, float | None]], source: str) -> None:
+def save(path: Path, offsets: Mapping[str, Mapping[str, float | None]], source: str, patches: Found) -> None:
     """Write what was found as a calibration that `haptic_env.recordings.read_calibration` takes.
 
     Args:
         path: of the .toml file.
         offsets: what `found` returns.
         source: says what was explored, in a line.
+        patches: that were found to lie; nothing where nobody looked for them.
     """
     lines = [HEAD.format(source=source), f"sensors = {json.dumps(list(offsets))}", 'unit = "radians"', "", "[joints]"]
     for joint, each in offsets.items():
         name, degrees = json.dumps(joint), -float(each["degrees"] or 0.0)
         line = f"{name} = {{ offset_deg = {degrees:.4f}, gains = {{ {name} = 1.0 }} }}"
         lines.append(f"{line}  # ± {each['std_degrees']:.2f} degrees (SD)")
+    if patches:
+        lines += ["", PATCHES, "[patches]"]
+        for fault in (STUCK, DEAD):
+            lines.append(f"{fault} = {json.dumps([name for name in patches if patches[name]['believed'] == fault])}")
+        lines += ["", "[patches.reliability]"]
+        lines += [f"{json.dumps(name)} = {each['reliability']:.6f}" for name, each in patches.items()]
     with atomic(path) as place:
         write_text(place, "\n".join(lines) + "\n")

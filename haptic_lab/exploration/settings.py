@@ -11,7 +11,7 @@ from haptic_env import shapes, validate
 from haptic_lab import conditions
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.conditions import check_policy
-from haptic_lab.exploration import offsets
+from haptic_lab.exploration import offsets, surface
 
 OBSERVER, RAW = "haptic_slam", "floor"
 SECONDS = 10.0
@@ -53,6 +53,7 @@ class ExplorationSettings(Believed):
         patches_stuck: patches, or the probability of each.
         patches_dead: likewise.
         save_offsets: path of a file for the offsets that are found, if they are to be kept.
+        save_mesh: path of a file for the surface of what was touched, if it is to be drawn.
 
     Raises:
         ValueError: for a value out of its range.
@@ -79,6 +80,7 @@ class ExplorationSettings(Believed):
     patches_stuck: float | str = conditions.DEFAULTS["patches_stuck"]
     patches_dead: float | str = conditions.DEFAULTS["patches_dead"]
     save_offsets: str | None = None
+    save_mesh: str | None = None
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
@@ -97,6 +99,8 @@ class ExplorationSettings(Believed):
         self.check_told(self.env, self.noise)
         if self.save_offsets is not None:
             offsets.check(self.save_offsets, self.out, self.believed_noise)
+        if self.save_mesh is not None:
+            surface.check(self.save_mesh, self.out)
 
     @property
     def noise(self) -> dict[str, Any]:
@@ -105,5 +109,5 @@ class ExplorationSettings(Believed):
 
     @property
     def believed_noise(self) -> dict[str, Any]:
-        """What observers are told: keyword arguments."""
+        """What observers are told, whatever the hand: keyword arguments."""
         return self.told(self.noise)

@@ -12,6 +12,7 @@ from typing import Any
 import agents
 import haptic_env
 from haptic_env import shapes, validate
+from haptic_env.hand import Hand
 from haptic_env.shapes import mesh
 from haptic_lab.believed import Believed
 from haptic_lab.conditions import Condition
@@ -117,11 +118,17 @@ class SweepTask:
         """What tells it from the other trials of the table."""
         return (*self.condition.values, self.shape, self.seed)
 
-    @property
-    def told(self) -> dict[str, Any]:
-        """Keywords of its observers: the noise that they believe in."""
+    def told(self, hand: Hand) -> dict[str, Any]:
+        """Say what its observers are told.
+
+        Args:
+            hand: that explores.
+
+        Returns:
+            Keywords: the noise that they believe in.
+        """
         noise = self.condition.noise
-        return self.settings.told(noise | {"sigma_deg": self.settings.believed_sigma * noise["sigma_deg"]})
+        return self.settings.told(noise | {"sigma_deg": self.settings.believed_sigma * noise["sigma_deg"]}, hand)
 
     @property
     def name(self) -> str:
