@@ -61,6 +61,22 @@ class Solids(NamedTuple):
         shape = self.shape[f]
         return self.nodes[self.first[f] : self.first[f] + shape.prod()].reshape(shape)
 
+    def of(self, hypotheses: Index) -> Solids:
+        """Choose some of the hypotheses.
+
+        Args:
+            hypotheses: (M,) which.
+
+        Returns:
+            Those, with the same fields.
+        """
+        return self._replace(
+            drawn_in=self.drawn_in[hypotheses],
+            scale=self.scale[hypotheses],
+            rotation=self.rotation[hypotheses],
+            position=self.position[hypotheses],
+        )
+
 
 def farthest(hypotheses: Sequence[Solid]) -> float:
     """Tell how far tables may reach.
