@@ -128,8 +128,17 @@ class Rejuvenation:
         self._step[solid] = np.clip(self._step[solid] * np.exp(0.5 * (rate - ACCEPTED)), SHORTEST, LONGEST)
 
     def _replay(self, solids: Solids, least: Array | None = None) -> Array:
-        """(M,) the log likelihood of all that was felt, under each of `solids`; -inf where it is no more than `least`: no
-        look adds to it, so that those of many touches, which tell most, refuse most proposals at once."""
+        """Tell the log likelihood of all that was felt.
+
+        No look adds to it, so that those of many touches, which tell most, refuse most proposals at once.
+
+        Args:
+            solids: M of them.
+            least: (M,) what is of no use if it is not exceeded; None: all is.
+
+        Returns:
+            (M,), -inf where it is of no use.
+        """
         total = np.zeros(len(solids.scale))
         left = np.arange(len(total))
         order = np.argsort([-look.contacts.sum() for look in self._looks], kind="stable")
