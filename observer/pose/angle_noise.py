@@ -238,6 +238,7 @@ class KeepsErrors:
     mean: Array
     covariance: Array
     _kinds: Sequence[slice]
+    unfound = 0.0
 
     @property
     def constant(self) -> slice:
@@ -265,6 +266,11 @@ class FollowsFelt:
     learns, constant = False, slice(0, 0)
     hand: Hand
     noise: AngleNoise
+
+    @property
+    def unfound(self) -> float:
+        """Rad²: variance of a constant error that the angles, and any map made of them, have all along."""
+        return float(sum(each.sd**2 for each in self.noise.lasting if each.decay == 1.0))
 
     @property
     def offset(self) -> Offset:

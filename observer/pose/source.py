@@ -43,6 +43,10 @@ class PoseSource(Protocol):
         """Where `mean` keeps the errors of the angles that never change; nowhere where it keeps none."""
 
     @property
+    def unfound(self) -> float:
+        """Rad²: variance of a constant error that nothing finds out, so that a map has it as the angles have."""
+
+    @property
     def learns(self) -> bool:
         """Whether what changes the Gaussian now is kept, and tells of offsets that it has."""
 
