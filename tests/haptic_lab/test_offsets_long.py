@@ -37,6 +37,7 @@ CASES = {
     "σ 3, told bias 3": (3.0, {}, {"bias_deg": 3.0}, 10.0, np.inf, 0.0, 0.99),
     "σ 3, to be found": (3.0, {}, {"sigma_deg": None}, 10.0, np.inf, 0.0, 0.99),
 }
+LEAST = 0.001  # degrees: a bias of this SD is none, but it is modelled
 HANDS = ("TwoFinger", "AdroitHand", "MyoHand")
 OF_HANDS = range(66100, 66108)
 SIGMA, BIAS = 3.0, 3.0  # degrees, of those
@@ -119,6 +120,37 @@ def test_offsets_are_found_out(case: str) -> None:
     assert 0.87 <= mine["coverage_90_lagged"].mean() <= 0.93
     assert mine["surface_f_score_1"].mean() >= f_score
     assert mine["pose_error_lagged_deg"].mean() <= error
+
+
+@pytest.mark.statistical
+@pytest.mark.timeout(7200)
+@pytest.mark.parametrize("sigma", [1.0, 3.0])
+def test_what_it_costs_not_to_know_that_there_is_no_offset(sigma: float) -> None:
+    """Filters alone. That the posterior is wider is what it must cost: all else is the same but for the prior of the
+    offset."""
+    errors: dict[str, list[float]] = {"white": [], "none": [], "some": []}
+    spreads: dict[str, list[float]] = {name: [] for name in errors}
+    for shape in shapes.SHAPES:
+        for seed in SEEDS[:16]:
+            env = gym.make("HapticSLAM/TwoFinger-v0", shape=shape, sigma_deg=sigma, reveal_truth=True)
+            hand = env.unwrapped.hand
+            observers = {
+                "white": PoseOnly(hand, sigma),
+                "none": PoseOnly(hand, sigma, bias_deg=LEAST),
+                "some": PoseOnly(hand, sigma, bias_deg=BIAS),
+            }
+            trial = Trial(env, "random_torque", observers, ShapePosterior(hand), seed, naming=())
+            trial.run()
+            exploration, traces = trial.finish()
+            for name, trace in traces.items():
+                errors[name].append(metrics.pose_rmse_deg(trace.lagged_joint_angles, exploration.true_angles))
+                spreads[name].append(np.rad2deg(np.sqrt(np.square(trace.lagged_joint_std).mean())))
+    white, none, some = (np.array(each) for each in errors.values())
+    wider = np.array(spreads["some"]) / np.array(spreads["none"])
+    print(f"σ {sigma:g} | error, white {_shown(white)}, no bias {_shown(none)}, bias {BIAS:g} {_shown(some)}")
+    print(f"σ {sigma:g} | error in that of white: no bias {_shown(none / white)}, bias {BIAS:g} {_shown(some / white)}")
+    print(f"σ {sigma:g} | bias {BIAS:g} in no bias: error {_shown(some / none)}, SD told {_shown(wider)}")
+    assert some.mean() / none.mean() < wider.mean() + 0.02
 
 
 @pytest.mark.statistical
