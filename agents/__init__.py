@@ -8,6 +8,7 @@ from typing import Any
 import gymnasium as gym
 
 from agents.contour_following import ContourFollowing
+from agents.coverage import Coverage
 from agents.enclosure import Enclosure
 from agents.exporting import export
 from agents.information_gain import InformationGain
@@ -20,6 +21,7 @@ from haptic_env.moved import moved
 
 POLICIES: dict[str, type[Policy]] = {
     "contour_following": ContourFollowing,
+    "coverage": Coverage,
     "enclosure": Enclosure,
     "information_gain": InformationGain,
     "random_torque": RandomTorque,

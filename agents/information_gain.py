@@ -113,7 +113,7 @@ class InformationGain(Guided):
         left = (
             self._class_left(line, push)
             if self.objective == "class"
-            else -self._map.gain(self.belief, line, push, LOOKS, self.every)
+            else -self._map.gain(self.map_now(), self.belief.grid, line, push, LOOKS, self.every)
         )
         # Where nothing is left to be learnt the hand goes on exploring: it may be sure and wrong.
         return torques[self.rng.choice(np.flatnonzero(left <= left.min() + TIE))]

@@ -11,8 +11,8 @@ from agents.finger_kinematics import FingerKinematics
 from agents.rollouts import Line
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
+from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from observer.belief import Belief
 from observer.kinematics import body_frames, tree_of
 from observer.maps.capsules import lattice_of, voxel_of
 from observer.maps.contact_model import ContactModel
@@ -42,11 +42,12 @@ class MapLookahead:
         finger = np.where(on_finger, kinematics.links.argmax(axis=0), kinematics.fingers)  # what is on none is a palm
         self._finger = finger[skin.link].astype(np.int64)
 
-    def gain(self, belief: Belief, line: Line, push: Array, looks: int, every: int) -> Array:
+    def gain(self, occupancy: Array, grid: Grid, line: Line, push: Array, looks: int, every: int) -> Array:
         """Weigh torques by what they are expected to tell of the map.
 
         Args:
-            belief: with the map.
+            occupancy: (X, Y, Z) probabilities, the map of now.
+            grid: of it.
             line: the forward model about now.
             push: (M, J) N·m, beyond the torques of now.
             looks: how often is looked at the pose.
@@ -55,13 +56,11 @@ class MapLookahead:
         Returns:
             (M,) bits.
         """
-        occupancy = belief.occupancy
         solid = np.where(occupancy == 0.5, ContactModel.prior, occupancy)
         p = np.clip(occupancy, 1e-9, 1.0 - 1e-9)
         entropy = -p * np.log2(p) - (1.0 - p) * np.log2(1.0 - p)
         now = np.broadcast_to(line.state[: push.shape[1]], (len(push), 1, push.shape[1]))
         poses = np.concatenate([now, _swing(line, push, looks, every)], axis=1)
-        grid = belief.grid
         return np.asarray(
             expected(
                 self._tree,

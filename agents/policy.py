@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from agents import observations
 from haptic_env import hand_of, validate
+from haptic_env.arrays import Array
 from observer.belief import Belief
 from observer.shape.posterior import ShapePosterior
 
@@ -163,6 +164,14 @@ class Guided(Policy):
     def belief(self) -> Belief:
         """What the observer believes now."""
         return self.env.get_wrapper_attr("belief")
+
+    def map_now(self) -> Array:
+        """Draw the map of the episode so far.
+
+        Returns:
+            (X, Y, Z) probability that each voxel is occupied, in hindsight where the observer has it so.
+        """
+        return self.env.get_wrapper_attr("map_now")()
 
     @property
     def shape(self) -> ShapePosterior:

@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from agents.ornstein_uhlenbeck import OrnsteinUhlenbeck
 from agents.policy import Policy, State
+from haptic_env import hand_of
+
+WRIST = 0.35  # of the torques of a wrist that moves, which would carry the hand away from what it explores
 
 
 class RandomTorque(Policy):
-    """An Ornstein–Uhlenbeck process per joint, squashed to [-1, 1] by tanh.
+    """An Ornstein–Uhlenbeck process per joint, squashed to [-1, 1] by tanh; less for a wrist that moves.
 
     `deterministic` takes the process's mean step, so that torques decay to zero.
     """
@@ -37,7 +40,9 @@ class RandomTorque(Policy):
         super().__init__(env, seed)
         self.drive = OrnsteinUhlenbeck(env, self.joints, sd=sd, seconds=seconds)
         self.remembers = ((self.drive.size,),)
+        self._scale = np.ones(self.joints, np.float32)
+        self._scale[hand_of(env).wrist] = WRIST
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         drive = self.drive.next(self.rng, state, deterministic)
-        return np.tanh(drive).astype(np.float32), (drive,)
+        return np.tanh(drive).astype(np.float32) * self._scale, (drive,)

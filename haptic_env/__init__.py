@@ -9,6 +9,7 @@ from haptic_env.unwrapping import HandEnv, hand_env, hand_of
 
 ENVIRONMENTS = {
     "HapticSLAM/TwoFinger-v0": "two_finger",
+    "HapticSLAM/TwoFingerArm-v0": "two_finger_arm",
     "HapticSLAM/AdroitHand-v0": "adroit",
     "HapticSLAM/MyoHand-v0": "myo",
 }

@@ -37,9 +37,9 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         *,
         shape: str | Path | Sequence[str | Path] | None = None,
         scale: float = 1.0,
-        sigma_deg: float = 3.0,
-        bias_deg: float = 0.0,
-        drift_deg: float = 0.0,
+        sigma_deg: sensors.Spread = 3.0,
+        bias_deg: sensors.Spread = 0.0,
+        drift_deg: sensors.Spread = 0.0,
         drift_seconds: float = 10.0,
         proportional: float = 0.0,
         motor_noise: float = 0.1,
@@ -63,7 +63,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             hand: one of `haptic_env.hands.HANDS`.
             shape: a name or a mesh's path, several to draw from at each reset, or None for all named shapes.
             scale: metres that the unit of mesh files is long; 0.001 for millimetres.
-            sigma_deg: degrees, SD of the white noise of each joint and step.
+            sigma_deg: degrees, SD of the white noise of each step: for all joints or (J,), as the next two.
             bias_deg: degrees, SD of the constant error of each joint and episode.
             drift_deg: degrees, SD of the slow error of each joint.
             drift_seconds: s, time constant of the drift.
@@ -81,7 +81,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             control_hz: Hz, of the steps; it divides the rate of the physics.
             render_mode: "human", "rgb_array" or None.
             reveal_truth: whether `info["truth"]` holds the true pose and object.
-            **hand_keywords: of the hand: `patches_along` and `patches_around`.
+            **hand_keywords: of the hand: `patches_along`, `patches_around` and `wrist`.
 
         Raises:
             ValueError: for an unknown keyword or a value out of range; it lists what is valid.
@@ -99,10 +99,10 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.metadata = {**type(self).metadata, "render_fps": round(1 / step_seconds)}
         self.episode_steps = max(1, round(self.episode_seconds / step_seconds))
 
-        self.sigma_deg = validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")
+        self.sigma_deg = validate.one_or_each("sigma_deg", sigma_deg, self.hand.joints, 0.0, 90.0, unit="degrees")
         self._other_noises = (
-            sensors.Bias(bias_deg),
-            sensors.Drift(drift_deg, drift_seconds, step_seconds),
+            sensors.Bias(bias_deg, self.hand.joints),
+            sensors.Drift(drift_deg, drift_seconds, step_seconds, self.hand.joints),
             sensors.Proportional(proportional),
         )
         faults = patches_stuck, patches_dead, self.hand.patches
@@ -214,7 +214,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         """A copy of the torques (J,) of `action`."""
         return validate.array("action", action, self._joints, bound=1.0, names=self.hand.joint_names).copy()
 
-    def felt_at(self, sigma_deg: float) -> sensors.FeltAngles:
+    def felt_at(self, sigma_deg: sensors.Spread) -> sensors.FeltAngles:
         """Make what feels the angles of this episode at another noise, to be asked from the reset on.
 
         It gives what an episode of the same seed and torques would give, bit for bit.
@@ -228,7 +228,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         Raises:
             ValueError: for a noise out of range.
         """
-        noises = [sensors.White(sigma_deg), *copy.deepcopy(self._other_noises)]
+        noises = [sensors.White(sigma_deg, self.hand.joints), *copy.deepcopy(self._other_noises)]
         rng = np.random.default_rng(self._proprioception_seed)
         return sensors.FeltAngles(sensors.Proprioception(noises), rng, self.hand.joints)
 

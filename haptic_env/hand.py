@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from haptic_env import validate
 from haptic_env.composer import mjcf
 from haptic_env.patches import Link, Patches
+from haptic_env.sliding import compile_model, lever_arms
 
 WIDEST = 100.0  # rad: no joint turns further
 USUAL_SIZE = 0.05  # metres: of an object at the grasp centre
@@ -40,7 +41,7 @@ class Hand:
     Attributes:
         name: as in the registry.
         xml: the MJCF of the hand alone, its base fixed in the world, with one torque motor per joint in the order of
-            `joint_names`.
+            `joint_names`; slides as `haptic_env.sliding` has them.
         links: (L,) the rigid segments, capsules of skin.
         patches: (P,) the contact patches of the skin.
         rest_pose: (J,) rad, where every episode starts.
@@ -61,7 +62,7 @@ class Hand:
     @cached_property
     def model(self) -> mujoco.MjModel:
         """The compiled hand alone: shared and never to be changed; take `copy.copy` to set options."""
-        return mujoco.MjModel.from_xml_string(self.xml)
+        return compile_model(self.xml)
 
     @cached_property
     def joints(self) -> int:
@@ -72,6 +73,17 @@ class Hand:
     def joint_names(self) -> tuple[str, ...]:
         """Names (J,) of the joints, in the order of every (J,) array."""
         return tuple(self.model.joint(j).name for j in range(self.joints))
+
+    @cached_property
+    def lever_arms(self) -> NDArray[np.float64]:
+        """(J,) m: how far each joint slides in one radian of its angle; 0 for those that turn."""
+        return lever_arms(self.model)
+
+    @cached_property
+    def wrist(self) -> NDArray[np.int64]:
+        """(6,) the joints by which the hand as a whole moves, three slides and three turns; (0,) where it is fixed."""
+        of = self.model.jnt_bodyid
+        return np.flatnonzero(np.isin(of, of[self.lever_arms > 0.0]))
 
     @cached_property
     def joint_limits(self) -> NDArray[np.float64]:

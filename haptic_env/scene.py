@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from haptic_env.hand import Hand, parse
 from haptic_env.shapes.base import RGBA, Shape, Solid
+from haptic_env.sliding import compile_model
 
 PHYSICS_SECONDS = 0.002
 OBJECT = "object"
@@ -152,4 +153,4 @@ def _compiled(
     root.asset.add("texture", type="skybox", builtin="flat", rgb1=(1, 1, 1), rgb2=(1, 1, 1), width=16, height=16)
     near = view * np.array([0.02, -0.26, 0.11])
     root.worldbody.add("camera", name=CAMERA, fovy=32, pos=near, xyaxes=(1, 0.08, 0, -0.03, 0.35, 0.93))
-    return mujoco.MjModel.from_xml_string(root.to_xml_string(), root.get_assets())
+    return compile_model(root.to_xml_string(), root.get_assets())

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
 import agents
-from haptic_env import sensors, validate
+import haptic_env
+from haptic_env import hands, sensors, validate
 from haptic_env.explore import ExploreEnv
+from haptic_env.patches import Patches
+from haptic_lab import faults
+from haptic_lab.faults import FAULTS
 
 TRUST = "run what a model.zip has in it, as you would run a program of whoever made it (docs/learning.md)"
 _DEFAULTS = {name: each.default for name, each in inspect.signature(ExploreEnv).parameters.items()}
@@ -33,8 +37,24 @@ def check_policy(name: str, trust: bool) -> None:
             raise ValueError(f"--policy {name}: {error}") from error
 
 
+def noise_of(told: Any) -> dict[str, Any]:
+    """Say all noise but sigma as environments are told it.
+
+    Args:
+        told: with an attribute for each of `DEFAULTS`, as command lines and files have them.
+
+    Returns:
+        Keyword arguments of the environment.
+
+    Raises:
+        ValueError: for a text that names no patches.
+    """
+    noise = {name: getattr(told, name) for name in DEFAULTS}
+    return noise | {name: faults.as_keyword(noise[name]) for name in FAULTS}
+
+
 def check_noise(noise: Mapping[str, Any]) -> None:
-    """Check all noise but sigma.
+    """Check all noise but sigma, as far as it is the same for every hand.
 
     Args:
         noise: keyword arguments of the environment.
@@ -48,6 +68,55 @@ def check_noise(noise: Mapping[str, Any]) -> None:
     sensors.Proportional(noise["proportional"])
     sensors.MotorNoise(noise["motor_noise"])
     sensors.ContactDetection(noise["contact_miss"], noise["contact_false_alarm"])
+    validate.number("contact_confusion", noise["contact_confusion"], 0.0, 1.0)
+
+
+def check_contacts(env: str, noise: Mapping[str, Any]) -> None:
+    """Check what is said of contacts against the patches of a hand.
+
+    Args:
+        env: id of its environment.
+        noise: keyword arguments of the environment; what it does not say is as usual.
+
+    Raises:
+        ValueError: for a value out of its range, and for patches that this hand has not.
+    """
+    if not lies(noise):
+        return
+    try:
+        patches = hands.make(haptic_env.ENVIRONMENTS[env]).patches
+    except ImportError:  # of a hand that is not installed, which is said where it is made
+        return
+    detection_of(noise, patches)
+
+
+def lies(noise: Mapping[str, Any]) -> bool:
+    """Say whether contacts may be another than are reported.
+
+    Args:
+        noise: keyword arguments of the environment, or of an observer; what it does not say is as usual.
+
+    Returns:
+        Whether there is any noise of contacts.
+    """
+    return any(noise.get(name, DEFAULTS[name]) != DEFAULTS[name] for name in CONTACTS)
+
+
+def detection_of(noise: Mapping[str, Any], patches: Patches) -> sensors.ContactDetection:
+    """Make the sensor of contacts.
+
+    Args:
+        noise: keyword arguments of the environment, or of an observer; what it does not say is as usual.
+        patches: of the hand.
+
+    Returns:
+        The sensor.
+
+    Raises:
+        ValueError: for a value out of its range, and for patches that there are not.
+    """
+    miss, false_alarm, confusion, stuck, dead = (noise.get(name, DEFAULTS[name]) for name in CONTACTS)
+    return sensors.ContactDetection(miss, false_alarm, confusion, stuck, dead, patches)
 
 
 @dataclass(frozen=True)
@@ -63,6 +132,9 @@ class Condition:
         motor_noise: SD as a fraction of the commanded torque.
         contact_miss: probability that a touch is not felt.
         contact_false_alarm: probability that one is felt that is none.
+        contact_confusion: probability that one is felt at a neighbouring patch.
+        patches_stuck: the patches that always report one, as `haptic_lab.faults` has it, or the probability of each.
+        patches_dead: the patches that never do, likewise.
         policy: name, or path of a model.
         seconds: how long is explored.
 
@@ -78,6 +150,9 @@ class Condition:
     motor_noise: float = _DEFAULTS["motor_noise"]
     contact_miss: float = _DEFAULTS["contact_miss"]
     contact_false_alarm: float = _DEFAULTS["contact_false_alarm"]
+    contact_confusion: float = _DEFAULTS["contact_confusion"]
+    patches_stuck: float | str = _DEFAULTS["patches_stuck"]
+    patches_dead: float | str = _DEFAULTS["patches_dead"]
     policy: str = "random_torque"
     seconds: float = _DEFAULTS["episode_seconds"]
 
@@ -90,9 +165,50 @@ class Condition:
     @property
     def noise(self) -> dict[str, Any]:
         """Keyword arguments of the environment."""
-        return {name: getattr(self, name) for name in NOISES}
+        return {"sigma_deg": self.sigma_deg, **noise_of(self)}
+
+    @property
+    def values(self) -> tuple[float | str, ...]:
+        """Of `FACTORS`, as a table has them: faults are text, numbers or not."""
+        told = ((name, getattr(self, name)) for name in FACTORS)
+        return tuple(str(value) if name in FAULTS else value for name, value in told)
+
+    @property
+    def named_by(self) -> dict[str, Any]:
+        """Those of `FACTORS` that a file is named by: of `LATER`, only what is not as usual."""
+        told = {name: getattr(self, name) for name in FACTORS}
+        return {name: value for name, value in told.items() if name not in LATER or value != DEFAULTS[name]}
 
 
 FACTORS = tuple(each.name for each in fields(Condition))
 NOISES = FACTORS[: FACTORS.index("policy")]
 DEFAULTS = {name: _DEFAULTS[name] for name in NOISES if name != "sigma_deg"}
+CONTACTS = tuple(name for name in NOISES if name.startswith(("contact_", "patches_")))
+LATER = ("contact_confusion", *FAULTS)  # which tables have only where one is not as usual, as those from before
+
+
+def factors_in(columns: Collection[str]) -> list[str]:
+    """List the factors that a table tells of.
+
+    Args:
+        columns: of the table.
+
+    Returns:
+        Those of `FACTORS` that it has, in order.
+    """
+    return [name for name in FACTORS if name in columns]
+
+
+def add_flags(add: Callable[..., Any], what: str, usual: str | None = None, **keywords: Any) -> None:
+    """Let a command take the noise that there is, but sigma.
+
+    Args:
+        add: adds an argument to its parser.
+        what: of each flag, for its help.
+        usual: what it is by default, for its help; None: `DEFAULTS`.
+        **keywords: of each flag; a `nargs` makes a list of its default.
+    """
+    for name, value in DEFAULTS.items():
+        kind, said = (faults.as_faults, f"; {faults.HELP}") if name in FAULTS else (float, "")
+        also = {**keywords, "default": [value]} if "nargs" in keywords else keywords
+        add(f"--{name.replace('_', '-')}", type=kind, help=f"{what}{said} (default{usual or f' {value:g}'})", **also)

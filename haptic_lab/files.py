@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from haptic_env.files import UNFINISHED as UNFINISHED
 from haptic_env.files import atomic as atomic
+from haptic_env.files import check_file as check_file
+from haptic_env.files import check_writable as check_writable
 
 if TYPE_CHECKING:
     import pandas as pd

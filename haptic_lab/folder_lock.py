@@ -5,13 +5,13 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from haptic_lab.files import UNFINISHED
+from haptic_lab.files import UNFINISHED, check_file
 from haptic_lab.terminal import refuse
 
 LOCK = ".haptic-slam.lock"
@@ -19,7 +19,30 @@ NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP)  # what
 
 
 @contextmanager
-def claimed(folder: Path) -> Iterator[None]:
+def made(folder: Path) -> Iterator[None]:
+    """Make a folder where it is not there; it goes again, and those above it, where it was made here and stayed empty.
+
+    Args:
+        folder: for the results.
+
+    Yields:
+        Nothing, once the folder is there.
+
+    Raises:
+        OSError: where it cannot be made.
+    """
+    new = [each for each in (folder, *folder.parents) if not os.path.exists(each)]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    finally:
+        with suppress(OSError):
+            for each in new:
+                each.rmdir()
+
+
+@contextmanager
+def claimed(folder: Path, files: Iterable[str] = ()) -> Iterator[None]:
     """Keep a folder for this command alone; it is made where it is not there.
 
     Ends the program with code 2 where another command has it, or nothing can be written to it. The lock is the
@@ -28,15 +51,16 @@ def claimed(folder: Path) -> Iterator[None]:
 
     Args:
         folder: for the results.
+        files: names of those that are written to it in the end, so that it is known before that they can be.
 
     Yields:
         Nothing, once the folder is claimed.
     """
-    made = [each for each in (folder, *folder.parents) if not os.path.exists(each)]
     lock = FileLock(folder / LOCK, timeout=0, fallback_to_soft=False)
-    try:
+    with ExitStack() as stack:
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            stack.enter_context(made(folder))
+            stack.callback(_let_go, lock)
             lock.acquire()
         except Timeout:
             refuse(f"another command is writing to {folder} now; wait until it has ended, or choose another --out")
@@ -48,15 +72,21 @@ def claimed(folder: Path) -> Iterator[None]:
         if lock.is_locked:
             for each in (*folder.glob(f"{UNFINISHED}*"), *folder.glob(f"*/{UNFINISHED}*")):
                 each.unlink(missing_ok=True)
+        try:
+            for name in files:
+                check_file("a file of --out", folder / name)
+        except ValueError as error:
+            refuse(str(error))
         yield
-    finally:
-        if lock.is_locked:
-            with suppress(OSError):  # Windows keeps a file that is open
-                (folder / LOCK).unlink(missing_ok=True)  # before it is let go: whoever has opened it then starts over
-            lock.release()
-            if sys.platform == "win32":  # elsewhere it might be another command's by now
-                with suppress(OSError):
-                    (folder / LOCK).unlink(missing_ok=True)
+
+
+def _let_go(lock: FileLock) -> None:
+    if not lock.is_locked:
+        return
+    path = Path(lock.lock_file)
+    with suppress(OSError):  # Windows keeps a file that is open
+        path.unlink(missing_ok=True)  # before it is let go: whoever has opened it then starts over
+    lock.release()
+    if sys.platform == "win32":  # elsewhere it might be another command's by now
         with suppress(OSError):
-            for each in made:
-                each.rmdir()
+            path.unlink(missing_ok=True)

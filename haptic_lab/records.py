@@ -64,6 +64,7 @@ class Exploration:
         start: the reset.
         roots: (T), where the hand as a whole was, if it moved.
         joint_offset: (T, J) rad, the true offsets of felt angles, where they are known.
+        faults: (2, P) which patches are stuck, and dead, where it is known.
     """
 
     hand: Hand
@@ -76,6 +77,7 @@ class Exploration:
     start: SensorReading
     roots: tuple[Pose, ...] | None = None
     joint_offset: Array | None = None
+    faults: NDArray[np.bool_] | None = None
 
 
 @dataclass
@@ -94,6 +96,8 @@ class BeliefTrace:
         posterior: (T, C).
         belief: the last one.
         growing: (X, Y, Z) occupancy of the belief before the flush.
+        patch_reliability: (T, P) probability that each patch works, online.
+        touched: (T, P) which patches were touched, once the lag has passed; None where that was not told of every step.
     """
 
     labels: tuple[str, ...]
@@ -107,6 +111,8 @@ class BeliefTrace:
     posterior: Array
     belief: Belief
     growing: Array
+    patch_reliability: Array
+    touched: NDArray[np.bool_] | None
 
     @property
     def name(self) -> str:

@@ -40,14 +40,14 @@ class ObserverRun:
         observer: that is told what was felt.
         shape: names the object from its beliefs; None: nobody does.
         beliefs: of each step: mean (J,) rad, SD (J,) rad, offset (J,) rad, its SD (J,) rad, effective sample size,
-            posterior (C,).
-        lagged: by step: mean (J,) rad, SD (J,) rad, once the lag has passed.
+            posterior (C,), reliability (P,).
+        lagged: by step: mean (J,) rad, SD (J,) rad, touches (P,), once the lag has passed.
     """
 
     observer: Observer
     shape: ShapePosterior | None
-    beliefs: list[tuple[Array, Array, Array, Array, float, Array]] = field(default_factory=list)
-    lagged: dict[int, tuple[Array, Array]] = field(default_factory=dict)
+    beliefs: list[tuple[Array, Array, Array, Array, float, Array, Array]] = field(default_factory=list)
+    lagged: dict[int, tuple[Array, Array, NDArray[np.bool_] | None]] = field(default_factory=dict)
 
     @property
     def posterior(self) -> dict[str, float]:
@@ -79,9 +79,8 @@ class ObserverRun:
         self.belief = self.observer.step(turn.torque, turn.told[name], turn.contacts, turn.root)
         posterior = self._take_in(step, self.belief)
         now = self.belief
-        self.beliefs.append(
-            (now.joint_angles, now.joint_std, now.joint_offset, now.joint_offset_std, now.n_eff, posterior)
-        )
+        pose = now.joint_angles, now.joint_std, now.joint_offset, now.joint_offset_std
+        self.beliefs.append((*pose, now.n_eff, posterior, now.patch_reliability))
 
     def trace(self, step: int) -> BeliefTrace:
         """End the trial.
@@ -96,18 +95,20 @@ class ObserverRun:
         for belief in self.observer.flush():
             self.belief = belief
             self._take_in(step, belief)
-        angles, std, offset, offset_std, n_eff, posterior = map(np.array, zip(*self.beliefs, strict=True))
+        angles, std, offset, offset_std, n_eff, posterior, reliability = map(np.array, zip(*self.beliefs, strict=True))
         if self.shape is not None:
             posterior[-1] = self.shape.posterior  # the flush belongs to the last step
-        lagged, lagged_std = (
-            np.array(each) for each in zip(*(self.lagged[k] for k in range(1, step + 1)), strict=True)
-        )
+        smoothed = [self.lagged[k] for k in range(1, step + 1)]
+        lagged, lagged_std = (np.array([each[part] for each in smoothed]) for part in (0, 1))
+        contacts = [each for *_, each in smoothed if each is not None]
+        touched = np.array(contacts) if len(contacts) == step else None
         labels = () if self.shape is None else self.shape.labels
         now = angles, std, lagged, lagged_std, offset, offset_std, n_eff, posterior
-        return BeliefTrace(labels, *now, self.belief, growing)
+        return BeliefTrace(labels, *now, self.belief, growing, reliability, touched)
 
     def _take_in(self, step: int, belief: Belief) -> Array:
-        self.lagged[step - belief.lag_steps] = belief.lagged_joint_angles, belief.lagged_joint_std
+        lagged = belief.lagged_joint_angles, belief.lagged_joint_std, belief.lagged_contacts
+        self.lagged[step - belief.lag_steps] = lagged
         return np.empty(0) if self.shape is None else self.shape.update(belief)
 
 
@@ -181,6 +182,8 @@ class Trial:
         self._start = SensorReading(true, felt, observation["contacts"].astype(bool))
         world: Any = self.env.unwrapped
         others = {sigma: world.felt_at(sigma) for sigma in self._felt_at.values()}
+        detection = getattr(world, "contact_detection", None)
+        self._faults = None if detection is None else np.array([detection.stuck, detection.dead])
         for name, angles in self._told(felt, true, others).items():
             self.observer_runs[name].reset(self._observer_seed, angles)
         state = None
@@ -213,7 +216,7 @@ class Trial:
         known = [each for each in self._offsets if each is not None]
         offset = np.array(known) if known else None
         exploration = Exploration(
-            self.hand, self.solid, seconds, torques, felt, true, contacts, self._start, roots, offset
+            self.hand, self.solid, seconds, torques, felt, true, contacts, self._start, roots, offset, self._faults
         )
         return exploration, {name: observer_run.trace(steps) for name, observer_run in self.observer_runs.items()}
 

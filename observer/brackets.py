@@ -11,6 +11,7 @@ from typing import Any
 
 from haptic_env import validate
 from haptic_env.hand import Hand
+from haptic_env.sensors import Spread
 from observer.fastslam import HapticSLAM
 from observer.pose.contact_dynamics import ContactDynamics
 
@@ -24,7 +25,7 @@ HONEST_PATCHES = dict.fromkeys(
 class OneMap(HapticSLAM):
     """One map at the mean pose: no particles, no say of the map in the pose."""
 
-    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: Spread | None = 3.0, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates.
 
         Args:
@@ -41,7 +42,7 @@ class OneMap(HapticSLAM):
 class DeadReckoning(OneMap):
     """Floor: the map at the raw angles, which knows no `lag`."""
 
-    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, *, lag: int | None = None, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: Spread | None = 3.0, *, lag: int | None = None, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates, motion and lag.
 
         Args:
@@ -59,15 +60,16 @@ class DeadReckoning(OneMap):
 
 
 class TruePose(DeadReckoning):
-    """Ceiling: the map at the true pose, which it is handed as the felt one; what is told of noise is not used."""
+    """Ceiling: the map at the true pose, which it is handed as the felt one. What is told of noise of angles is not
+    used; what is told of contacts is."""
 
-    def __init__(self, hand: Hand, sigma_deg: float | None = 0.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: Spread | None = 0.0, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates, motion and lag.
 
         Args:
             hand: with J joints and P patches.
             sigma_deg: not used.
-            **keywords: what else `HapticSLAM` is told, of which what is of noise is not used.
+            **keywords: what else `HapticSLAM` is told, of which what is of noise of angles is not used.
 
         Raises:
             ValueError: for a value out of range.
@@ -78,7 +80,7 @@ class TruePose(DeadReckoning):
 class Kalman(OneMap):
     """The map at the online mean of an extended Kalman filter that takes contact for noise of the finger's joints."""
 
-    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: Spread | None = 3.0, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates.
 
         Args:
@@ -95,7 +97,7 @@ class Kalman(OneMap):
 class Smoother(OneMap):
     """The same filter with the fixed lag."""
 
-    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: Spread | None = 3.0, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`, but for particles and candidates.
 
         Args:
@@ -112,7 +114,7 @@ class Smoother(OneMap):
 class White(HapticSLAM):
     """The observer that believes in white noise of `sigma_deg` and nothing else, whatever it is told of other noise."""
 
-    def __init__(self, hand: Hand, sigma_deg: float | None = 3.0, particles: int = 200, **keywords: Any) -> None:
+    def __init__(self, hand: Hand, sigma_deg: Spread | None = 3.0, particles: int = 200, **keywords: Any) -> None:
         """Take the keyword arguments of `HapticSLAM`.
 
         Args:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.sensors import Faults
+from haptic_env.sensors import Faults, Spread
 from observer import compiling, edge, memory
 from observer import threads as side_by_side
 from observer.contacts.contact_filter import believed_contacts
@@ -51,11 +51,11 @@ class Configured(TracksPose):
     def __init__(
         self,
         hand: Hand,
-        sigma_deg: float | None = 3.0,
+        sigma_deg: Spread | None = 3.0,
         particles: int = 200,
         *,
-        bias_deg: float = 0.0,
-        drift_deg: float = 0.0,
+        bias_deg: Spread = 0.0,
+        drift_deg: Spread = 0.0,
         drift_seconds: float = 10.0,
         proportional: float = 0.0,
         start_std_deg: float = 0.0,
@@ -81,8 +81,9 @@ class Configured(TracksPose):
 
         Args:
             hand: with J joints and P patches.
-            sigma_deg: degrees, SD of white noise of the felt angles; None: it is found out. This and what else is told
-                of noise are the environment's keywords, as the observer believes them.
+            sigma_deg: degrees, SD of white noise of the felt angles, of all joints or (J,), as `bias_deg` and
+                `drift_deg`; None: it is found out. This and what else is told of noise are the environment's keywords,
+                as the observer believes them.
             particles: N.
             bias_deg: degrees, SD of the constant error of each joint and trial (`observer.pose.angle_noise`).
             drift_deg: degrees, SD of the slow error of each joint.

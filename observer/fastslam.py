@@ -29,6 +29,7 @@ from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import Maps, OccupancySnapshot
 from observer.novelty import MapNovelty
 from observer.state import NOTHING, Diagnostics, FilterState, Proposal, Waiting, belief_of
+from observer.surface.touches import TouchRecorder
 
 __getattr__ = renamed(__name__, {name: f"observer.configuration.{name}" for name in ("LAG_SECONDS", "RESOLUTION")})
 
@@ -89,6 +90,7 @@ class HapticSLAM(Configured):
             Maps(self.n_particles, self.grid, self._sensing.evidence.probability, dense=self.matching == "sample"),
             self._sensing.hindsight(),
             MapNovelty(self.hand, self.contact_model.repeats, self.grid.resolution),
+            TouchRecorder(self.hand, self.control_hz),
             self.hand,
             self.pose,
         )
@@ -142,24 +144,29 @@ class HapticSLAM(Configured):
         if not self.in_hindsight or state.hindsight.empty:
             return beliefs
         last = beliefs.pop() if beliefs else self._belief(state, ago=0)
-        return [*beliefs, replace(last, snapshot=OccupancySnapshot(state.hindsight.occupancy))]
+        return [*beliefs, replace(last, snapshot=OccupancySnapshot(state.hindsight.occupancy, state.touches.log()))]
 
     def map_now(self) -> Array:
-        """Draw the map in hindsight of the trial so far, but for the steps that still wait for the lag; ends nothing.
+        """Draw the map of the trial so far, the steps that still wait for the lag included, and end nothing.
 
         Returns:
-            (X, Y, Z) probability that each voxel is occupied, 0.5 where nothing is known.
+            (X, Y, Z) probability that each voxel is occupied, 0.5 where nothing is known: the bits that `flush` would
+            give now. Where no map in hindsight is kept (`in_hindsight=False`, or matching by "sample"), the map as it
+            has grown, without those steps.
 
         Raises:
-            ValueError: outside a trial, and where no map in hindsight is kept (`in_hindsight=False`, or matching by
-                "sample").
+            ValueError: outside a trial.
         """
+        state = self._running()
         if not self.in_hindsight:
-            raise ValueError(
-                f"map_now needs in_hindsight=True and matching='mean', got matching={self.matching!r}"
-                + ("" if self.matching == "sample" else " and in_hindsight=False")
-            )
-        return self._running().hindsight.occupancy()
+            return state.maps.snapshot(state.weights).value().copy()
+        ahead, waiting = state.branch(), state.waiting.copy()
+        last = len(waiting) - 1
+        self._look_back(waiting, last)
+        for index, step in enumerate(waiting):
+            lagged = self.pose.lagged(last - index)
+            self._sensing.stand(ahead, step, self.pose.mean[lagged], self.pose.covariance[lagged, lagged].copy())
+        return ahead.hindsight.occupancy()
 
     @property
     def particle_maps(self) -> NDArray[np.int8]:

@@ -40,6 +40,11 @@ def point_jacobian(tree, joint_angles, position, rotation, body, point, out):
         # A joint is turned by those before it in the body, not by those after it: undo them from the last one on.
         for joint in range(tree.first_joint[body + 1] - 1, tree.first_joint[body] - 1, -1):
             axis0, axis1, axis2 = _turned(turn, tree.axis[joint])
+            if tree.slides[joint]:
+                out[0, joint], out[1, joint], out[2, joint] = axis0, axis1, axis2
+                way = joint_angles[joint] - tree.zero[joint]
+                at0, at1, at2 = at0 - way * axis0, at1 - way * axis1, at2 - way * axis2
+                continue
             arm0, arm1, arm2 = _turned(turn, tree.anchor[joint])
             anchor[0], anchor[1], anchor[2] = at0 + arm0, at1 + arm1, at2 + arm2
             arm0, arm1, arm2 = point[0] - anchor[0], point[1] - anchor[1], point[2] - anchor[2]

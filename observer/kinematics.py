@@ -1,4 +1,4 @@
-"""Forward kinematics of any tree of hinges, compiled.
+"""Forward kinematics of any tree of hinges and slides, compiled.
 
 Shapes: J joints, B bodies (the world first), L links. Angles in radians, lengths in metres, in the world frame of the
 hand or, once the tree is `placed`, in another.
@@ -32,7 +32,8 @@ class Tree(NamedTuple):
         offset: (B, 3) m, where each body is in its parent.
         rotation: (B, 3, 3), how it is turned there.
         first_joint: (B + 1,), its joints being `first_joint[b]` up to `first_joint[b + 1]`.
-        axis: (J, 3) of each joint, in its body.
+        slides: (J,) whether each joint slides along its axis; the others turn about it.
+        axis: (J, 3) of each joint, in its body: of unit length, or m in one radian of what slides.
         anchor: (J, 3) m, likewise.
         zero: (J,) rad, the angle at which the tree was drawn.
         link_body: (L,) the body of each link.
@@ -42,6 +43,7 @@ class Tree(NamedTuple):
     offset: NDArray[np.float64]
     rotation: NDArray[np.float64]
     first_joint: NDArray[np.int64]
+    slides: NDArray[np.bool_]
     axis: NDArray[np.float64]
     anchor: NDArray[np.float64]
     zero: NDArray[np.float64]
@@ -58,12 +60,14 @@ def tree_of(hand: Hand) -> Tree:
         Its tree, in the frame in which the hand is drawn.
 
     Raises:
-        ValueError: where a joint is no hinge.
+        ValueError: where a joint is no hinge, nor a slide with a lever arm (`haptic_env.sliding`).
     """
     model = hand.model
     for joint in range(model.njnt):
-        if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
-            raise ValueError(f"joint {model.joint(joint).name!r} of hand {hand.name!r} is not a hinge")
+        if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE and hand.lever_arms[joint] <= 0.0:
+            raise ValueError(
+                f"joint {model.joint(joint).name!r} of hand {hand.name!r} is not a hinge, nor a slide with a lever arm"
+            )
     rotation = np.empty((model.nbody, 9))
     for body in range(model.nbody):
         mujoco.mju_quat2Mat(rotation[body], model.body_quat[body])
@@ -72,6 +76,7 @@ def tree_of(hand: Hand) -> Tree:
         offset=model.body_pos.copy(),
         rotation=rotation.reshape(-1, 3, 3),
         first_joint=np.concatenate([[0], np.cumsum(model.body_jntnum)]).astype(np.int64),
+        slides=hand.lever_arms > 0.0,
         axis=model.jnt_axis.copy(),
         anchor=model.jnt_pos.copy(),
         zero=model.qpos0.copy(),
@@ -149,6 +154,14 @@ def body_frames(tree, joint_angles, position, rotation):
             )
         _times(rotation[up], tree.rotation[body], rotation[body])
         for joint in range(tree.first_joint[body], tree.first_joint[body + 1]):
+            if tree.slides[joint]:
+                axis, way = tree.axis[joint], joint_angles[joint] - tree.zero[joint]
+                for i in range(3):
+                    along = (
+                        rotation[body, i, 0] * axis[0] + rotation[body, i, 1] * axis[1] + rotation[body, i, 2] * axis[2]
+                    )
+                    position[body, i] += way * along
+                continue
             _turn_about(tree.axis[joint], joint_angles[joint] - tree.zero[joint], turn)
             _times(rotation[body], turn, turned)
             anchor = tree.anchor[joint]

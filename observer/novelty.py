@@ -14,6 +14,7 @@ account.
 
 from __future__ import annotations
 
+import copy
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -181,6 +182,16 @@ class MapNovelty:
     def reset(self) -> None:
         """Start a trial: all is news."""
         self._said, self._news = LinkHistory.nothing(self._hand), np.ones(len(self._hand.links))
+
+    def branch(self) -> Self:
+        """Branch off, so that more can be heard of which this one is not to take note.
+
+        Returns:
+            One to which the same is news.
+        """
+        other = copy.copy(self)
+        other._said, other._news = copy.deepcopy(self._said), self._news.copy()
+        return other
 
     def heard(self, stance: MeanFrames, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Tell what is news, and take note of it.

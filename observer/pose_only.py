@@ -14,7 +14,7 @@ from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from haptic_env.sensors import Faults
+from haptic_env.sensors import Faults, Spread
 from observer import compiling, edge, memory
 from observer.belief import Belief, Transition
 from observer.configuration import LAG_SECONDS, RESOLUTION
@@ -44,10 +44,10 @@ class PoseOnly(TracksPose):
     def __init__(
         self,
         hand: Hand,
-        sigma_deg: float | None = 3.0,
+        sigma_deg: Spread | None = 3.0,
         *,
-        bias_deg: float = 0.0,
-        drift_deg: float = 0.0,
+        bias_deg: Spread = 0.0,
+        drift_deg: Spread = 0.0,
         drift_seconds: float = 10.0,
         proportional: float = 0.0,
         start_std_deg: float = 0.0,
@@ -65,7 +65,8 @@ class PoseOnly(TracksPose):
 
         Args:
             hand: with J joints and P patches.
-            sigma_deg: degrees, SD of white noise of the felt angles; None: it is found out.
+            sigma_deg: degrees, SD of white noise of the felt angles, of all joints or (J,), as `bias_deg` and
+                `drift_deg`; None: it is found out.
             bias_deg: degrees, SD of the constant error of each joint and trial.
             drift_deg: degrees, SD of the slow error of each joint.
             drift_seconds: s, time constant of the drift.

@@ -5,9 +5,10 @@ Shapes: N particles, J joints, P patches. Angles in radians.
 
 from __future__ import annotations
 
+import copy
 from collections import deque
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from observer.maps.hindsight import Hindsight
 from observer.maps.occupancy import Maps
 from observer.novelty import MapNovelty
 from observer.pose.source import PoseSource
+from observer.surface.touches import TouchRecorder
 
 
 class Waiting(NamedTuple):
@@ -79,6 +81,7 @@ class FilterState:
         maps: of the particles.
         hindsight: the map in hindsight, where steps are kept for it.
         novelty: what links have said before.
+        touches: the links that have touched.
         poses: (N, J) rad at the lagged step.
         errors: (N, E) rad, constant errors of the angles.
         drawn: the Gaussian about which both were drawn, its mean (J + E,) and factor (J + E, J + E).
@@ -94,6 +97,7 @@ class FilterState:
     maps: Maps
     hindsight: Hindsight
     novelty: MapNovelty
+    touches: TouchRecorder
     poses: Array
     errors: Array
     drawn: tuple[Array, Array]
@@ -111,6 +115,7 @@ class FilterState:
         maps: Maps,
         hindsight: Hindsight,
         novelty: MapNovelty,
+        touches: TouchRecorder,
         hand: Hand,
         pose: PoseSource,
     ) -> FilterState:
@@ -121,6 +126,7 @@ class FilterState:
             maps: of the N particles.
             hindsight: the map in hindsight, empty.
             novelty: what links have said before.
+            touches: the links that have touched, none.
             hand: with J joints and P patches.
             pose: tells how exactly that pose is known, and of constant errors.
 
@@ -136,7 +142,17 @@ class FilterState:
             points += spread * rng.standard_normal(points.shape)
         poses, errors = np.ascontiguousarray(points[:, : hand.joints]), points[:, hand.joints :]
         contacts = np.zeros(len(hand.patches), dtype=bool)
-        return cls(rng, maps, hindsight, novelty, poses, errors, (mean, np.diag(spread)), contacts)
+        return cls(rng, maps, hindsight, novelty, touches, poses, errors, (mean, np.diag(spread)), contacts)
+
+    def branch(self) -> Self:
+        """Branch off what has been heard for the map in hindsight.
+
+        Returns:
+            A state to which `Sensing.stand` can tell more without telling this one; particles and maps are the same.
+        """
+        other = copy.copy(self)
+        other.novelty, other.hindsight = self.novelty.branch(), self.hindsight.branch()
+        return other
 
     def predict(self, pose: PoseSource, ago: int) -> Proposal:
         """Move on to the pose of some steps back (step 3).
@@ -262,6 +278,6 @@ def belief_of(
         particles=state.poses.copy(),
         n_eff=state.n_eff,
         log_evidence=state.log_evidence + pose.log_evidence,
-        snapshot=state.maps.snapshot(weights),
+        snapshot=state.maps.snapshot(weights, state.touches.log()),
         **told._asdict(),
     )

@@ -12,6 +12,7 @@ from haptic_env.hands import adroit, myo, two_finger
 
 HANDS: dict[str, Callable[..., Hand]] = {
     "two_finger": two_finger.make,
+    "two_finger_arm": two_finger.make_arm,
     "adroit": adroit.make,
     "myo": myo.make,
 }

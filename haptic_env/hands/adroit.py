@@ -1,8 +1,8 @@
 """The Adroit hand (Kumar, Xu & Todorov 2013, ICRA: a ShadowHand) that ships in `gymnasium-robotics`.
 
 Joints, their axes and ranges, and the capsules of the fingers are the package's; capsules side by side fill the boxes
-of its palm. The forearm is fixed. Its motors and springs are those of a human hand, `haptic_env.hands.drives`, so that
-it explores as gently as the other hands do.
+of its palm. The forearm is fixed, or moves. Motors and springs are those of a human hand, `haptic_env.hands.drives`, so
+that it explores as gently as the other hands do.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ import mujoco
 from haptic_env import extras
 from haptic_env.hand import Hand
 from haptic_env.hands import drives
+from haptic_env.hands import wrist as wrists
 from haptic_env.hands.skeleton import Bone, bone_of_geom, hand_of
 
 MODEL = "envs/assets/adroit_hand/adroit_relocate.xml"
+WRIST = (0.13, 0.052, 0.0)  # m in the world, half-way between the axes of its joints
 PALMAR, THUMB_PALMAR = (0.0, -1.0, 0.0), (-1.0, 0.0, 0.0)
 DISTAL = (0.0, 0.0, 1.0)
 FINGERS = {"index": "ff", "middle": "mf", "ring": "rf", "little": "lf", "thumb": "th"}  # the package's names
@@ -48,23 +50,25 @@ FINGER = {
 }
 
 
-def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
+def make(patches_along: int = 2, patches_around: int = 4, wrist: str = "fixed") -> Hand:
     """Build the hand: J = 24, P = 165 with the default patches per bone.
 
     Args:
         patches_along: bins along each bone, 1 to 100.
         patches_around: sectors around each bone, 1 to 100.
+        wrist: "fixed": the forearm is; "free": it moves (`haptic_env.hands.wrist`), six joints more, the first ones.
 
     Returns:
         The hand.
 
     Raises:
-        ValueError: for a number of patches out of range.
+        ValueError: for a number of patches out of range, and an unknown wrist.
         ImportError: without the package `gymnasium-robotics`.
 
     References:
         Kumar, Xu & Todorov 2013, ICRA.
     """
+    free = wrists.check("adroit", wrist, wrists.WRISTS)
     model = _model()
     fingers = {name.format(letter): drive for letter in "FMRL" for name, drive in FINGER.items()}
     return hand_of(
@@ -79,6 +83,7 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
         grasp_centre=(0.0, 0.0, 0.0),
         workspace=(0.16, 0.16, 0.16),
         opening=(0.0, -1.0, 0.0),
+        wrist=WRIST if free else None,
         patches_along=patches_along,
         patches_around=patches_around,
     )

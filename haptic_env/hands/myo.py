@@ -2,8 +2,8 @@
 
 Joints, their axes and ranges, and the capsules of the skin are the package's (Wang et al. 2022, "MyoSim: Fast and
 physiologically realistic MuJoCo models for musculoskeletal and exoskeletal studies", ICRA). The forearm is fixed at
-its `ulna_r`. Joints are named as there without the "_r", and their signs are the package's: thumbs flex towards
-negative angles.
+its `ulna_r`, or moves. Joints are named as there without the "_r", and their signs are the package's: thumbs flex
+towards negative angles.
 
 Motors and passive tissue: `haptic_env.hands.drives`.
 """
@@ -19,9 +19,11 @@ import mujoco
 from haptic_env import extras
 from haptic_env.hand import Hand
 from haptic_env.hands import drives
+from haptic_env.hands import wrist as wrists
 from haptic_env.hands.skeleton import Bone, bone_of_geom, hand_of
 
 SIDE = "_r"
+WRIST = (0.102, 0.055, -0.014)  # m in the world, where its joints' axes meet
 DISTAL = (0.0, -1.0, 0.0)
 PALMAR = (0.0, 0.0, -1.0)  # of every bone but the thumb's, in the frames of the package
 THUMB_PALMAR = {"firstmc": (-1.0, 0.0, -0.3), "proximal_thumb": (-0.9, -0.5, -0.2), "distal_thumb": (-0.9, -0.5, -0.3)}
@@ -50,24 +52,26 @@ LITTLE = {"proximal": "5proxph_coll", "middle": "5midph_coll", "distal": "5distp
 THUMB = {"metacarpal": "1mcskin", "proximal": "proximal_thumb_coll", "distal": "distal_thumb_coll"}
 
 
-def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
+def make(patches_along: int = 2, patches_around: int = 4, wrist: str = "fixed") -> Hand:
     """Build the hand: J = 23, P = 157 with the default patches per bone.
 
     Args:
         patches_along: bins along each bone, 1 to 100.
         patches_around: sectors around each bone, 1 to 100.
+        wrist: "fixed": the forearm is; "free": it moves (`haptic_env.hands.wrist`), six joints more, the first ones.
 
     Returns:
         The hand.
 
     Raises:
-        ValueError: for a number of patches out of range.
+        ValueError: for a number of patches out of range, and an unknown wrist.
         ImportError: without the package `myo-sim`.
 
     References:
         Wang et al. 2022, "MyoSim: Fast and physiologically realistic MuJoCo models for musculoskeletal and exoskeletal
         studies", ICRA.
     """
+    free = wrists.check("myo", wrist, wrists.WRISTS)
     model = _model()
     fingers = {name.format(number): drive for number in FINGERS.values() for name, drive in FINGER.items()}
     return hand_of(
@@ -82,6 +86,7 @@ def make(patches_along: int = 2, patches_around: int = 4) -> Hand:
         grasp_centre=(0.0, 0.0, 0.0),
         workspace=(0.16, 0.16, 0.16),
         opening=(0.0, -1.0, 0.0),
+        wrist=WRIST if free else None,
         patches_along=patches_along,
         patches_around=patches_around,
         suffix=SIDE,

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from haptic_env.arrays import Array
 from haptic_env.composer import mjcf
 from haptic_env.hand import Hand
+from haptic_env.hands import wrist as wrists
 from haptic_env.hands.drives import Drive, add_joint
 from haptic_env.patches import Link, Patches
 
@@ -84,16 +85,17 @@ def hand_of(
     grasp_centre: ArrayLike,
     workspace: ArrayLike,
     opening: ArrayLike,
+    wrist: ArrayLike | None = None,
     patches_along: int,
     patches_around: int,
     suffix: str = "",
 ) -> Hand:
-    """Make the hand of a model, of all joints below a body that is fixed in the world.
+    """Make the hand of a model, of all joints below a body that is fixed in the world or moves as a wrist does.
 
     Args:
         model: with muscles or motors, which are left out.
         name: of the hand.
-        root: the body that is fixed.
+        root: that body.
         joints: by its name, what drives each joint, and the degrees at which an episode starts.
         bones: the capsules of skin.
         position: (3,) m, of the root in the world.
@@ -101,6 +103,7 @@ def hand_of(
         grasp_centre: (3,) m, as `Hand`'s.
         workspace: (3,) m, as `Hand`'s.
         opening: (3,), as `Hand`'s.
+        wrist: (3,) m in the world, about which the root turns and with which it moves; None: it is fixed.
         patches_along: bins along each bone.
         patches_around: sectors around each bone.
         suffix: what the model's names of joints have more than those of `joints`.
@@ -115,11 +118,13 @@ def hand_of(
     on: dict[int, list[Bone]] = {body: [] for body in skeleton.bodies}
     for bone in bones:
         on[skeleton.carrier(model.body(bone.body).id)].append(bone)
-    rest, links = [], []
+    rest, links = [0.0] * (0 if wrist is None else len(wrists.NAMES)), []
     for body, mine in on.items():
         # A body with one bone has its frame, so that skin and joints share one body.
         shared = len(mine) == 1 and body != skeleton.base
         skeleton.add_body(body, mine[0] if shared else None)
+        if body == skeleton.base and wrist is not None:
+            skeleton.add_wrist(wrist)
         if body != skeleton.base and not mine:
             skeleton.add_inertia(body)
         for joint in skeleton.joints_of(body):
@@ -180,6 +185,15 @@ class _Skeleton:
             self._frames[body] = self._frame(body) if bone is None else self._bone_frame(bone)
             above = self.carrier(int(self.model.body_parentid[body]))
             self._made[body] = self._fix(above, self._frames[body], name)
+
+    def add_wrist(self, place: ArrayLike) -> None:
+        """Let the root move about `place` (3,) m in the world."""
+        quaternion, turn = np.array(self._place["quat"], dtype=np.float64), np.empty(9)
+        mujoco.mju_normalize4(quaternion)
+        mujoco.mju_quat2Mat(turn, quaternion)
+        rotation = turn.reshape(3, 3)
+        at = rotation.T @ np.subtract(place, self._place["pos"])
+        wrists.add(self.tree, self._made[self.base], at, rotation)
 
     def add_inertia(self, body: int) -> None:
         """The model's own mass, for a body without a bone."""

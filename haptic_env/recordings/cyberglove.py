@@ -107,7 +107,9 @@ def read_calibration(path: Path | str) -> Calibration:
 
 def _calibration(source: str, content: Mapping[str, Any]) -> Calibration:
     try:
-        validate.keywords("calibration", content, ("sensors", "unit", "joints"))
+        validate.keywords("calibration", content, ("sensors", "unit", "joints", "patches"))
+        if not isinstance(content.get("patches", {}), dict):  # of whom the angles tell nothing
+            raise ValueError(f"patches must be a table, got {validate.shown(content['patches'])}")
         sensors = content.get("sensors")
         if not isinstance(sensors, list) or not sensors or not all(isinstance(each, str) for each in sensors):
             raise ValueError(f"sensors must be a list of names in the order of the columns, got {sensors!r}")

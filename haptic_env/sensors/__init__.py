@@ -6,7 +6,16 @@ by the same keywords (`sigma_deg`, `bias_deg`, …), and what it is told may dif
 
 from haptic_env.sensors.contact import ContactDetection, Faults
 from haptic_env.sensors.motor import MotorNoise
-from haptic_env.sensors.proprioception import Bias, Drift, FeltAngles, Lasting, Proportional, Proprioception, White
+from haptic_env.sensors.proprioception import (
+    Bias,
+    Drift,
+    FeltAngles,
+    Lasting,
+    Proportional,
+    Proprioception,
+    Spread,
+    White,
+)
 
 KEYWORDS = (
     "sigma_deg", "bias_deg", "drift_deg", "drift_seconds", "proportional", "motor_noise",
@@ -24,5 +33,6 @@ __all__ = [
     "MotorNoise",
     "Proportional",
     "Proprioception",
+    "Spread",
     "White",
 ]

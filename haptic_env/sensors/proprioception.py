@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -19,10 +20,18 @@ from haptic_env.sensors.gaussian import log_normal
 Rng = np.random.Generator
 Angles = NDArray[np.float64]
 LARGEST = 1e9  # rad
+Spread = float | Sequence[float] | NDArray[np.float64]
+"""An SD, of all joints, or (J,) one of each."""
 
 
 class Noise(ABC):
-    """One additive source of noise on the joint angles."""
+    """One additive source of noise on the joint angles.
+
+    Attributes:
+        joints: how many it tells apart.
+    """
+
+    joints: int = 1
 
     def reset(self, rng: Rng, joints: int) -> None:  # noqa: B027 - white noise has no state to draw
         """Draw the state that lasts for an episode.
@@ -63,9 +72,9 @@ class Lasting(Noise):
     An observer that is told of it keeps it in its state (`observer.pose.angle_noise`).
     """
 
-    sd: float
+    sd: float | Angles
     decay: float
-    step_sd: float
+    step_sd: float | Angles
     value: Angles
     sampled: Angles
     """(J,) rad: the error of the last sample, and before it of the first."""
@@ -80,16 +89,19 @@ class Lasting(Noise):
 class White(Noise):
     """Independent Gaussian noise per joint and step: the paper's, q̃ = q + ε (section 3)."""
 
-    def __init__(self, sigma_deg: float) -> None:
+    def __init__(self, sigma_deg: Spread, joints: int | None = None) -> None:
         """Check the SD.
 
         Args:
             sigma_deg: degrees, in [0, 90].
+            joints: J, of which each may have its own; None: one is for all.
 
         Raises:
             ValueError: for another one.
         """
-        self.sigma = float(np.deg2rad(validate.number("sigma_deg", sigma_deg, 0.0, 90.0, unit="degrees")))
+        sigma = _radians("sigma_deg", sigma_deg, joints)
+        self.sigma: float | Angles = sigma if isinstance(sigma, np.ndarray) else float(sigma)
+        self.joints = np.size(sigma)
 
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
         return rng.normal(0.0, self.sigma, len(joint_angles))
@@ -103,16 +115,18 @@ class Bias(Lasting):
 
     decay, step_sd = 1.0, 0.0
 
-    def __init__(self, bias_deg: float) -> None:
+    def __init__(self, bias_deg: Spread, joints: int | None = None) -> None:
         """Check the SD.
 
         Args:
             bias_deg: degrees, in [0, 90].
+            joints: J, of which each may have its own; None: one is for all.
 
         Raises:
             ValueError: for another one.
         """
-        self.sd = np.deg2rad(validate.number("bias_deg", bias_deg, 0.0, 90.0, unit="degrees"))
+        self.sd = _radians("bias_deg", bias_deg, joints)
+        self.joints = np.size(self.sd)
 
     def sample(self, rng: Rng, joint_angles: Angles) -> Angles:
         return self.value.copy()
@@ -125,18 +139,20 @@ class Drift(Lasting):
         Gillespie 1996, Phys. Rev. E 54, 2084.
     """
 
-    def __init__(self, drift_deg: float, drift_seconds: float, step_seconds: float) -> None:
+    def __init__(self, drift_deg: Spread, drift_seconds: float, step_seconds: float, joints: int | None = None) -> None:
         """Check the numbers.
 
         Args:
             drift_deg: degrees, stationary SD, in [0, 90].
             drift_seconds: s, time constant.
             step_seconds: s, from one sample to the next.
+            joints: J, of which each may have its own SD; None: one is for all.
 
         Raises:
             ValueError: for numbers out of range.
         """
-        self.sd = np.deg2rad(validate.number("drift_deg", drift_deg, 0.0, 90.0, unit="degrees"))
+        self.sd = _radians("drift_deg", drift_deg, joints)
+        self.joints = np.size(self.sd)
         tau = validate.seconds("drift_seconds", drift_seconds)
         self.decay = np.exp(-validate.seconds("step_seconds", step_seconds) / tau)
         self.step_sd = self.sd * np.sqrt(1 - self.decay**2)
@@ -179,7 +195,7 @@ class Proprioception:
             noises: independent ones.
         """
         # A noise of zero SD adds nothing, and would be drawn at every step.
-        self.noises = tuple(noise for noise in noises if noise.variance(np.ones(1)).any())
+        self.noises = tuple(noise for noise in noises if noise.variance(np.ones(noise.joints)).any())
 
     def reset(self, rng: Rng, joints: int) -> None:
         """Draw whatever lasts for an episode.
@@ -267,6 +283,11 @@ class FeltAngles:
         felt = np.empty(self._joints, np.float32)
         _clip(self.proprioception.sample(self._rng, joint_angles), self.BOUND, felt)
         return felt
+
+
+def _radians(what: str, degrees: Spread, joints: int | None) -> Any:
+    """An SD in [0, 90] degrees, or one of each of J joints, in radians."""
+    return np.deg2rad(validate.one_or_each(what, degrees, joints, 0.0, 90.0, unit="degrees"))
 
 
 @inner(types.void(GIVEN, types.float64, types.float32[::1]))

@@ -9,6 +9,7 @@ from haptic_env.validate.arrays import (
     array,
     binary,
     numbers,
+    one_or_each,
     place,
     probabilities,
     quaternion,
@@ -33,6 +34,6 @@ from haptic_env.validate.wording import QUOTED, listed, plain, shown
 __all__ = [
     "FARTHEST", "LARGEST", "LONGEST", "LONGEST_TIME", "MOST", "NOT_IN_PATHS", "NO_NUMBERS", "QUOTED", "REAL",
     "array", "binary", "boolean", "choice", "instance", "integer", "keywords", "keywords_of", "listed", "names",
-    "number", "numbers", "path", "place", "plain", "probabilities", "quaternion", "real", "seconds", "seed", "shown",
-    "together",
+    "number", "numbers", "one_or_each", "path", "place", "plain", "probabilities", "quaternion", "real", "seconds",
+    "seed", "shown", "together",
 ]  # fmt: skip

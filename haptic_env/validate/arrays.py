@@ -11,6 +11,7 @@ from numba import types
 from numpy.typing import ArrayLike, NDArray
 
 from haptic_env.compiled import GIVEN, inner
+from haptic_env.validate.values import number
 from haptic_env.validate.wording import shown
 
 LARGEST = sys.float_info.max
@@ -130,6 +131,41 @@ def numbers(
     wrong = np.abs(result) > bound
     if wrong.any():
         raise ValueError(f"{what} must lie in [{-bound:g}, {bound:g}], got {_first(given, wrong)}")
+    return result
+
+
+def one_or_each(
+    what: str, value: Any, count: int | None, low: float, high: float, *, unit: str = "", of: str = "joint"
+) -> float | NDArray[np.float64]:
+    """Check a number that may be another for each of several.
+
+    Args:
+        what: the value is, for the message.
+        value: that was given.
+        count: of the several; None: there are none.
+        low: the least that is valid.
+        high: the largest that is valid.
+        unit: for the message.
+        of: what there are several of, for the message.
+
+    Returns:
+        A finite float, or (count,), the caller's own.
+
+    Raises:
+        ValueError: for anything else.
+    """
+    if count is None or not isinstance(value, list | tuple | np.ndarray):
+        return number(what, value, low, high, unit=unit)
+    valid = f"a finite number in [{low:g}, {high:g}]{f' {unit}' if unit else ''}, or {count}, one for each {of}"
+    given = real(value)
+    if given is None:
+        raise ValueError(f"{what} must be {valid}, got {shown(value)}")
+    if given.shape != (count,):
+        raise ValueError(f"{what} must be {valid}, got shape {given.shape}")
+    result = np.array(_float64(given))
+    wrong = ~((result >= low) & (result <= high))
+    if wrong.any():
+        raise ValueError(f"{what} must be {valid}, got {_first(given, wrong)}")
     return result
 
 

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from haptic_lab.analysis.statistics import bootstrapped, interval, median
-from haptic_lab.conditions import FACTORS
+from haptic_lab.conditions import factors_in
 from haptic_lab.files import write_table
 from haptic_lab.style import OUTLINE, noise_colours
 from observer import metrics
@@ -44,14 +44,14 @@ def compare(rows: pd.DataFrame) -> pd.DataFrame:
         rows: of the table of trials.
 
     Returns:
-        A line for each of `FACTORS`, observer and measure of `COLUMNS`: estimate (`value`), 95 % interval (`low`,
+        A line for each of the factors, observer and measure of `COLUMNS`: estimate (`value`), 95 % interval (`low`,
         `high`), `trials`, and the share that was `decided`.
 
     References:
         Conover 1999, Practical Nonparametric Statistics, section 3.2.
     """
     lines = []
-    groups = [*FACTORS, "observer"]
+    groups = [*factors_in(rows.columns), "observer"]
     for names, group in rows.groupby(groups, sort=False):
         times = group[DECISION].fillna(np.inf).to_numpy()
         decided = float(np.isfinite(times).mean())
@@ -77,7 +77,7 @@ def together(rows: pd.DataFrame) -> pd.DataFrame:
     References:
         Efron & Tibshirani 1993, An Introduction to the Bootstrap, section 13.3.
     """
-    groups = [name for name in (*FACTORS, "observer") if name != "sigma_deg"]
+    groups = [name for name in (*factors_in(rows.columns), "observer") if name != "sigma_deg"]
     noises, lines = rows["sigma_deg"].nunique(), []
     for names, group in rows.groupby(groups, sort=False) if noises > 1 else ():
         whole = group.groupby(WORLD).filter(lambda world: len(world) == noises).sort_values(WORLD)

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from haptic_lab.analysis.statistics import interval
-from haptic_lab.conditions import FACTORS
+from haptic_lab.conditions import factors_in
 from haptic_lab.files import atomic, part_of_name
 from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES
 from observer import metrics
@@ -48,13 +48,13 @@ def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]
         namers: what names the object; of each the column NAMER_correct is summed up too.
 
     Returns:
-        A line for each of `FACTORS`, shape (and `ALL`), observer and measure: `mean`, 95 % interval (`low`, `high`),
+        A line for each of the factors, shape (and `ALL`), observer and measure: `mean`, 95 % interval (`low`, `high`),
         number of `trials`.
     """
     correct = [f"{namer}_correct" for namer in namers]
     shares = {*correct, *(each for each in measures if each.startswith("correct_"))}
     lines = []
-    groups = [*FACTORS, "shape", "observer"]
+    groups = [*factors_in(rows.columns), "shape", "observer"]
     for names, group in pd.concat([rows, rows.assign(shape=ALL)]).groupby(groups, sort=False):
         for measure in (*measures, *correct):
             values = group[measure].dropna().to_numpy(dtype=np.float64)
@@ -74,7 +74,7 @@ def parts(rows: pd.DataFrame, together: Sequence[str] = ("sigma_deg",)) -> Itera
         Name, like "seconds=5.0", and rows of each combination of the other factors that vary; all rows, named "", where
         none does.
     """
-    varying = [name for name in FACTORS if name not in together and rows[name].nunique() > 1]
+    varying = [name for name in factors_in(rows.columns) if name not in together and rows[name].nunique() > 1]
     if not varying:
         yield "", rows
         return

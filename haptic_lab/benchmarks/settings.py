@@ -7,6 +7,7 @@ from pathlib import Path
 
 import haptic_env
 from haptic_env import shapes, validate
+from haptic_lab.files import check_writable
 
 
 @dataclass(frozen=True)
@@ -66,5 +67,5 @@ class BenchSettings:
         validate.number("--sigma", self.sigma, high=90.0, above=0.0, unit="degrees")
         validate.integer("--seed", self.seed, 0, 2**32 - 1)
         validate.integer("--rounds", self.rounds, 1, 1000)
-        if self.json is not None and not Path(self.json).parent.is_dir():
-            raise ValueError(f"--json must be a file in a folder that exists, got {self.json!r}")
+        if self.json is not None:
+            check_writable("--json", Path(self.json))

@@ -17,7 +17,7 @@ from haptic_lab.benchmarks.settings import BenchSettings
 from haptic_lab.benchmarks.suite import Bench
 from haptic_lab.benchmarks.table import machine, table
 from haptic_lab.files import write_json
-from haptic_lab.terminal import Parser
+from haptic_lab.terminal import Parser, as_path
 from haptic_lab.worlds import HANDS_OR_IDS, environment
 
 EXAMPLE = "example: haptic-slam bench --rounds 5 --json out/bench.json"
@@ -40,7 +40,7 @@ def parse(arguments: list[str] | None) -> BenchSettings:
     add("--seed", type=int, default=0, help="of the exploration (default 0)")
     add("--rounds", type=int, default=3, help="repetitions of everything, interleaved (default 3)")
     add("--quick", action="store_true", help="few particles and steps: to see that it runs, not how fast")
-    add("--json", metavar="FILE", help="write the figures to FILE too")
+    add("--json", type=as_path, metavar="FILE", help="write the figures to FILE too")
     try:
         given = vars(parser.parse_args(arguments))
         return BenchSettings(**given | {"env": environment(given["env"])})

@@ -26,6 +26,8 @@ from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.results import Results
 from haptic_lab.terminal import make_console
 
+FILES = ("config.json", "trials.csv", "summary.csv", "evaluate.png")
+
 
 @styled
 def main(arguments: list[str] | None = None) -> int:
@@ -38,7 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
         Its exit code.
     """
     plan = check(__doc__, arguments)
-    with claimed(Path(plan.out)):
+    with claimed(Path(plan.out), FILES):
         results = open_results(plan)
         console = make_console(WIDTH)
         code = run(lambda: sweep(plan, results, console), console)

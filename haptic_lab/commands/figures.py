@@ -21,10 +21,11 @@ from rich.console import Console
 
 from haptic_env import hand_of
 from haptic_lab.analysis.summary import SLAM, parts
+from haptic_lab.conditions import LATER
 from haptic_lab.figures import FROM_EXPLORATIONS, FROM_NOISES, FROM_TRIALS, PaperFigure, offsets, save
 from haptic_lab.figures import plan as plans
 from haptic_lab.figures.explorations import ShownExploration, file_of, read, run_shown_explorations
-from haptic_lab.figures.paper_figure import PRINT
+from haptic_lab.figures.paper_figure import KINDS, PRINT
 from haptic_lab.figures.plan import DEFAULTS as DEFAULTS
 from haptic_lab.figures.plan import POSE, FiguresPlan
 from haptic_lab.folder_lock import claimed
@@ -158,7 +159,8 @@ def _read(folder: Path) -> pd.DataFrame:
     if not table.read_bytes().endswith(b"\n"):
         raise ValueError(f"{table} is cut off in its last line; run its sweep again, which mends it")
     rows = pd.read_csv(table)
-    missing = [name for name in (*KEY, *MEASURES, *HISTOGRAMS, *COURSES, "candidates") if name not in rows]
+    key = [name for name in KEY if name not in LATER or name in rows]
+    missing = [name for name in (*key, *MEASURES, *HISTOGRAMS, *COURSES, "candidates") if name not in rows]
     if missing:
         raise ValueError(f"{table} is no table of evaluate.py, or of another version: it has no {', '.join(missing)}")
     if rows.empty:
@@ -166,8 +168,8 @@ def _read(folder: Path) -> pd.DataFrame:
     wrong = [name for name in MEASURES if not pd.api.types.is_numeric_dtype(rows[name])]
     if wrong:
         raise ValueError(f"{table} is corrupt: not all are numbers in {', '.join(wrong)}")
-    if rows.duplicated([*KEY]).any():
-        lines = ", ".join(str(index + 2) for index in rows.index[rows.duplicated([*KEY])][:5])
+    if rows.duplicated(key).any():
+        lines = ", ".join(str(index + 2) for index in rows.index[rows.duplicated(key)][:5])
         raise ValueError(f"{table} has trials more than once, first in lines {lines}; delete one of each")
     return rows
 
@@ -202,8 +204,9 @@ def main(arguments: list[str] | None = None) -> int:
                 console.print(f"Written: {', '.join(save(figure, name, plan.out))}", highlight=False)
 
     with ExitStack() as stack:
-        for folder in (plan.out, *(Path(each.out) for each in plan.sweeps)):
-            stack.enter_context(claimed(folder))
+        stack.enter_context(claimed(plan.out, [f"{name}.{kind}" for name in plan.names for kind in (*KINDS, "gif")]))
+        for each in plan.sweeps:
+            stack.enter_context(claimed(Path(each.out)))
         tables |= {each: options.open_results(each) for each in plan.sweeps}
         (plan.out / "explorations").mkdir(exist_ok=True)
         return run(work, console)

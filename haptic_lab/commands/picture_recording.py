@@ -5,6 +5,7 @@ built from them by then (the paper's Figure 1). The object's pose must be known,
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +20,10 @@ from haptic_env.rendering import without_opengl
 from haptic_env.replay import KinematicReplay
 from haptic_lab import replay
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
-from haptic_lab.files import atomic
+from haptic_lab.files import atomic, check_writable
+from haptic_lab.folder_lock import made
 from haptic_lab.style import OCCUPANCY, styled
-from haptic_lab.terminal import Parser
+from haptic_lab.terminal import Parser, as_path
 from haptic_lab.trial import Trial, make_observers
 from observer import Belief, metrics
 
@@ -53,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
     add("--sigma", type=float, default=3.0, help="noise of the felt joint angles, SD in degrees (default 3)")
     add("--seed", type=int, default=0, help="of the noise (default 0)")
     add("--view", nargs=2, type=float, default=[150.0, 30.0], help="azimuth and elevation, degrees (default 150 30)")
-    add("--out", default="out/recording.png", help="the picture (default out/recording.png)")
+    add("--out", type=as_path, default="out/recording.png", help="the picture (default out/recording.png)")
     given = parser.parse_args(arguments)
     try:
         for moment in given.at:
@@ -68,11 +70,13 @@ def main(arguments: list[str] | None = None) -> int:
         session = replay.session(settings, recording, render_mode="rgb_array")
         if not isinstance(session.env, KinematicReplay):
             parser.error(f"{given.recording}: the recording does not say where the hand and the object were")
-        try:
-            Path(given.out).parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            parser.error(f"--out must be in a folder that can be written to: {error}")
-        picture(Path(given.out), session, settings, sorted(given.at), *given.view)
+        with ExitStack() as stack:
+            try:
+                stack.enter_context(made(Path(given.out).parent))
+            except OSError as error:
+                parser.error(f"--out must be in a folder that can be written to: {error}")
+            check_writable("--out", Path(given.out))
+            picture(Path(given.out), session, settings, sorted(given.at), *given.view)
     except (ImportError, ValueError, OSError) as error:
         parser.error(str(error))
     return 0

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from haptic_lab.commands.explore import parse, run
+from haptic_lab.commands.explore import FILES, parse, run
 from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled
 
@@ -26,5 +26,5 @@ def main(arguments: list[str] | None = None) -> int:
         Its exit code.
     """
     settings, recording = parse(arguments, "recording", __doc__, EXAMPLE)
-    with claimed(Path(settings.out)):
+    with claimed(Path(settings.out), FILES):
         return run(settings, recording)

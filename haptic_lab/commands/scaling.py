@@ -24,8 +24,9 @@ from haptic_env.grid import Grid
 from haptic_lab.benchmarks import timings
 from haptic_lab.benchmarks.recording import record
 from haptic_lab.files import write_table
+from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled
-from haptic_lab.terminal import Parser
+from haptic_lab.terminal import Parser, as_path
 from observer import HapticSLAM
 
 EXAMPLE = "example: haptic-slam scaling --rounds 5 --out out/scaling"
@@ -146,21 +147,22 @@ def main(arguments: list[str] | None = None) -> int:
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5, help="repetitions of everything, interleaved (default 5)")
     parser.add_argument("--quick", action="store_true", help="few particles and steps: to see that it runs")
-    parser.add_argument("--out", metavar="FOLDER", default="out/scaling", help="where to write (default out/scaling)")
+    parser.add_argument(
+        "--out", type=as_path, metavar="FOLDER", default="out/scaling", help="where to write (default out/scaling)"
+    )
     given = parser.parse_args(arguments)
     try:
         rounds = validate.integer("--rounds", given.rounds, 1, 1000)
     except ValueError as error:
         parser.error(str(error))
     console = Console(width=None if sys.stdout.isatty() else 100)
-    chosen = settings(given.quick)
-    measure(chosen[:1], 40, 1, console)  # compiles what is not in the cache
-    rows = measure(chosen, 40 if given.quick else 120, rounds, console)
-    table = Table("what grows", "to", "ms a step with contact")
-    for row in rows.itertuples():
-        table.add_row(AXES[row.axis], str(row.value), f"{row.ms:.2f}")
-    console.print(table)
-    out = Path(given.out)
-    out.mkdir(parents=True, exist_ok=True)
-    console.print(f"Written to {out}: {', '.join(write_table(out, 'scaling', rows, draw(rows)))}", highlight=False)
+    chosen, out = settings(given.quick), Path(given.out)
+    with claimed(out, ("scaling.csv", "scaling.png")):
+        measure(chosen[:1], 40, 1, console)  # compiles what is not in the cache
+        rows = measure(chosen, 40 if given.quick else 120, rounds, console)
+        table = Table("what grows", "to", "ms a step with contact")
+        for row in rows.itertuples():
+            table.add_row(AXES[row.axis], str(row.value), f"{row.ms:.2f}")
+        console.print(table)
+        console.print(f"Written to {out}: {', '.join(write_table(out, 'scaling', rows, draw(rows)))}", highlight=False)
     return 0

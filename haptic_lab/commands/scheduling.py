@@ -30,13 +30,14 @@ from rich.table import Table
 
 from haptic_env import validate
 from haptic_lab.files import write_csv
+from haptic_lab.folder_lock import claimed
 from haptic_lab.sweeps import options
 from haptic_lab.sweeps.cluster import cluster_workers
 from haptic_lab.sweeps.driver import sweep
 from haptic_lab.sweeps.executors import stamped, workers
 from haptic_lab.sweeps.worker import run_trials
 from haptic_lab.sweeps.workers import Workers
-from haptic_lab.terminal import Parser
+from haptic_lab.terminal import Parser, as_path
 
 EXAMPLE = "example: haptic-slam scheduling --trials 10 --out out/scheduling"
 FIRST_SEED = 45_000
@@ -188,7 +189,8 @@ def main(arguments: list[str] | None = None) -> int:
     add = parser.add_argument
     add("--trials", type=int, default=10, help="explorations for each of the four shapes (default 10)")
     add("--quick", action="store_true", help="two short trials of few particles: to see that it runs")
-    add("--out", metavar="FOLDER", default="out/scheduling", help="where to write (default out/scheduling)")
+    place = "where to write (default out/scheduling)"
+    add("--out", type=as_path, metavar="FOLDER", default="out/scheduling", help=place)
     given = parser.parse_args(arguments)
     try:
         trials = validate.integer("--trials", given.trials, 1, 10_000)
@@ -199,13 +201,13 @@ def main(arguments: list[str] | None = None) -> int:
     if given.quick:
         flags += ["--shapes", "cube", "sphere", "--trials", "1", "--seconds", "1", "--particles", "5"]
     console = Console(width=None if sys.stdout.isatty() else 120)
-    rows = compare(flags, console)
-    table = Table("", *(name.replace("_", " ") for name in COLUMNS))
-    for row in rows.to_dict("records"):
-        table.add_row(row["way"], *(form.format(row[name]) for name, form in COLUMNS.items()))
-    console.print(table)
     out = Path(given.out)
-    out.mkdir(parents=True, exist_ok=True)
-    write_csv(out / "scheduling.csv", rows)
-    console.print(f"Written: {out}/scheduling.csv", highlight=False)
+    with claimed(out, ("scheduling.csv",)):
+        rows = compare(flags, console)
+        table = Table("", *(name.replace("_", " ") for name in COLUMNS))
+        for row in rows.to_dict("records"):
+            table.add_row(row["way"], *(form.format(row[name]) for name, form in COLUMNS.items()))
+        console.print(table)
+        write_csv(out / "scheduling.csv", rows)
+        console.print(f"Written: {out}/scheduling.csv", highlight=False)
     return 0

@@ -11,12 +11,15 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from joblib import cpu_count
 
 from haptic_env import reading, validate
+from haptic_lab import believed, conditions
 from haptic_lab.files import write_json
 from haptic_lab.folder_lock import claimed
 from haptic_lab.learning import presets
@@ -29,6 +32,8 @@ EXAMPLE = """examples: haptic-slam train --preset trained --out out/trained
           tensorboard --logdir out/trained/tensorboard"""
 NEEDED = ("stable_baselines3", "sb3_contrib", "tensorboard", "tqdm")
 CONFIG = "config.json"
+MODELS = [f"{name}.{kind}" for name in ("model", "best_model") for kind in ("npz", "zip")]
+FILES = (CONFIG, "training.json", "evaluations.npz", "learning_curve.png", *MODELS)
 
 
 def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
@@ -52,6 +57,8 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     add("--seed", type=int, help="default: the preset's")
     add("--envs", type=int, help="environments side by side (default: the preset's)")
     add("--jobs", type=int, default=cpu_count(), help="1: all in one process, else each in its own (default: cores)")
+    conditions.add_flags(add, "of its world, as the environment's; the observer is told", ": the preset's")
+    believed.add_flags(add)
     add("--out", type=as_path, help="folder for the results (default out/PRESET)")
     given = parser.parse_args(arguments)
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
@@ -59,12 +66,18 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
         parser.error(f"training needs {', '.join(missing)}: pip install 'haptic-slam[train]'")
     try:
         validate.integer("--jobs", given.jobs, 1, 1024)
-        changes = {name: getattr(given, name) for name in ("steps", "seed", "envs")}
-        preset = replace(presets.read(given.preset), **{k: v for k, v in changes.items() if v is not None})
+        preset = presets.read(given.preset)
+        world = replace(preset.world, **_given(given, presets.NOISES))
+        preset = replace(preset, world=world, **_given(given, ("steps", "seed", "envs")))
     except ValueError as error:
         parser.error(str(error))
     given.out = Path(given.out or Path("out") / Path(given.preset).stem)
     return preset, given
+
+
+def _given(flags: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]:
+    """Those of `names` that the command line says."""
+    return {name: value for name in names if (value := getattr(flags, name)) is not None}
 
 
 def check_configuration(path: Path, preset: Preset) -> None:
@@ -96,7 +109,7 @@ def main(arguments: list[str] | None = None) -> int:
         Its exit code.
     """
     preset, given = parse(arguments)
-    with claimed(given.out), InterruptGuard() as stop:
+    with claimed(given.out, FILES), InterruptGuard() as stop:
         check_configuration(given.out / CONFIG, preset)
         try:
             from haptic_lab.learning.training import (  # takes seconds, and needs what `parse` has looked for

@@ -16,16 +16,20 @@ from matplotlib.axes import Axes
 from rich.table import Table
 
 from haptic_env import validate
-from haptic_lab.files import atomic, write_text
+from haptic_lab.exploration.patches import DEAD, STUCK, Found
+from haptic_lab.files import atomic, check_writable, write_text
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import OUTLINE, as_drawn
 
 INTERVAL = 1.645  # SDs on each side: 90 %
+LEAST = 1e-4  # degrees: the last digit of a file
 HEAD = """# Offsets of felt joint angles, found by touch: `haptic-slam explore --save-offsets`, {source}.
 # In the form of a glove's calibration, whose sensors are the felt angles themselves:
 #     joint angle = offset_deg + felt angle.
 # To mend the calibration that the felt angles came from, add each offset_deg to its own.
 """
+PATCHES = """# Patches that do not work, as --believed-patches-stuck and --believed-patches-dead take them, and the
+# probability that each works."""
 
 
 def believed(told: Mapping[str, Any]) -> bool:
@@ -35,9 +39,9 @@ def believed(told: Mapping[str, Any]) -> bool:
         told: keywords of the observer.
 
     Returns:
-        Whether there is anything to find.
+        Whether there is anything to find that could be told.
     """
-    return any(told.get(name, 0.0) > 0 for name in ("bias_deg", "drift_deg"))
+    return any(np.max(told.get(name, 0.0)) >= LEAST for name in ("bias_deg", "drift_deg"))
 
 
 def check(path: str, out: str, told: Mapping[str, Any]) -> None:
@@ -57,12 +61,8 @@ def check(path: str, out: str, told: Mapping[str, Any]) -> None:
         raise ValueError(
             "--save-offsets needs an observer that believes in offsets: --bias-deg, --believed-bias-deg or --believed"
         )
-    folder = Path(path).parent
-    writable = folder.is_dir() and os.access(folder, os.W_OK)
-    if Path(path).is_dir() or not (writable or folder.resolve() == Path(out).resolve()):
-        raise ValueError(
-            f"--save-offsets must be a file in a folder that can be written to, got {validate.shown(path)}"
-        )
+    if os.path.exists(Path(path).parent) or Path(path).parent.resolve() != Path(out).resolve():
+        check_writable("--save-offsets", Path(path))
 
 
 def found(exploration: Exploration, trace: BeliefTrace) -> dict[str, dict[str, float | None]]:
@@ -137,18 +137,25 @@ def draw(axes: Axes, offsets: Mapping[str, Mapping[str, float | None]]) -> None:
     axes.legend(loc="best", fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
 
 
-def save(path: Path, offsets: Mapping[str, Mapping[str, float | None]], source: str) -> None:
+def save(path: Path, offsets: Mapping[str, Mapping[str, float | None]], source: str, patches: Found) -> None:
     """Write what was found as a calibration that `haptic_env.recordings.read_calibration` takes.
 
     Args:
         path: of the .toml file.
         offsets: what `found` returns.
         source: says what was explored, in a line.
+        patches: that were found to lie; nothing where nobody looked for them.
     """
     lines = [HEAD.format(source=source), f"sensors = {json.dumps(list(offsets))}", 'unit = "radians"', "", "[joints]"]
     for joint, each in offsets.items():
         name, degrees = json.dumps(joint), -float(each["degrees"] or 0.0)
         line = f"{name} = {{ offset_deg = {degrees:.4f}, gains = {{ {name} = 1.0 }} }}"
         lines.append(f"{line}  # ± {each['std_degrees']:.2f} degrees (SD)")
+    if patches:
+        lines += ["", PATCHES, "[patches]"]
+        for fault in (STUCK, DEAD):
+            lines.append(f"{fault} = {json.dumps([name for name in patches if patches[name]['believed'] == fault])}")
+        lines += ["", "[patches.reliability]"]
+        lines += [f"{json.dumps(name)} = {each['reliability']:.6f}" for name, each in patches.items()]
     with atomic(path) as place:
         write_text(place, "\n".join(lines) + "\n")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from haptic_lab.exploration import offsets
+from haptic_lab.exploration import offsets, patches
 from haptic_lab.exploration.settings import OBSERVER, RAW
 from haptic_lab.exploration.summary import object_of
 from haptic_lab.files import atomic
@@ -23,7 +23,7 @@ from observer import metrics
 
 def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace], summary: dict[str, Any]) -> None:
     """Write explore.png: the map from three sides, pose error and posterior through time, and where the observer
-    believes in offsets of felt angles, what was found of them.
+    believes in offsets of felt angles, or in patches that lie, what was found of them.
 
     Args:
         path: of the picture.
@@ -33,8 +33,9 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
     """
     slam, settings = traces[OBSERVER], summary["settings"]
     belief = slam.belief
-    found = summary.get("joint_offset", {})
-    figure = Figure(figsize=(13, 8.2) if found else (11, 7.2), layout="constrained")
+    found, lying = summary.get("joint_offset", {}), summary.get("patches", {})
+    also = bool(found) + bool(lying)
+    figure = Figure(figsize=((11, 7.2), (13, 8.2), (16, 8.2))[also], layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
     above, below = parts
     sides = above.subplots(1, 3)
@@ -45,7 +46,7 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
         image = draw_map(axes, belief.occupancy, belief.grid, exploration.solid, side, hand, angles, root)
     above.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
     above.legend(handles=map_legend(), loc="outside lower center", ncols=4, fontsize=9)
-    left, right, *more = below.subplots(1, 3 if found else 2, width_ratios=(1, 1, 0.8) if found else None)
+    left, right, *more = below.subplots(1, 2 + also, width_ratios=(1, 1, *[0.8] * also))
     errors = {
         "raw angles": (metrics.pose_error_deg(exploration.felt_angles, exploration.true_angles), OBSERVER_COLOURS[RAW]),
         "haptic SLAM": (
@@ -56,8 +57,10 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
     draw_pose_error(left, exploration.seconds, errors, exploration.contacts.any(axis=1), settings["sigma"])
     truth, simulated = object_of(summary)
     draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, truth)
-    for axes in more:
-        offsets.draw(axes, found)
+    if found:
+        offsets.draw(more[0], found)
+    if lying:
+        patches.draw(more[-1], lying, exploration.hand.patches)
     sure = summary["posterior"][slam.name]
     titles = titles_of(slam.labels)
     verdict = "right" if slam.name == truth else f"wrong: a {as_drawn(titles[truth])}"
@@ -108,6 +111,9 @@ def save_trace(path: Path, exploration: Exploration, traces: dict[str, BeliefTra
             lagged_joint_std=slam.lagged_joint_std,
             joint_offset=slam.joint_offset,
             joint_offset_std=slam.joint_offset_std,
+            patch_reliability=slam.patch_reliability,
+            touched=exploration.contacts if slam.touched is None else slam.touched,
+            patches=np.array(exploration.hand.patches.names),
             n_eff=slam.n_eff,
             posterior=slam.posterior,
             labels=np.array(slam.labels),

@@ -67,12 +67,13 @@ def make_trial(settings: ExplorationSettings, session: replay.ExplorationSession
     names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
     observers: dict[str, Observer] = {}
     rate = hand_env(session.env).control_hz
+    noise = settings.told(settings.noise, session.hand)
     for name, told in names.items():
-        told = {"control_hz": rate, **settings.believed_noise, **told}
+        told = {"control_hz": rate, **noise, **told}
         observers |= make_observers((name,), session.hand, particles=settings.particles, **told)
     env = session.env
     if isinstance(session.policy, str):
-        env = guided(env, session.policy, shape=session.namer, **settings.believed_noise)
+        env = guided(env, session.policy, shape=session.namer, **noise)
     return Trial(env, session.policy, observers, session.namer, settings.seed, naming=(OBSERVER,), trust=settings.trust)
 
 

@@ -11,7 +11,7 @@ from haptic_env import shapes, validate
 from haptic_lab import conditions
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.conditions import check_policy
-from haptic_lab.exploration import offsets
+from haptic_lab.exploration import offsets, surface
 
 OBSERVER, RAW = "haptic_slam", "floor"
 SECONDS = 10.0
@@ -49,7 +49,11 @@ class ExplorationSettings(Believed):
         motor_noise: a fraction.
         contact_miss: a probability.
         contact_false_alarm: a probability.
+        contact_confusion: a probability.
+        patches_stuck: patches, or the probability of each.
+        patches_dead: likewise.
         save_offsets: path of a file for the offsets that are found, if they are to be kept.
+        save_mesh: path of a file for the surface of what was touched, if it is to be drawn.
 
     Raises:
         ValueError: for a value out of its range.
@@ -72,7 +76,11 @@ class ExplorationSettings(Believed):
     motor_noise: float = conditions.DEFAULTS["motor_noise"]
     contact_miss: float = conditions.DEFAULTS["contact_miss"]
     contact_false_alarm: float = conditions.DEFAULTS["contact_false_alarm"]
+    contact_confusion: float = conditions.DEFAULTS["contact_confusion"]
+    patches_stuck: float | str = conditions.DEFAULTS["patches_stuck"]
+    patches_dead: float | str = conditions.DEFAULTS["patches_dead"]
     save_offsets: str | None = None
+    save_mesh: str | None = None
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
@@ -86,16 +94,20 @@ class ExplorationSettings(Believed):
         check_policy(self.policy, self.trust)
         validate.integer("--seed", self.seed, 0, 2**32 - 1)
         conditions.check_noise(self.noise)
+        conditions.check_contacts(self.env, self.noise)
         self.check_believed()
+        self.check_told(self.env, self.noise)
         if self.save_offsets is not None:
             offsets.check(self.save_offsets, self.out, self.believed_noise)
+        if self.save_mesh is not None:
+            surface.check(self.save_mesh, self.out)
 
     @property
     def noise(self) -> dict[str, Any]:
         """Keyword arguments of the environment."""
-        return {name: getattr(self, name) for name in conditions.DEFAULTS} | {"sigma_deg": self.sigma}
+        return conditions.noise_of(self) | {"sigma_deg": self.sigma}
 
     @property
     def believed_noise(self) -> dict[str, Any]:
-        """What observers are told: keyword arguments."""
+        """What observers are told, whatever the hand: keyword arguments."""
         return self.told(self.noise)

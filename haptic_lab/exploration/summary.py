@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from haptic_lab import replay
-from haptic_lab.exploration import offsets
+from haptic_lab.exploration import offsets, patches
 from haptic_lab.exploration.settings import OBSERVER, RAW, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import colours_of, titles_of
@@ -76,6 +76,7 @@ def summarise(
         },
         "coverage_90": metrics.credible_coverage(slam.joint_angles, slam.joint_std, exploration.true_angles),
         **({"joint_offset": found} if (found := offsets.found(exploration, slam)) else {}),
+        **({"patches": lying} if (lying := patches.found(exploration, slam, settings.believed_noise)) else {}),
         "surface": {label: {"raw angles": surface(RAW, n), "haptic SLAM": surface(OBSERVER, n)} for n, label in WITHIN},
         "surface_coverage": metrics.surface_coverage(belief.occupancy, belief.grid, solid),
         "occupancy_ece": calibration.ece,

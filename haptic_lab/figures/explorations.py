@@ -1,7 +1,7 @@
 """Explorations that figures show (`ShownExploration`): belief and truth ten frames a second, in an archive each.
 
-Shapes: T steps, F frames, J joints, P patches, C labels, (X, Y, Z) voxels. A frame is of the moment that the fixed lag
-has reached: its pose and its map go together.
+Shapes: T steps, F frames, J joints, P patches, C labels, (X, Y, Z) voxels. A frame is of one moment: its map is that in
+hindsight of all that was felt until then, its pose the one that the fixed lag told of later.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class ShownExploration:
 
     Attributes:
         step: (F,) steps of the frames, from 1.
-        occupancy: (F, X, Y, Z) probabilities.
+        occupancy: (F, X, Y, Z) probabilities, the map at that step.
         grid_origin: (3,) m.
         grid_resolution: m.
         mean: (F, J) rad, of the belief of the pose.
@@ -126,14 +126,17 @@ def run_shown_explorations(tasks: Sequence[SweepTask]) -> list[tuple[SweepTask, 
 def _show(task: SweepTask) -> bytes:
     trial = make_trial(task, naming=True)
     observer_run = trial.observer_runs[SLAM]
+    slam: Any = observer_run.observer
     every = max(1, round(1.0 / (FRAMES_PER_SECOND * trial.step_seconds)))
     frames: list[tuple[Any, ...]] = []
+    maps: dict[int, NDArray[np.float16]] = {}  # of the steps that the lag has not reached
     for step in trial:
         belief = observer_run.belief
         about = step - belief.lag_steps
+        if step % every == 0:
+            maps[step] = slam.map_now().astype(np.float16)
         if belief.lagged_contacts is not None and about % every == 0:
-            occupancy = belief.occupancy.astype(np.float16)
-            frames.append((about, occupancy, belief.lagged_joint_angles, belief.lagged_covariance))
+            frames.append((about, maps.pop(about), belief.lagged_joint_angles, belief.lagged_covariance))
     trial.env.close()
     exploration, traces = trial.finish()
     trace = traces[SLAM]

@@ -20,6 +20,7 @@ from haptic_lab.style import OBSERVER_COLOURS, SHAPE_COLOURS
 Wanted = Sequence[tuple[str, float]]  # explorations, by shape and sigma in degrees
 Find = Callable[[str, float], ShownExploration]
 WIDTH = 7.2  # inches: a page of two columns
+KINDS = ("png", "pdf", "csv")
 PRINT: Any = {
     "savefig.dpi": 200,
     "pdf.fonttype": 42,
@@ -70,7 +71,7 @@ def save(drawn: PaperFigure, name: str, folder: Path) -> list[str]:
     Returns:
         The names of the files.
     """
-    names = [f"{name}.{kind}" for kind in ("png", "pdf", "csv")]
+    names = [f"{name}.{kind}" for kind in KINDS]
     with atomic(folder / names[0]) as place:
         drawn.figure.savefig(place)
     with atomic(folder / names[1]) as place:

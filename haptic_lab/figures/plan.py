@@ -11,8 +11,7 @@ from typing import Any
 from joblib import cpu_count
 
 from haptic_env import shapes, validate
-from haptic_lab import believed
-from haptic_lab.conditions import DEFAULTS as NOISES
+from haptic_lab import believed, conditions
 from haptic_lab.figures import FIGURES, FROM_NOISES, FROM_TRIALS, offsets, pose_error
 from haptic_lab.figures.figure6 import TITLES
 from haptic_lab.sweeps import options
@@ -38,7 +37,7 @@ DEFAULTS: dict[str, Any] = {  # of the sweep; flags of evaluate.py
     "observers": ["floor", "haptic_slam", "ceiling"],
     "classifiers": [name for name in TITLES if name != STREAM],
     "jobs": cpu_count(),
-    **NOISES,
+    **conditions.DEFAULTS,
     **dict.fromkeys(believed.BELIEVED),
 }
 POSE = "pose_error"  # also has trials of its own
@@ -116,8 +115,7 @@ def parse(description: str | None, arguments: list[str] | None) -> FiguresPlan:
     add("--jobs", type=int, help="processes of this machine (default: one a core)")
     add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
     quick = ", ".join(f"--{name.replace('_', '-')} {_told(value)}" for name, value in QUICK.items())
-    for name, value in NOISES.items():
-        add(f"--{name.replace('_', '-')}", type=float, help=f"as the environment's, of all trials (default {value:g})")
+    conditions.add_flags(add, "as the environment's, of all trials")
     believed.add_flags(add)
     add("--offsets", nargs="+", type=float, help="of the figure of that name: SDs of bias, drift (default 0 1 3 5)")
     add("--offset-sigmas", nargs="+", type=float, help="its sigmas (default 1 3)")

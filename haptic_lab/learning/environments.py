@@ -93,7 +93,7 @@ def make_env(world: TrainingWorld, held_out: bool = False) -> gym.Env[Any, Any]:
     vary = {name: getattr(world, name) for name in ("size_jitter", "yaw_jitter", "position_jitter")}
     env = gym.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary, **world.noise)
     base = hand_env(env)
-    told = world.told(world.noise)
+    told = world.told(world.noise, base.hand)
     observer: HapticSLAM | PoseOnly
     if "occupancy" in world.observation:
         observer = HapticSLAM(base.hand, particles=1, control_hz=base.control_hz, **told)

@@ -15,7 +15,7 @@ import haptic_env
 from agents.finger_kinematics import FingerKinematics
 from haptic_env import reading, validate
 from haptic_env.hand import Hand
-from haptic_lab import conditions
+from haptic_lab import conditions, faults
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.learning import options
 from haptic_lab.terminal import as_keys
@@ -58,6 +58,9 @@ class TrainingWorld(Believed):
         motor_noise: a fraction.
         contact_miss: a probability.
         contact_false_alarm: a probability.
+        contact_confusion: a probability.
+        patches_stuck: patches, or the probability of each.
+        patches_dead: likewise.
 
     Raises:
         ValueError: for a value out of its range.
@@ -86,6 +89,9 @@ class TrainingWorld(Believed):
     motor_noise: float = conditions.DEFAULTS["motor_noise"]
     contact_miss: float = conditions.DEFAULTS["contact_miss"]
     contact_false_alarm: float = conditions.DEFAULTS["contact_false_alarm"]
+    contact_confusion: float = conditions.DEFAULTS["contact_confusion"]
+    patches_stuck: faults.Given = conditions.DEFAULTS["patches_stuck"]
+    patches_dead: faults.Given = conditions.DEFAULTS["patches_dead"]
 
     def __post_init__(self) -> None:
         validate.choice("env", self.env, haptic_env.ENVIRONMENTS)
@@ -115,15 +121,17 @@ class TrainingWorld(Believed):
         validate.integer("stride", self.stride, 1, 1000)
         validate.number("temper", self.temper, 0.0, 1.0, above=0.0)
         conditions.check_noise(self.noise)
+        conditions.check_contacts(self.env, self.noise)
         try:
             self.check_believed()
+            self.check_told(self.env, self.noise)
         except ValueError as error:
             raise ValueError(as_keys(str(error))) from error
 
     @property
     def noise(self) -> dict[str, Any]:
         """Keyword arguments of the environment, all but sigma's, which is drawn."""
-        return {name: getattr(self, name) for name in conditions.DEFAULTS}
+        return conditions.noise_of(self)
 
 
 @dataclass(frozen=True)

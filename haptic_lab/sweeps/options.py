@@ -13,12 +13,12 @@ from joblib import cpu_count
 
 import agents
 from haptic_env import reading, shapes, validate
-from haptic_lab import believed
-from haptic_lab.conditions import DEFAULTS, TRUST
+from haptic_lab import believed, conditions, faults
+from haptic_lab.conditions import TRUST
 from haptic_lab.sweeps.plan import SweepPlan, planned
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
-from haptic_lab.sweeps.rows import columns
+from haptic_lab.sweeps.rows import columns, unusual
 from haptic_lab.sweeps.tasks import files_of
 from haptic_lab.terminal import Parser, as_keys, as_path, refuse
 from haptic_lab.worlds import HANDS_OR_IDS
@@ -38,6 +38,7 @@ KINDS: dict[Any, str] = {
     float: "a number",
     str: "a string",
     believed.as_sigma: f"a number or {believed.UNKNOWN!r}",
+    faults.as_faults: "a number, or patches as a string",
 }
 USUAL = [name for name in OBSERVERS if name != "white"]  # which is haptic_slam where no error lasts
 TRUSTED = ["--trust"]
@@ -119,7 +120,7 @@ def open_results(plan: SweepPlan) -> Results:
         folder = Path(plan.out)
         (folder / "exemplars").mkdir(parents=True, exist_ok=True)
         config = asdict(plan.settings) | versions() | files_of(plan.settings)
-        return Results(folder, config, *columns(plan.settings), plan.settings.observers)
+        return Results(folder, config, *columns(plan.settings), plan.settings.observers, unusual(plan.conditions))
     except ValueError as error:
         refuse(str(error))
     except OSError as error:
@@ -157,9 +158,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     )
     add("--scale", type=float, default=1.0, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigmas", nargs="+", type=float, default=[1.0, 3.0, 5.0], help="noise, SD in degrees (default 1 3 5)")
-    for name, value in DEFAULTS.items():
-        flag = "--" + name.replace("_", "-")
-        add(flag, nargs="+", type=float, default=[value], help=f"as the environment's, one or more (default {value:g})")
+    conditions.add_flags(add, "as the environment's, one or more", nargs="+")
     add(
         "--policy",
         nargs="+",
@@ -261,4 +260,6 @@ def _is(kind: Any, value: Any) -> bool:
     """Whether a value of a file is of a kind of `KINDS`."""
     if kind is believed.as_sigma:
         return _is(float, value) or value == believed.UNKNOWN
+    if kind is faults.as_faults:
+        return _is(float, value) or _is(str, value)
     return type(value) is kind or (kind is float and type(value) is int)

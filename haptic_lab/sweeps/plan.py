@@ -6,15 +6,16 @@ import argparse
 import importlib.util
 import itertools
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
+from typing import Any
 
 import gymnasium as gym
 
 import agents
 from agents.sb3 import Sb3
 from haptic_env import hand_of, validate
-from haptic_lab.conditions import FACTORS, Condition, check_policy
+from haptic_lab.conditions import CONTACTS, FACTORS, Condition, check_contacts, check_policy
 from haptic_lab.sweeps.tasks import SweepSettings
 from haptic_lab.trial import check_model
 from haptic_lab.worlds import candidates_of, environment
@@ -66,7 +67,7 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
     settings = SweepSettings(**told)
     flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}
-    values = {name: sorted(set(getattr(given, flag))) for name, flag in flags.items()}
+    values = {name: sorted(set(getattr(given, flag)), key=_order) for name, flag in flags.items()}
     for name, several in values.items():
         if not several:
             raise ValueError(f"--{flags[name].replace('_', '-')} must have a value, got []")
@@ -75,6 +76,10 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         raise ValueError(f"a sweep has {MOST_CONDITIONS} combinations at most, these are more: {counts}")
     product = itertools.product(*values.values())
     conditions = tuple(Condition(**dict(zip(FACTORS, each, strict=True))) for each in product)
+    for each in itertools.product(*(values[name] for name in CONTACTS)):
+        contacts = replace(conditions[0], **dict(zip(CONTACTS, each, strict=True))).noise
+        check_contacts(settings.env, contacts)
+        settings.check_told(settings.env, contacts)
     for policy in values["policy"]:
         check_policy(policy, given.trust)
     most = values["sigma_deg"][-1] * settings.believed_sigma
@@ -97,6 +102,11 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         ablation=given.ablation,
         calibration=given.calibration,
     )
+
+
+def _order(value: Any) -> tuple[bool, Any]:
+    """Numbers come before texts."""
+    return isinstance(value, str), value
 
 
 @lru_cache

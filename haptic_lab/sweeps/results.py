@@ -13,17 +13,20 @@ import json
 import os
 import shlex
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from haptic_lab.conditions import FACTORS
+from haptic_lab.conditions import DEFAULTS, FACTORS, LATER
+from haptic_lab.faults import FAULTS
 from haptic_lab.files import atomic, write_json, write_text
 
 Row = dict[str, str]
 Key = tuple[float | str, ...]  # of a trial: `KEY` but for the observer
 KEY = (*FACTORS, "shape", "seed", "observer")
+TEXTS = (*FAULTS, "policy", "shape", "observer")  # of `KEY`
+USUAL = {name: str(DEFAULTS[name]) if name in FAULTS else DEFAULTS[name] for name in LATER}  # what no column tells
 CHECK = "check"  # the last column
 csv.field_size_limit(2**24)  # the course of an hour is longer than what `csv` takes for a field
 
@@ -62,6 +65,7 @@ class Results:
         columns: Sequence[str],
         numbers: Sequence[str],
         order: Sequence[str],
+        needed: Collection[str] = (),
     ) -> None:
         """Read the table, as far as it is there.
 
@@ -71,12 +75,15 @@ class Results:
             columns: of the table.
             numbers: columns that hold numbers, or nothing.
             order: of a trial's observers.
+            needed: those of `LATER` that the table is to have; others it keeps where it has them.
 
         Raises:
             ValueError: for a folder that holds another configuration, or a table that is corrupt.
         """
-        self.folder, self.columns, self.numbers, self.order = folder, list(columns), set(numbers), list(order)
-        self.path = folder / "trials.csv"
+        self.folder, self.order, self.path = folder, list(order), folder / "trials.csv"
+        spared = {*LATER} - {*needed, *self._header()}
+        self.columns = [name for name in columns if name not in spared]
+        self.numbers = {*numbers} - spared
         self._check_config(config)
         self.trials: dict[Key, list[Row]] = {}
         if self.path.exists():
@@ -104,7 +111,8 @@ class Results:
             write_text(place, self._table(sorted(self.trials)))
 
     def _key(self, row: Row) -> Key:
-        return tuple(float(row[name]) if name in self.numbers else row[name] for name in KEY[:-1])
+        told: dict[str, Any] = {**USUAL, **row}
+        return tuple(float(told[name]) if name in self.numbers else told[name] for name in KEY[:-1])
 
     def _table(self, keys: Iterable[Key]) -> str:
         return _csv([*self.columns, CHECK]) + "".join(self._line(row) for key in keys for row in self.trials[key])
@@ -112,6 +120,14 @@ class Results:
     def _line(self, row: Row) -> str:
         fields = [row[name] for name in self.columns]
         return _csv([*fields, _check(fields)])
+
+    def _header(self) -> list[str]:
+        """The columns of the table that is there; none where it has no first line that could be read."""
+        try:
+            with self.path.open(encoding="utf-8-sig") as file:
+                return self._fields(1, file.readline().rstrip("\n"))
+        except (FileNotFoundError, ValueError):
+            return []
 
     def _check_config(self, config: Mapping[str, Any]) -> None:
         path = self.folder / "config.json"
@@ -144,15 +160,17 @@ class Results:
         except UnicodeDecodeError as error:
             raise ValueError(f"{self.path} is corrupt: {error}") from error
         lines = text.removeprefix("\ufeff").replace("\r\n", "\n").split("\n")[:-1]
-        if not lines or self._fields(1, lines[0]) != [*self.columns, CHECK]:
+        header = self._fields(1, lines[0]) if lines else []
+        there = [name for name in self.columns if name not in LATER or name in header]
+        if header != [*there, CHECK]:
             raise ValueError(f"{self.path}, line 1: the columns are not those of this table; choose another --out")
         seen: dict[tuple[Key, str], int] = {}
         for number, line in enumerate(lines[1:], start=2):
             if line:
-                self._take(number, line, seen)
+                self._take(number, line, seen, there)
         if end:
             with suppress(ValueError):
-                self._take(len(lines) + 1, end.decode(), seen)
+                self._take(len(lines) + 1, end.decode(), seen, there)
         for key, rows in list(self.trials.items()):
             observers = [row["observer"] for row in rows]
             if observers == self.order:
@@ -162,9 +180,9 @@ class Results:
             del self.trials[key]  # the last one, cut off between two of its rows
         return content != self._table(self.trials).encode()
 
-    def _take(self, number: int, line: str, seen: dict[tuple[Key, str], int]) -> None:
-        """Add the row of a `line`; `seen`: in which line each row was before."""
-        row = self._row(number, self._fields(number, line))
+    def _take(self, number: int, line: str, seen: dict[tuple[Key, str], int], columns: list[str]) -> None:
+        """Add the row of a `line` that has `columns`; `seen`: in which line each row was before."""
+        row = self._row(number, self._fields(number, line), columns)
         key = self._key(row)
         first = seen.setdefault((key, row["observer"]), number)
         if first != number:
@@ -179,13 +197,14 @@ class Results:
         except csv.Error as error:
             raise ValueError(f"{self.path}, line {number}: {error}; the table is corrupt") from error
 
-    def _row(self, number: int, fields: list[str]) -> Row:
-        if len(fields) != len(self.columns) + 1:
+    def _row(self, number: int, fields: list[str], columns: list[str]) -> Row:
+        if len(fields) != len(columns) + 1:
             raise ValueError(
-                f"{self.path}, line {number}: {len(fields)} fields, not {len(self.columns) + 1}; the table is corrupt"
+                f"{self.path}, line {number}: {len(fields)} fields, not {len(columns) + 1}; the table is corrupt"
             )
         *fields, check = fields
-        row = dict(zip(self.columns, fields, strict=True))
+        row = {name: str(value) for name, value in USUAL.items() if name in self.columns}
+        row |= dict(zip(columns, fields, strict=True))
         for name in self.numbers:
             try:
                 float(row[name] or "nan")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from haptic_env import reading
+from haptic_lab.conditions import DEFAULTS, LATER, Condition
 from haptic_lab.records import BeliefTrace
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES, OF_MAPS
 from haptic_lab.sweeps.provenance import versions
-from haptic_lab.sweeps.results import KEY, listed
+from haptic_lab.sweeps.results import KEY, TEXTS, listed
 from haptic_lab.sweeps.tasks import STREAM, SweepSettings, SweepTask
 from observer import variants
 from observer.classifiers import CLASSIFIERS, MapClassifier
@@ -107,5 +108,17 @@ def columns(settings: SweepSettings) -> tuple[list[str], list[str]]:
     """
     correct = [f"{namer}_correct" for namer in settings.namers]
     numbers = [*MEASURES, *(f"p_{shape}" for shape in settings.shapes), *correct]
-    keys = [name for name in KEY if name not in ("policy", "shape", "observer")]
+    keys = [name for name in KEY if name not in TEXTS]
     return [*KEY, *numbers, *HISTOGRAMS, *COURSES, *settings.namers, *constants(settings)], [*numbers, *keys]
+
+
+def unusual(conditions: Iterable[Condition]) -> frozenset[str]:
+    """List the factors that a table needs though it may do without.
+
+    Args:
+        conditions: of its trials.
+
+    Returns:
+        Those of `LATER` that are not as usual in one of them.
+    """
+    return frozenset(name for each in conditions for name in LATER if getattr(each, name) != DEFAULTS[name])

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Hashable, Iterable
-from dataclasses import asdict, astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import agents
 import haptic_env
 from haptic_env import shapes, validate
+from haptic_env.hand import Hand
 from haptic_lab.believed import Believed
 from haptic_lab.conditions import Condition
 from haptic_lab.files import part_of_name
@@ -114,18 +115,24 @@ class SweepTask:
     @property
     def key(self) -> Key:
         """What tells it from the other trials of the table."""
-        return (*astuple(self.condition), self.shape, self.seed)
+        return (*self.condition.values, self.shape, self.seed)
 
-    @property
-    def told(self) -> dict[str, Any]:
-        """Keywords of its observers: the noise that they believe in."""
+    def told(self, hand: Hand) -> dict[str, Any]:
+        """Say what its observers are told.
+
+        Args:
+            hand: that explores.
+
+        Returns:
+            Keywords: the noise that they believe in.
+        """
         noise = self.condition.noise
-        return self.settings.told(noise | {"sigma_deg": self.settings.believed_sigma * noise["sigma_deg"]})
+        return self.settings.told(noise | {"sigma_deg": self.settings.believed_sigma * noise["sigma_deg"]}, hand)
 
     @property
     def name(self) -> str:
         """The same as the name of a file."""
-        told = [f"{name}={part_of_name(value)}" for name, value in asdict(self.condition).items()]
+        told = [f"{name}={part_of_name(value)}" for name, value in self.condition.named_by.items()]
         return "_".join([*told, part_of_name(self.shape), str(self.seed)])
 
 

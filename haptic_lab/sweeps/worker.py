@@ -73,16 +73,16 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
         reveal_truth=True,
     )
     hand = hand_of(env)
-    observers = make_observers(settings.observers, hand, particles=settings.particles, **task.told)
+    observers = make_observers(settings.observers, hand, particles=settings.particles, **task.told(hand))
     felt_at: dict[str, float] = {}
     for other in further:
         mine = [name for name in settings.observers if name != TRUE_POSE]
-        made = make_observers(mine, hand, particles=settings.particles, **other.told)
+        made = make_observers(mine, hand, particles=settings.particles, **other.told(hand))
         renamed = {_felt_by(other, name): each for name, each in made.items()}
         observers |= renamed
         felt_at |= dict.fromkeys(renamed, other.condition.sigma_deg)
     posterior = shape_posterior(settings)
-    env = guided(env, condition.policy, shape=shape_posterior(settings, GUIDE_VARIANTS), **task.told)
+    env = guided(env, condition.policy, shape=shape_posterior(settings, GUIDE_VARIANTS), **task.told(hand))
     named = None if naming else ()
     return Trial(
         env, condition.policy, observers, posterior, task.seed, naming=named, felt_at=felt_at, trust=settings.trust

@@ -10,8 +10,9 @@ again and again given all sweeps and all other touches, until nothing moves: bel
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,7 @@ WEIGHT = 3.0  # of a touch, times its own: shared out with all that is known it 
 EDGE = 1.7  # of the skin, times its own: sweeps count in full here, so that what they exclude must be surer
 NO_FLOOR = -(2**40)  # sweeps count in full
 AWAY = 10.0  # m before a grid lies what is not to meet it
+BATCH = 25  # moments that are gathered together: a call costs little of them, and whoever asks waits for no more
 ROUNDS = 8  # by then no probability of a trial of 30 s moves by more than 0.03
 
 
@@ -59,8 +61,8 @@ class Moment(NamedTuple):
 class Hindsight:
     """The map of all that was noted, at any moment.
 
-    What sweeps and touches say is gathered once; sharing the touches among their suspects is what begins anew whenever
-    the map is asked for.
+    What sweeps and touches say is gathered once, as the trial goes on; sharing the touches among their suspects is what
+    begins anew whenever the map is asked for.
     """
 
     def __init__(self, tree: Tree, grid: Grid, body: Body, model: ContactModel) -> None:
@@ -89,6 +91,21 @@ class Hindsight:
         """
         self._fresh.append(moment)
         self.empty = False
+        if len(self._fresh) == BATCH:
+            self._gather()
+
+    def branch(self) -> Self:
+        """Branch off, so that more can be noted which this one is not to know.
+
+        Returns:
+            One that knows the same.
+        """
+        self._gather()
+        self._touches = _joined(self._touches)
+        other = copy.copy(self)
+        other._swept, other._seen = self._swept.copy(), self._seen.copy()
+        other._touches, other._fresh = self._touches.copy(), []
+        return other
 
     def occupancy(self) -> Array:
         """Share all touches among their suspects.
@@ -97,12 +114,11 @@ class Hindsight:
             (X, Y, Z) probability that each voxel is occupied given all that was noted, 0.5 where the hand never came
             near.
         """
-        if self._fresh:
-            self._gather()
+        self._gather()
         log_odds = self._prior + QUANTUM * self._swept
         evidence = self._where[-1]
         if self._touches:
-            self._touches = [tuple(np.concatenate(each) for each in zip(*self._touches, strict=True))]
+            self._touches = _joined(self._touches)
             share(*self._touches[0], 1.0 - evidence.false_alarm, ROUNDS, log_odds)
         told = np.zeros(len(log_odds), dtype=np.int8)
         spread(np.flatnonzero(self._seen), self._shape, told)
@@ -110,6 +126,8 @@ class Hindsight:
 
     def _gather(self) -> None:
         """Gather what the fresh moments say."""
+        if not self._fresh:
+            return
         tree, body, lattice, _ = self._where
         trial = Moment(*(np.stack(each) for each in zip(*self._fresh, strict=True)))
         step, link = np.nonzero(~trial.heard)
@@ -117,6 +135,11 @@ class Hindsight:
         trial.contacts[:] &= trial.heard[:, body.patch_link]
         self._touches.append(look_back(self._where, trial, self._swept, self._seen))
         self._fresh = []
+
+
+def _joined(parts: list[tuple[Array, ...]]) -> list[tuple[Array, ...]]:
+    """What touches ask of `share`, in one part."""
+    return [tuple(np.concatenate(each) for each in zip(*parts, strict=True))] if len(parts) > 1 else parts
 
 
 def occupancy(moments: Iterable[Moment], tree: Tree, grid: Grid, body: Body, model: ContactModel) -> Array:

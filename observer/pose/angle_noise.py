@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from haptic_env import sensors, validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
+from haptic_env.sensors import Spread
 
 GUESS_DEG = 3.0  # σ where it is to be found out, before anything was felt
 
@@ -61,8 +62,8 @@ class AngleNoise:
         joints: int,
         step_seconds: float,
         *,
-        bias_deg: float = 0.0,
-        drift_deg: float = 0.0,
+        bias_deg: Spread = 0.0,
+        drift_deg: Spread = 0.0,
         drift_seconds: float = 10.0,
         proportional: float = 0.0,
         start_std_deg: float = 0.0,
@@ -73,8 +74,8 @@ class AngleNoise:
         Args:
             joints: J.
             step_seconds: s, from one reading to the next.
-            bias_deg: degrees, SD of the constant error of each joint and trial.
-            drift_deg: degrees, SD of the slow error of each joint.
+            bias_deg: degrees, SD of the constant error of each joint and trial: one for all joints, or (J,).
+            drift_deg: degrees, SD of the slow error of each joint, likewise.
             drift_seconds: s, time constant of the drift.
             proportional: SD of white noise as a fraction of the angle.
             start_std_deg: degrees, SD of each joint's angle about the rest pose at the reset.
@@ -85,8 +86,8 @@ class AngleNoise:
         """
         felt = sensors.Proprioception(
             [
-                sensors.Bias(bias_deg),
-                sensors.Drift(drift_deg, drift_seconds, step_seconds),
+                sensors.Bias(bias_deg, joints),
+                sensors.Drift(drift_deg, drift_seconds, step_seconds, joints),
                 sensors.Proportional(proportional),
             ]
         )
@@ -96,42 +97,51 @@ class AngleNoise:
             np.deg2rad(validate.number("start_std_deg", start_std_deg, 0.0, 90.0, unit="degrees")) ** 2
         )
         self.finds_sigma = finds_sigma
-        self.decay = np.repeat([each.decay for each in self.lasting], joints).astype(np.float64)
-        self.fresh = np.repeat([each.step_sd**2 for each in self.lasting], joints).astype(np.float64)
-        self.prior = np.repeat([each.sd**2 for each in self.lasting], joints).astype(np.float64)
+        self._joints = joints
+        self.decay = self._of_joints([each.decay for each in self.lasting])
+        self.fresh = self._of_joints([each.step_sd**2 for each in self.lasting])
+        self.prior = self._of_joints([each.sd**2 for each in self.lasting])
+
+    def _of_joints(self, of_kinds: Sequence[float | Array]) -> Array:
+        """(E,): what is the same for all joints, or (J,) of each, of one kind of errors after the other."""
+        return np.array([np.broadcast_to(each, self._joints) for each in of_kinds], dtype=np.float64).reshape(-1)
 
     @property
-    def sd(self) -> float:
-        """Rad: SD of the offset of a joint, over trials."""
-        return float(np.sqrt(sum(each.sd**2 for each in self.lasting)))
+    def sd(self) -> float | Array:
+        """Rad: SD of the offset of a joint, over trials; (J,) where joints differ."""
+        total: Any = np.sqrt(sum(each.sd**2 for each in self.lasting))
+        return total if np.ndim(total) else float(total)
 
-    def variance(self, sigma: float, angles: Array, spread: Array) -> Array:
+    def variance(self, sigma: float | Array, angles: Array, spread: Array) -> Array:
         """The variance of white noise about angles that are themselves uncertain.
 
         Args:
-            sigma: rad, SD of what is the same for all angles.
-            angles: (J,) rad, as expected.
-            spread: (J,) rad², their variance.
+            sigma: rad, SD of what is the same for all angles; (J,) where joints differ.
+            angles: (T·J,) rad, as expected, of one step or of several.
+            spread: (T·J,) rad², their variance.
 
         Returns:
-            (J,) rad².
+            (T·J,) rad².
         """
-        total = np.full(len(angles), sigma**2)
+        total = np.resize(np.square(sigma) if np.ndim(sigma) else sigma**2, len(angles))
         for each in self._white:
             total += each.variance(np.sqrt(angles**2 + np.maximum(spread, 0.0)))  # a square in the angle
         return total
 
     def over_time(self, steps: int) -> Array:
-        """Give the covariance of a joint's offset at successive steps.
+        """Give the covariance of the joints' offsets at successive steps.
 
         Args:
             steps: T.
 
         Returns:
-            (T, T) rad².
+            (T·J, T·J) rad², step by step.
         """
         apart = np.abs(np.subtract.outer(np.arange(steps), np.arange(steps)))
-        return sum((each.sd**2 * each.decay**apart for each in self.lasting), np.zeros((steps, steps)))
+        total = np.zeros((steps * self._joints, steps * self._joints))
+        for each in self.lasting:
+            total += np.kron(each.decay**apart, np.diag(np.broadcast_to(each.sd**2, self._joints)))
+        return total
 
     def unknown(self, joints: int) -> Offset:
         """Give the offsets of which nothing is found out.
@@ -171,19 +181,19 @@ class AngleNoise:
 def believed(
     joints: int,
     control_hz: float,
-    sigma_deg: float | None,
-    bias_deg: float,
-    drift_deg: float,
+    sigma_deg: Spread | None,
+    bias_deg: Spread,
+    drift_deg: Spread,
     drift_seconds: float,
     proportional: float,
     start_std_deg: float,
-) -> tuple[float, AngleNoise]:
+) -> tuple[float | Array, AngleNoise]:
     """What an observer is told of its felt angles.
 
     Args:
         joints: J.
         control_hz: Hz.
-        sigma_deg: degrees, SD of white noise; None: it is to be found out.
+        sigma_deg: degrees, SD of white noise, of all joints or (J,); None: it is to be found out.
         bias_deg: as `AngleNoise` has it, and so are the others.
         drift_deg: degrees.
         drift_seconds: s.
@@ -206,7 +216,7 @@ def believed(
         start_std_deg=start_std_deg,
         finds_sigma=sigma_deg is None,
     )
-    return sensors.White(GUESS_DEG if sigma_deg is None else sigma_deg).sigma, noise
+    return sensors.White(GUESS_DEG if sigma_deg is None else sigma_deg, joints).sigma, noise
 
 
 def summed(mean: Array, covariance: Array, parts: Sequence[slice]) -> tuple[Array, Array]:
@@ -276,27 +286,3 @@ class FollowsFelt:
     def offset(self) -> Offset:
         """What is known of the felt angles' offsets: no more than beforehand."""
         return self.noise.unknown(self.hand.joints)
-
-
-class FoundSigma:
-    """σ of white noise as it is found out: an inverse gamma distribution of σ², the same for all joints, by variational
-    Bayes (Särkkä & Nummenmaa 2009, IEEE Trans. Autom. Control 54(3), 596-600, without forgetting)."""
-
-    def __init__(self) -> None:
-        self.shape = 1.0
-        self.rate = np.deg2rad(GUESS_DEG) ** 2
-
-    def learn(self, residual: Array, variance: Array) -> None:
-        """Take in a step.
-
-        Args:
-            residual: (H,) rad, felt less expected, after the step.
-            variance: (H,) rad², what is uncertain of the expected, after the step.
-        """
-        self.shape += 0.5 * len(residual)
-        self.rate += 0.5 * float((residual**2 + variance).sum())
-
-    @property
-    def sigma(self) -> float:
-        """Rad: the present estimate."""
-        return float(np.sqrt(self.rate / self.shape))

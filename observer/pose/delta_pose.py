@@ -63,7 +63,7 @@ class DeltaPose(KeepsErrors, Gated):
         self,
         hand: Hand,
         *,
-        sigma: float,
+        sigma: float | Array,
         motor_noise: float,
         control_hz: float,
         lag: int,

@@ -77,12 +77,12 @@ class Gated:
     _gate: Gate
 
     @property
-    def sigma(self) -> float:
-        """Rad: SD of the noise of the felt angles; may be set, from the next step on."""
+    def sigma(self) -> float | Array:
+        """Rad: SD of the noise of the felt angles, (J,) where joints differ; may be set, from the next step on."""
         return self._gate.sigma
 
     @sigma.setter
-    def sigma(self, sigma: float) -> None:
+    def sigma(self, sigma: float | Array) -> None:
         self._gate.sigma = sigma
 
     @property
@@ -98,14 +98,14 @@ class Gate:
         set_aside: (J,) the odd ones of a trial.
     """
 
-    def __init__(self, hand: Hand, sigma: float, step_seconds: float, offset: float = 0.0) -> None:
+    def __init__(self, hand: Hand, sigma: float | Array, step_seconds: float, offset: float | Array = 0.0) -> None:
         """Start a trial.
 
         Args:
             hand: with J joints.
-            sigma: rad, SD of the noise of a reading.
+            sigma: rad, SD of the noise of a reading, of all joints or (J,).
             step_seconds: s, from one reading to the next.
-            offset: rad, SD of how far readings lie from the angles for good.
+            offset: rad, SD of how far readings lie from the angles for good, likewise.
         """
         self._offset = BEYOND_SDS * offset  # how far felt angles may lie from the true ones for good
         self._names = hand.joint_names
@@ -118,15 +118,15 @@ class Gate:
         self.reset()
 
     @property
-    def sigma(self) -> float:
-        """Rad: SD of the noise of a reading."""
+    def sigma(self) -> float | Array:
+        """Rad: SD of the noise of a reading, (J,) where joints differ."""
         return self._sigma
 
     @sigma.setter
-    def sigma(self, sigma: float) -> None:
-        self._sigma = max(sigma, LEAST_SIGMA)
+    def sigma(self, sigma: float | Array) -> None:
+        self._sigma = _at_least(LEAST_SIGMA, sigma)
         low, high = self._between
-        margins = (max(each, BEYOND_SDS * self._sigma) + self._offset for each in (BEYOND, TURNED, LOST))
+        margins = (_at_least(each, BEYOND_SDS * self._sigma) + self._offset for each in (BEYOND, TURNED, LOST))
         self._possible, self._turned, self._lost_beyond = (Range(low - each, high + each) for each in margins)
 
     def reset(self) -> None:
@@ -233,6 +233,11 @@ class Gate:
             RuntimeWarning,
             stacklevel=5,
         )
+
+
+def _at_least(least: float, value: float | Array) -> float | Array:
+    """The larger of both, joint by joint where there is one of each."""
+    return np.maximum(value, least) if isinstance(value, np.ndarray) else max(value, least)
 
 
 @inner(types.boolean(GIVEN, GIVEN, types.float64, GIVEN, GIVEN))

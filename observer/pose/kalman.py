@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.pose import kalman_updates
-from observer.pose.angle_noise import AngleNoise, FoundSigma, KeepsErrors
+from observer.pose.angle_noise import AngleNoise, KeepsErrors
 from observer.pose.contact_dynamics import WITH_OFFSETS, ContactDynamics, ContactEffects
 from observer.pose.forward_model import ForwardModel, Prediction
+from observer.pose.found_sigma import FoundSigma
 from observer.pose.gating import Gate, Gated, Heard, take_in
 from observer.pose.kalman_updates import Measurement
 
@@ -51,7 +52,7 @@ class PoseFilter(KeepsErrors, Gated):
         self,
         hand: Hand,
         *,
-        sigma: float,
+        sigma: float | Array,
         motor_noise: float,
         control_hz: float,
         lag: int,
@@ -63,7 +64,7 @@ class PoseFilter(KeepsErrors, Gated):
 
         Args:
             hand: with J joints and P patches.
-            sigma: rad, SD of white noise of the felt angles.
+            sigma: rad, SD of white noise of the felt angles, of all joints or (J,).
             motor_noise: SD of a torque as a fraction of it.
             control_hz: Hz, steps a second.
             lag: T.
@@ -224,12 +225,13 @@ class PoseFilter(KeepsErrors, Gated):
             self.covariance[far, far] += away[far] ** 2 - variance[far]
 
     @property
-    def sigma(self) -> float:
-        """Rad: SD of the noise of the felt angles. May be set, from the next step on; it is not found out any more."""
+    def sigma(self) -> float | Array:
+        """Rad: SD of the noise of the felt angles, (J,) where joints differ. May be set, from the next step on; it is
+        not found out any more."""
         return self._gate.sigma
 
     @sigma.setter
-    def sigma(self, sigma: float) -> None:
+    def sigma(self, sigma: float | Array) -> None:
         self._gate.sigma = sigma
         self._finds, self._found = False, None
 

@@ -32,7 +32,14 @@ class RawAngles(FollowsFelt):
     log_evidence = 0.0
 
     def __init__(
-        self, hand: Hand, *, sigma: float, control_hz: float, lag: int, noise: AngleNoise | None = None, **_: Any
+        self,
+        hand: Hand,
+        *,
+        sigma: float | Array,
+        control_hz: float,
+        lag: int,
+        noise: AngleNoise | None = None,
+        **_: Any,
     ) -> None:
         """Start at the rest pose. The rest of what a motion may be given says nothing here.
 
@@ -72,7 +79,7 @@ class RawAngles(FollowsFelt):
         joints = self.hand.joints
         self.mean = np.concatenate([joint_angles, self.mean[:-joints]])
         white = self.noise.variance(self.sigma, self.mean, np.zeros(self.mean.size))
-        self.covariance = np.diag(white) + np.kron(self._lasting, np.eye(joints))
+        self.covariance = np.diag(white) + self._lasting
 
     def lagged(self, steps: int) -> slice:
         """Tell where `mean` keeps the angles of a step.

@@ -163,7 +163,13 @@ class KinematicPose(FollowsFelt, Gated):
             noise: what else is wrong with them; None: nothing.
             smooth: how joints move; None: the defaults.
             **_: not used.
+
+        Raises:
+            ValueError: for a sigma of each joint: joints are taken together here.
         """
+        if np.ndim(sigma):
+            told = validate.shown(np.rad2deg(sigma).tolist())
+            raise ValueError(f"sigma_deg must be one number for all joints with motion='kinematic', got {told}")
         self.hand = hand
         self.lag = lag
         self.smooth = SmoothMotion() if smooth is None else smooth
@@ -278,4 +284,4 @@ class KinematicPose(FollowsFelt, Gated):
         )
         if self.noise.lasting:  # it has followed the angles as they are felt
             angles = np.r_[:joints, PRESENT * joints : state * joints]
-            self.covariance[np.ix_(angles, angles)] += np.kron(self._lasting, np.eye(joints))
+            self.covariance[np.ix_(angles, angles)] += self._lasting

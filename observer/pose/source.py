@@ -28,7 +28,7 @@ class PoseSource(Protocol):
     """
 
     hand: Hand
-    sigma: float
+    sigma: float | Array
     mean: Array
     covariance: Array
     log_evidence: float

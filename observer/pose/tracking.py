@@ -53,16 +53,17 @@ class TracksPose:
         return cls(**{"hand": base.hand, "control_hz": base.control_hz, **(noise or {}), **keywords})
 
     @property
-    def sigma_deg(self) -> float:
-        """Degrees: SD of white noise of the felt angles as the observer believes it.
+    def sigma_deg(self) -> Any:
+        """Degrees: SD of white noise of the felt angles as the observer believes it, (J,) where joints differ.
 
         It may be set, in mid-trial too, and holds from the next step on; what is out of range raises `ValueError`.
         """
-        return float(np.rad2deg(self.pose.sigma))
+        sigma = np.rad2deg(self.pose.sigma)
+        return sigma if np.ndim(sigma) else float(sigma)
 
     @sigma_deg.setter
-    def sigma_deg(self, sigma_deg: float) -> None:
-        self.pose.sigma = sensors.White(sigma_deg).sigma
+    def sigma_deg(self, sigma_deg: sensors.Spread) -> None:
+        self.pose.sigma = sensors.White(sigma_deg, self.hand.joints).sigma
 
     @property
     def set_aside(self) -> NDArray[np.int64]:

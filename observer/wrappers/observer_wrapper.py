@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env import hand_of, validate
+from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.belief import Belief
 from observer.fastslam import HapticSLAM
 from observer.pose_only import PoseOnly
 from observer.shape.posterior import ShapePosterior
+from observer.wrappers.map_classification import EVERY, check_classifier, classify
 
 KINDS = {"observer": "a HapticSLAM or a PoseOnly", "shape": "a ShapePosterior, or None"}
 FELT = ("joint_angles", "contacts")
@@ -25,28 +27,37 @@ _trials: WeakKeyDictionary[object, object] = WeakKeyDictionary()  # which trial 
 
 class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
     """Puts `info["belief"]` beside every observation, and with `shape` `info["posterior"]` (C,) of `shape.labels`; at
-    the end of an episode the lag is flushed first.
+    the end of an episode the lag is flushed first. With `classifier` there is `info["map_posterior"]` (C,) of
+    `classifier.classes_` too, of the map (`map_now`) of the reset, of every `classify_every` steps and of the end; the
+    steps between have that of the last one.
 
-    `belief` and `shape` are attributes too, which `env.get_wrapper_attr` finds through further wrappers: policies read
-    them there (`agents.policy.Guided`). The observer hears the torque that reached the hand, whatever wrappers between
-    the two make of an action.
+    `belief`, `shape` and `map_now` are attributes too, which `env.get_wrapper_attr` finds through further wrappers:
+    policies read them there (`agents.policy.Guided`). The observer hears the torque that reached the hand, whatever
+    wrappers between the two make of an action.
     """
 
     belief: Belief | None
 
     def __init__(
-        self, env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly, shape: ShapePosterior | None = None
+        self,
+        env: gym.Env[Any, Any],
+        observer: HapticSLAM | PoseOnly,
+        shape: ShapePosterior | None = None,
+        classifier: Any = None,
+        classify_every: int = EVERY,
     ) -> None:
         """Check that all are of one hand and one rate. Each environment needs an observer of its own.
 
         Args:
             env: to be observed.
             observer: a `HapticSLAM`, a `PoseOnly` or the like.
-            shape: names the object; None: nobody does.
+            shape: names the object from the stream of beliefs; None: nobody does.
+            classifier: names it from the map, a fitted one of `observer.classifiers` or the like; None: nobody does.
+            classify_every: control steps from one map that it is asked about to the next.
 
         Raises:
-            ValueError: for an observer or a `shape` of another hand, an observer of another control rate, and
-                observations without what is felt.
+            ValueError: for an observer or a `shape` of another hand, an observer of another control rate, observations
+                without what is felt, and a `classifier` that is not fitted to the observer's maps.
         """
         gym.Wrapper.__init__(self, env)
         if not all(hasattr(observer, name) for name in ("hand", "reset", "step", "flush")):
@@ -63,8 +74,18 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
         if shape is not None:
             self._check_hand("shape", shape)
         check_rate(env, observer)
-        gym.utils.RecordConstructorArgs.__init__(self, observer=observer, shape=shape, _disable_deepcopy=True)
-        self.observer, self.shape = observer, shape
+        self._every = validate.integer("classify_every", classify_every, 1)
+        if classifier is not None:
+            check_classifier(classifier, observer)
+        gym.utils.RecordConstructorArgs.__init__(
+            self,
+            observer=observer,
+            shape=shape,
+            classifier=classifier,
+            classify_every=classify_every,
+            _disable_deepcopy=True,
+        )
+        self.observer, self.shape, self.classifier = observer, shape, classifier
         self.belief = None
         self._chance = np.random.SeedSequence()
         self._trial = object()  # another one at every reset
@@ -89,7 +110,9 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
             _trials[each] = self._trial
         if self.shape is not None:
             self.shape.reset(seed=shapes)
-        return observation, {**info, **self._told(self.observer.reset(mine, observation["joint_angles"]))}
+        self._steps, self._over = 0, False
+        told = self._told(self.observer.reset(mine, observation["joint_angles"]))
+        return observation, {**info, **told, **self._named()}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Take a step, and tell the observer of it.
@@ -121,10 +144,26 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
         torque, q, z = getattr(base, "commanded", action), observation["joint_angles"], observation["contacts"]
         self.belief = None  # the last one's map would be computed just before it changes
         told = self._told(self.observer.step(torque, q, z, info.get("root")))  # of a hand that moves as a whole
-        if terminated or truncated:
+        self._steps, self._over = self._steps + 1, terminated or truncated
+        if self._over:
             for belief in self.observer.flush():
                 told = self._told(belief)
-        return observation, reward, terminated, truncated, {**info, **told}
+        return observation, reward, terminated, truncated, {**info, **told, **self._named()}
+
+    def map_now(self) -> Array:
+        """Draw the map of the episode so far, and end nothing.
+
+        Returns:
+            (X, Y, Z) probability that each voxel is occupied: the observer's `map_now`; that of the last belief once
+            the episode is over, and where the observer has no map.
+
+        Raises:
+            ValueError: before the first reset.
+        """
+        if self.belief is None:
+            raise ValueError("there is no map before the first reset; call reset() first")
+        drawn = getattr(self.observer, "map_now", None)
+        return self.belief.occupancy.copy() if self._over or drawn is None else drawn()
 
     def _observing(self) -> tuple[object, ...]:
         return (self.observer,) if self.shape is None else (self.observer, self.shape)
@@ -139,6 +178,13 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
                 f"the {what} knows hand {known.name!r} with {len(known.patches)} patches, the environment has "
                 f"{hand.name!r} with {len(hand.patches)}; make the {what} from env.unwrapped.hand"
             )
+
+    def _named(self) -> dict[str, Any]:
+        if self.classifier is None:
+            return {}
+        if self._over or self._steps % self._every == 0:
+            self._map_posterior = classify(self.classifier, self.map_now())
+        return {"map_posterior": self._map_posterior.copy()}
 
     def _told(self, belief: Belief) -> dict[str, Any]:
         self.belief = belief

@@ -270,10 +270,10 @@ def test_a_map_gains_where_the_hand_has_not_been(env):
     push = np.array([np.zeros(hand.joints), opening]) * hand.torque_limits
     line = _line(hand, np.zeros(hand.joints))
     env.reset(seed=0, options={"size": (0.02, 0.02, 0.02)})
-    first = ahead.gain(env.belief, line, push, 5, 5)
+    first = ahead.gain(env.map_now(), env.belief.grid, line, push, 5, 5)
     for _ in range(60):
         env.step(np.zeros(hand.joints, np.float32))
-    second = ahead.gain(env.belief, line, push, 5, 5)
+    second = ahead.gain(env.map_now(), env.belief.grid, line, push, 5, 5)
     assert first[0] > first[1] > 0.0
     assert second[0] < 0.5 * first[0]
 

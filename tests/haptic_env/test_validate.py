@@ -156,3 +156,26 @@ def test_times_that_no_trial_takes_are_refused(value):
     with pytest.raises(ValueError, match=r"it must be a finite number in \(0, 1e\+09\] s, got"):
         validate.seconds("it", value)
     assert validate.seconds("it", 0.0, above=None) == 0.0
+
+
+@pytest.mark.parametrize("value", [3, 2.5, np.float64(1.0)])
+def test_one_number_is_for_all(value):
+    assert validate.one_or_each("it", value, 3, 0.0, 5.0) == validate.one_or_each("it", value, None, 0.0, 5.0) == value
+
+
+@pytest.mark.parametrize("given", [[1, 2, 5], (1.0, 2.0, 5.0), np.array([1, 2, 5], dtype=np.int8)])
+def test_one_of_each_is_a_copy_of_the_right_length(given):
+    found = validate.one_or_each("it", given, 3, 0.0, 5.0)
+    np.testing.assert_array_equal(found, [1.0, 2.0, 5.0])
+    assert found.dtype == np.float64
+    assert not np.shares_memory(found, np.asarray(given))
+    with pytest.raises(
+        ValueError, match=r"it must be a finite number in \[0, 5\] m, or 4, one for each leg, got shape"
+    ):
+        validate.one_or_each("it", given, 4, 0.0, 5.0, unit="m", of="leg")
+    with pytest.raises(
+        ValueError, match=r"it must be a finite number in \[0, 4\], or 3, one for each joint, got 5(.0)? at"
+    ):
+        validate.one_or_each("it", given, 3, 0.0, 4.0)
+    with pytest.raises(ValueError, match=r"it must be a finite number in \[0, 5\], got "):
+        validate.one_or_each("it", given, None, 0.0, 5.0)

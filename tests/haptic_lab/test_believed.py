@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from haptic_env import hand_of
+from haptic_env import hand_of, hands
 from haptic_lab.believed import BELIEVED, TOLD, UNKNOWN, Believed
 from haptic_lab.commands import explore, train
 from haptic_lab.conditions import DEFAULTS, Condition
@@ -22,6 +22,7 @@ from haptic_lab.learning.presets import TrainingWorld
 from haptic_lab.sweeps import options, rows, tasks, worker
 from haptic_lab.trial import make_observers
 from observer import HapticSLAM
+from observer.pose import noise_presets
 from observer.pose.noise_presets import NOISES
 
 SO = {"sigma_deg": 3.0, **DEFAULTS, "bias_deg": 2.0, "drift_deg": 1.0}
@@ -33,6 +34,11 @@ GIVEN: dict[str, Any] = {
     "proportional": 0.2,
     "motor_noise": 0.3,
     "start_std_deg": 1.5,
+    "contact_miss": 0.2,
+    "contact_false_alarm": 0.01,
+    "contact_confusion": 0.3,
+    "patches_stuck": 0.02,
+    "patches_dead": (3, "index_distal_tip"),
 }
 
 
@@ -42,7 +48,8 @@ def test_by_default_all_that_is_so_is_believed() -> None:
 
 @pytest.mark.parametrize("name", GIVEN)
 def test_each_may_be_believed_to_be_something_else(name: str) -> None:
-    told = Believed(**{f"believed_{name}": GIVEN[name]}).told(SO)
+    given = ",".join(map(str, GIVEN[name])) if isinstance(GIVEN[name], tuple) else GIVEN[name]
+    told = Believed(**{f"believed_{name}": given}).told(SO)
     assert told == {**Believed().told(SO), name: GIVEN[name]}
 
 
@@ -55,6 +62,24 @@ def test_a_preset_is_all_of_the_felt_angles_and_single_flags_win_over_it(name: s
     told = Believed(believed=name).told(SO)
     assert told == {**Believed().told(SO), "start_std_deg": 0.0, "drift_deg": 0.0, **NOISES[name]}
     assert Believed(believed=name, believed_bias_deg=0.5).told(SO) == {**told, "bias_deg": 0.5}
+
+
+def test_a_preset_is_of_each_joint_where_the_hand_is_known(tmp_path: Path) -> None:
+    wanted = noise_presets.of("human", hands.make("adroit"))
+    given = ["--hand", "adroit", "--shape", "cube", "--particles", "2", "--believed", "human", "--out", str(tmp_path)]
+    settings, recording = explore.parse(given)
+    trial = make_trial(settings, begin(settings, recording))
+    task = task_of({"policy": "enclosure"}, env="HapticSLAM/AdroitHand-v0", believed="human")
+    swept = worker.make_trial(task, naming=False)
+    guide = swept.env.get_wrapper_attr("observer")
+    small: dict[str, Any] = {"seconds": 0.1, "observation": ("time",), "variants": 2, "samples": 1}
+    learning = make_env(TrainingWorld(env="HapticSLAM/AdroitHand-v0", believed="human", **small))
+    observers: list[Any] = [each.observer_runs["haptic_slam"].observer for each in (trial, swept)]
+    for each in (*observers, guide, learning.get_wrapper_attr("observer")):
+        for error, name in zip(each.pose.noise.lasting, ("bias_deg", "drift_deg"), strict=True):
+            np.testing.assert_allclose(np.rad2deg(error.sd), wanted[name])
+    for each in (trial.env, swept.env, learning):
+        each.close()
 
 
 @pytest.mark.parametrize("name", NOISES)
@@ -78,6 +103,11 @@ def test_a_preset_is_of_observer_and_environment(name: str) -> None:
         ("believed_proportional", 2.0, "--believed-proportional must be a finite number in [0, 1], got 2"),
         ("believed_motor_noise", -0.1, "--believed-motor-noise must be a finite number in [0, 1], got -0.1"),
         ("believed_start_std_deg", -1.0, "--believed-start-std-deg must be a finite number in [0, 90] degrees, got -1"),
+        ("believed_contact_miss", 1.5, "--believed-contact-miss must be a finite number in [0, 1], got 1.5"),
+        ("believed_contact_false_alarm", -0.5, "--believed-contact-false-alarm must be a finite number in [0, 1], got"),
+        ("believed_contact_confusion", 2.0, "--believed-contact-confusion must be a finite number in [0, 1], got 2"),
+        ("believed_patches_stuck", 3.0, "--believed-patches-stuck must be a finite number in [0, 1], got 3"),
+        ("believed_patches_dead", float("nan"), "--believed-patches-dead must be a finite number in [0, 1], got nan"),
     ],
 )
 def test_what_nobody_can_believe_is_refused_wherever_it_is_said(

@@ -83,6 +83,14 @@ def test_a_recording_of_it_finds_the_same_and_knows_no_truth(
             "--save-offsets must be the path of a .toml file, got 'a.csv'",
         ),
         (["--save-offsets", "no/a.toml", "--bias-deg", "3"], "a folder that can be written to, got 'no/a.toml'"),
+        (["--save-offsets", "/proc/a.toml", "--bias-deg", "3"], "a folder that can be written to, got '/proc/a.toml'"),
+        (["--save-offsets", "a" * 300 + ".toml", "--bias-deg", "3"], "--save-offsets cannot be written: "),
+        (["--save-offsets", "/", "--bias-deg", "3"], "--save-offsets must be the path of a .toml file, got '/'"),
+        (["--save-offsets", "a.toml", "--bias-deg", "1e-200"], "--save-offsets needs an observer that believes in"),
+        (
+            ["--save-offsets", "a.toml", "--believed-drift-deg", "9e-5"],
+            "--save-offsets needs an observer that believes",
+        ),
         (["--bias-deg", "-3"], "bias_deg must be a finite number in [0, 90] degrees, got -3"),
         (["--drift-seconds", "0"], "drift_seconds must be a finite number in (0, 1e+09] s, got 0"),
         (["--contact-miss", "2"], "contact_miss must be a finite number in [0, 1], got 2"),
@@ -99,6 +107,23 @@ def test_what_cannot_be_is_one_clear_line_and_leaves_nothing(
     assert told in error
     assert error.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_the_least_offsets_that_can_be_told_are_kept(tmp_path: Path) -> None:
+    least = ["--bias-deg", str(offsets.LEAST), "--save-offsets", str(tmp_path / "a.toml"), "--out", str(tmp_path)]
+    assert explore.main([*SHORT, *least]) == 0
+    assert recordings.read_calibration(tmp_path / "a.toml")
+
+
+def test_a_preset_takes_the_place_of_all_that_was_believed(biased: Path) -> None:
+    replayed = ["--recording", str(biased / "recording.npz")]
+    before, recording = explore.parse(replayed)
+    assert recording is not None
+    assert before.believed_proportional == 0.02
+    after, _ = explore.parse([*replayed, "--believed", "human", "--believed-drift-deg", "1"])
+    assert after.believed_noise["proportional"] == 0.0
+    assert after.believed_noise["drift_deg"] == 1.0
+    assert after.bias_deg == before.bias_deg == 4.0, "what was so stays so"
 
 
 def test_noise_is_not_added_to_what_was_felt(biased: Path, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

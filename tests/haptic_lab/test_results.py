@@ -11,9 +11,9 @@ import pandas as pd
 import pytest
 
 from haptic_lab.files import part_of_name
-from haptic_lab.sweeps.results import KEY, Results, listed, names_in
+from haptic_lab.sweeps.results import KEY, TEXTS, Results, listed, names_in
 
-NUMBERS = [name for name in KEY if name not in ("policy", "shape", "observer")] + ["error"]
+NUMBERS = [name for name in KEY if name not in TEXTS] + ["error"]
 NAMES = ["cube", "brick [old].stl", "würfel, groß.stl", "it's.ply", 'a"b.obj', "crème brûlée/物.stl"]
 
 

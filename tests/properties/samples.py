@@ -21,7 +21,8 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.recordings import ObserverInputs, Recording, Track
 from haptic_env.shapes import Solid
-from observer import HapticSLAM, ShapePosterior
+from observer import HapticSLAM, ShapePosterior, classifiers
+from observer.classifiers import MapClassifier
 
 FRAMES, JOINTS, PATCHES = 6, 8, 50
 TWO_FINGER = "HapticSLAM/TwoFinger-v0"
@@ -53,6 +54,13 @@ def namer() -> ShapePosterior:
 @lru_cache(maxsize=1)
 def slam() -> HapticSLAM:
     return HapticSLAM(hand(), 3.0, 4, lag=1, grid=grid())
+
+
+@lru_cache(maxsize=1)
+def map_classifier() -> MapClassifier:
+    """Of two maps of the sample observer's grid."""
+    empty = np.full(grid().shape, 0.5)
+    return classifiers.make("nearest_neighbour").fit([empty, empty + 0.3], ["a", "b"])
 
 
 def environment(**keywords: Any) -> gym.Env:

@@ -53,7 +53,7 @@ def flags(command: str) -> frozenset[str]:
         return flags("explore") - {"--recording"}
     place = ROOT / "haptic_lab"
     text = (place / "commands" / f"{command.replace('-', '_')}.py").read_text()
-    if command in ("explore", "figures"):
+    if command in ("explore", "figures", "train"):
         text += (place / "believed.py").read_text() + "".join(f'"--{name.replace("_", "-")}"' for name in DEFAULTS)
     if command == "figures":
         text += (place / "figures" / "plan.py").read_text()

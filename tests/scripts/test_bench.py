@@ -47,6 +47,7 @@ def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture
         assert {f"HapticSLAM.step, {size}", f"HapticSLAM.step, {size}, each core busy"} <= set(figures)
     assert "HapticSLAM.step, N = 20, MyoHand, 1 thread" in figures
     assert all(f"stage: {name}" in figures for name in suite.STAGES)
+    assert "HapticSLAM.map_now after 1 s" in figures
     assert "medians" in capsys.readouterr().out.lower()
 
 
@@ -80,7 +81,7 @@ def test_what_was_watched_is_as_before() -> None:
         (["--env", "Hand-v9"], "unknown --hand or --env 'Hand-v9'"),
         (["--rounds", "0"], "--rounds must be an integer in [1, 1000]"),
         (["--sigma", "nan"], "--sigma must be a finite number"),
-        (["--json", "/nowhere/at/all.json"], "--json must be a file in a folder that exists"),
+        (["--json", "/nowhere/at/all.json"], "--json must be a file in a folder that can be written to, got"),
     ],
 )
 def test_bad_input_is_one_clear_line(arguments: list[str], told: str, capsys: pytest.CaptureFixture) -> None:

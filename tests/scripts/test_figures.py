@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -360,6 +361,24 @@ def test_what_is_kept_of_an_exploration_is_what_was_believed(tmp_path: Path) -> 
     path.write_bytes(content[:100])
     with pytest.raises(ValueError, match=r"kept.npz is corrupt"):
         read(path)
+
+
+def test_a_frame_has_the_map_of_its_moment(tmp_path: Path) -> None:
+    """In hindsight of what was felt until then, long before the last frame."""
+    task = tiny_task()
+    task = replace(task, condition=replace(task.condition, seconds=5.0))
+    ((_, content),) = run_shown_explorations([task])
+    path = tmp_path / "kept.npz"
+    path.write_bytes(content)
+    showing = read(path)
+    trial = worker.make_trial(task, naming=False)
+    slam = trial.observer_runs["haptic_slam"].observer
+    maps = {step: slam.map_now() for step in trial}
+    trial.env.close()
+    for step, shown in zip(showing.step.tolist(), showing.occupancy, strict=True):
+        np.testing.assert_array_equal(shown, maps[step].astype(np.float16))
+    assert showing.step[-2] == 240
+    assert (showing.occupancy[-2] > 0.5).any(), "it has voxels before the end"
 
 
 def test_a_sphere_is_seen_where_and_as_wide_as_it_is() -> None:

@@ -12,8 +12,10 @@ from observer.fastslam import HapticSLAM
 from observer.kinematics import tree_of
 from observer.maps import capsules, free_space, matching_geometry
 from observer.maps.contact_model import LIMIT, ContactModel
-from observer.maps.hindsight import ROUNDS, WEIGHT, Moment, look_back, share
+from observer.maps.hindsight import BATCH, ROUNDS, WEIGHT, Moment, look_back, share
 from observer.maps.occupancy import ParticleMaps
+from observer.sensing import Sensing
+from observer.variants import NAMES, WITHOUT_MAP, make_observer
 
 STEPS = 60
 NO_ALARM = 0.97
@@ -169,36 +171,101 @@ def test_a_switch_is_true_or_false(trial):
         HapticSLAM(trial.hand, in_hindsight="no")
 
 
-def test_the_map_now_is_that_of_the_flush_and_ends_nothing(trial):
-    """Asked for at any step, or never: what it says at the end, and all beliefs, are the same bits."""
-    asked, never = (HapticSLAM(trial.hand, 3.0, 4, lag=0) for _ in range(2))
-    for slam in (asked, never):
-        slam.reset(seed=0)
-    growing = []
-    for step, each in enumerate(zip(trial.torque, trial.felt, trial.contacts, strict=True)):
-        mine, theirs = asked.step(*each), never.step(*each)
-        if step % 7 == 0:
-            growing.append(asked.map_now())
-        assert mine == theirs
-    kept = [each.copy() for each in growing]
-    at_last = asked.map_now()
-    np.testing.assert_array_equal(at_last, never.map_now())
-    last = [slam.flush() for slam in (asked, never)]
-    for before, after in zip(kept, growing, strict=True):
+KINDS: dict[str, dict] = {  # of what a flush depends on
+    "default": {},
+    "without a lag": {"lag": 0},
+    "offsets": {"bias_deg": 2.0, "drift_deg": 2.0, "start_std_deg": 2.0},
+    "patches that lie": {"contact_miss": 0.1, "contact_false_alarm": 0.002, "patches_stuck": 0.02},
+    "no repeats": {"contact_model": ContactModel(repeats=0.0)},
+    "raw angles": {"motion": "raw_angles"},
+    "smooth": {"motion": "kinematic"},
+    "as it grew": {"in_hindsight": False, "lag": 0},
+    "sampled": {"matching": "sample", "lag": 0},
+}
+
+
+def _asked(trial, every, **keywords):
+    """All beliefs of a trial, the maps that were asked for at every so many steps (0: none), and the last one."""
+    slam = HapticSLAM(trial.hand, 3.0, 4, **keywords)
+    beliefs, maps, kept = [slam.reset(seed=0)], [slam.map_now()], []
+    for step, each in enumerate(zip(trial.torque, trial.felt, trial.contacts, strict=True), 1):
+        beliefs.append(slam.step(*each))
+        if every and step % every == 0:
+            maps.append(slam.map_now())
+            kept.append(maps[-1].copy())
+    last = slam.map_now()
+    flushed = slam.flush()
+    for before, after in zip(kept, maps[1:], strict=True):
         np.testing.assert_array_equal(before, after)
-    assert (at_last > 0.5).any()
-    np.testing.assert_array_equal(last[0][-1].occupancy, at_last)
-    np.testing.assert_array_equal(last[1][-1].occupancy, at_last)
+    return beliefs + flushed, maps, last
 
 
-def test_a_map_now_needs_a_trial_and_a_map_in_hindsight(two_finger):
-    slam = HapticSLAM(two_finger, 3.0, 2)
-    with pytest.raises(ValueError, match="not in a trial"):
-        slam.map_now()
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_map_now_is_that_of_the_flush_and_ends_nothing(trial, kind):
+    """Asked for at any step, or never: what it says at the end, and all beliefs, are the same bits."""
+    never, (empty,), last = _asked(trial, 0, **KINDS[kind])
+    np.testing.assert_array_equal(empty, 0.5)
+    assert (last != 0.5).any()
+    np.testing.assert_array_equal(never[-1].occupancy, last)
+    beliefs, growing, again = _asked(trial, 7, **KINDS[kind])
+    assert all(one == other for one, other in zip(beliefs, never, strict=True))
+    np.testing.assert_array_equal(again, last)
+    assert not np.array_equal(growing[-1], last)
+    assert last.flags.writeable, "it is the caller's own"
+
+
+@pytest.mark.parametrize(
+    "told", [{"lag": 0}, {"lag": 3}, {"lag": STEPS, "contact_false_alarm": 0.3, "contact_miss": 0.3}], ids=str
+)
+def test_the_map_now_is_of_the_steps_so_far(trial, told):
+    """As if the trial had ended there, however many steps were gathered before or wait."""
+    asked = HapticSLAM(trial.hand, 3.0, 4, **told)
+    asked.reset(seed=0)
+    steps = list(zip(trial.torque, trial.felt, trial.contacts, strict=True))
+    for step, each in enumerate(steps, 1):
+        asked.step(*each)
+        if step in (1, BATCH, BATCH + 3, 2 * BATCH + 1):
+            ended = HapticSLAM(trial.hand, 3.0, 4, **told)
+            ended.reset(seed=0)
+            for one in steps[:step]:
+                ended.step(*one)
+            np.testing.assert_array_equal(asked.map_now(), ended.flush()[-1].occupancy)
+
+
+def test_what_waits_to_be_gathered_is_bounded(trial):
+    """However long nobody asks: memory, and how long the first one who asks has to wait."""
+    hindsight = Sensing(trial.hand, HapticSLAM(trial.hand).grid, ContactModel(), in_hindsight=True).hindsight()
+    links, patches, bodies = len(trial.hand.links), len(trial.hand.patches), len(tree_of(trial.hand).parent)
+    flags = np.ones(links, dtype=bool), np.zeros(patches, dtype=bool)
+    far, turned = np.full((bodies, 3), 1e3), np.tile(np.eye(3), (bodies, 1, 1))
+    for _ in range(4 * BATCH - 1):
+        hindsight.note(Moment(far.copy(), turned, np.full(links, 1e-3), flags[1].copy(), np.ones(patches), flags[0]))
+        assert len(hindsight._fresh) < BATCH
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in WITHOUT_MAP])
+def test_any_observer_with_a_map_has_it_now(trial, name):
+    slam = make_observer(name, trial.hand, 3.0, 4)
     slam.reset(seed=0)
-    np.testing.assert_array_equal(slam.map_now(), 0.5)
-    for told in ({"in_hindsight": False}, {"matching": "sample"}):
-        other = HapticSLAM(two_finger, 3.0, 2, **told)
-        other.reset(seed=0)
-        with pytest.raises(ValueError, match=f"map_now needs .*{next(iter(told))}={next(iter(told.values()))!r}"):
-            other.map_now()
+    for each in zip(trial.torque, trial.felt, trial.contacts, strict=True):
+        belief = slam.step(*each)
+    now = slam.map_now()
+    assert now.shape == slam.grid.shape
+    assert (now != 0.5).any()
+    if slam.in_hindsight:
+        belief = slam.flush()[-1]
+    np.testing.assert_array_equal(now, belief.occupancy)
+
+
+def test_a_map_now_needs_a_trial_and_a_map(trial):
+    for told in ({}, {"in_hindsight": False}, {"matching": "sample"}):
+        slam = HapticSLAM(trial.hand, 3.0, 2, **told)
+        with pytest.raises(ValueError, match="not in a trial"):
+            slam.map_now()
+        slam.reset(seed=0)
+        np.testing.assert_array_equal(slam.map_now(), 0.5)
+        slam.flush()
+        with pytest.raises(ValueError, match="not in a trial"):
+            slam.map_now()
+    for name in WITHOUT_MAP:
+        assert not hasattr(make_observer(name, trial.hand, 3.0, 1), "map_now")

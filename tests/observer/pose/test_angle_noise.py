@@ -10,10 +10,11 @@ from haptic_env import sensors
 from haptic_env.hands import HANDS
 from observer import ContactDynamics, HapticSLAM
 from observer.pose import kalman_updates
-from observer.pose.angle_noise import AngleNoise, FoundSigma, Offset, summed
+from observer.pose.angle_noise import AngleNoise, Offset, summed
 from observer.pose.contact_dynamics import WITH_OFFSETS
 from observer.pose.delta_pose import DeltaMotion, DeltaPose
 from observer.pose.forward_model import ForwardModel
+from observer.pose.found_sigma import FoundSigma
 from observer.pose.gating import Heard, take_in
 from observer.pose.kalman import PoseFilter
 from observer.pose.kalman_updates import Measurement
@@ -49,8 +50,9 @@ def test_what_is_believed_is_what_the_sensors_draw(kind):
     )
     felt = sensors.FeltAngles(drawn, rng, joints)
     path = np.array([felt(np.zeros(joints)) for _ in range(steps)])
-    np.testing.assert_allclose(path @ path.T / joints, noise.over_time(steps), rtol=5 * 0.025)
-    assert noise.sd == pytest.approx(np.sqrt(noise.over_time(1)[0, 0]))
+    of_one = AngleNoise(1, STEP, **KINDS[kind])
+    np.testing.assert_allclose(path @ path.T / joints, of_one.over_time(steps), rtol=5 * 0.025)
+    assert noise.sd == pytest.approx(np.sqrt(of_one.over_time(1)[0, 0]))
     np.testing.assert_allclose(noise.decay**2 * noise.prior + noise.fresh, noise.prior)
 
 
@@ -122,7 +124,7 @@ def test_a_linear_hand_is_known_as_by_exact_bayes(joints, kind, start_std_deg):
         pose.step(np.zeros(joints), each, np.zeros(len(hand.patches), bool))
     time = np.arange(steps + 1)
     angles = wander * np.minimum.outer(time, time) + noise.start_variance + 1e-10 * np.eye(steps + 1)
-    offsets = noise.over_time(steps + 1)
+    offsets = AngleNoise(1, STEP, **KINDS[kind]).over_time(steps + 1)
     gain = np.linalg.inv(angles + offsets + SIGMA**2 * np.eye(steps + 1))
     for joint in range(joints):
         q, o = angles @ gain @ felt[:, joint], offsets @ gain @ felt[:, joint]
@@ -144,7 +146,8 @@ def test_offsets_are_calibrated_by_simulation(kind):
     wander = np.deg2rad(0.7)
     pose.motion = DeltaMotion(np.zeros((joints, joints)), wander**2 * np.eye(joints))
     rng, places = np.random.default_rng(7), []
-    over_time = np.linalg.cholesky(noise.over_time(steps + 1) + 1e-14 * np.eye(steps + 1))
+    of_one = AngleNoise(1, STEP, **KINDS[kind])
+    over_time = np.linalg.cholesky(of_one.over_time(steps + 1) + 1e-14 * np.eye(steps + 1))
     for _ in range(300):
         true = np.cumsum(np.vstack([np.zeros(joints), wander * rng.standard_normal((steps, joints))]), axis=0)
         offset = over_time @ rng.standard_normal((steps + 1, joints))

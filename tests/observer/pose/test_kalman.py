@@ -79,11 +79,13 @@ class Linearised:
             add([(k, np.eye(size)), (k - 1, -prediction.transition)], offset, noise)
             add([(k, np.eye(size)[:joints])], angles, pose.sigma**2 * np.eye(joints))
         a, b = np.concatenate(rows), np.concatenate(values)
-        self.covariance = np.linalg.inv(a.T @ a)
-        self.mean = self.covariance @ (a.T @ b)
+        # Not by AᵀA, whose condition is the square of A's: a wrist weighs far more than a fingertip.
+        q, r = np.linalg.qr(a)
+        half = np.linalg.inv(r)
+        self.mean, self.covariance = half @ (q.T @ b), half @ half.T
         square = np.sum((b - a @ self.mean) ** 2)
         # ∫ exp(-|b - a x|² / 2) dx over all states leaves the density of the felt angles.
-        self.log_evidence = -0.5 * (square + sum(sds) + np.linalg.slogdet(a.T @ a)[1] - a.shape[1] * np.log(2 * np.pi))
+        self.log_evidence = -0.5 * (square + sum(sds) + 2 * np.linalg.slogdet(r)[1] - a.shape[1] * np.log(2 * np.pi))
 
     def angles(self, step: int) -> slice:
         """Where the angles of `step` are, 0 being the rest pose."""

@@ -254,8 +254,13 @@ ENTRIES: dict[str, Entry] = {
     },
     "observer.ObserverWrapper": Entry(
         _observing,
-        {"observer": Parameter(st.just(samples.slam()), OTHERS), "shape": Parameter(st.none(), OTHERS)},
-        Allowed(words=("observer", "shape")),
+        {
+            "observer": Parameter(st.just(samples.slam()), OTHERS),
+            "shape": Parameter(st.none(), OTHERS),
+            "classifier": Parameter(st.none() | st.just(samples.map_classifier()), OTHERS),
+            "classify_every": integer(1, 20),
+        },
+        Allowed(words=("observer", "shape", "classifier")),
         weight=0.5,
     ),
     "observer.ObserverWrapper.step": Entry(
