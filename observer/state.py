@@ -189,8 +189,8 @@ class FilterState:
         if self.errors.size:
             self.errors = moved.mean[joints:] + centres[:, joints:]
             centres, factor = (np.ascontiguousarray(each[:, :joints]) for each in (centres, factor[:joints]))
-        if pose.unfound:
-            factor = lower_factor(covariance[now, now] - pose.unfound * np.eye(joints))
+        if pose.unfound.any():
+            factor = lower_factor(covariance[now, now] - np.diag(pose.unfound))
         return Proposal(transition, centres, np.ascontiguousarray(moved.rest[:joints, :joints]), factor)
 
     def weigh(self, log_likelihood: Array) -> None:

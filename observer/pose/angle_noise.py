@@ -248,7 +248,7 @@ class KeepsErrors:
     mean: Array
     covariance: Array
     _kinds: Sequence[slice]
-    unfound = 0.0
+    unfound = np.zeros(0)
 
     @property
     def constant(self) -> slice:
@@ -278,9 +278,9 @@ class FollowsFelt:
     noise: AngleNoise
 
     @property
-    def unfound(self) -> float:
-        """Rad²: variance of a constant error that the angles, and any map made of them, have all along."""
-        return float(sum(each.sd**2 for each in self.noise.lasting if each.decay == 1.0))
+    def unfound(self) -> Array:
+        """(J,) rad²: variance of constant errors that the angles, and any map made of them, have all along; or (0,)."""
+        return self.noise.prior[self.noise.constant(self.noise.kinds(0, self.hand.joints))]
 
     @property
     def offset(self) -> Offset:

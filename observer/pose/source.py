@@ -43,8 +43,8 @@ class PoseSource(Protocol):
         """Where `mean` keeps the errors of the angles that never change; nowhere where it keeps none."""
 
     @property
-    def unfound(self) -> float:
-        """Rad²: variance of a constant error that nothing finds out, so that a map has it as the angles have."""
+    def unfound(self) -> Array:
+        """(J,) rad²: variance of constant errors that nothing finds out, so that a map has them too; (0,): of none."""
 
     @property
     def learns(self) -> bool:

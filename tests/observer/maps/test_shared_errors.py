@@ -12,11 +12,11 @@ from observer import HapticSLAM
 SECONDS = 3.0
 
 
-@pytest.mark.parametrize("particles", [1, 20])
-def test_a_map_does_not_correct_an_offset_that_it_has(particles: int) -> None:
-    env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", sigma_deg=1.0, bias_deg=3.0, episode_seconds=SECONDS)
+@pytest.mark.parametrize(("particles", "bias"), [(1, 3.0), (20, 3.0), (20, [3.0] * 4 + [0.0, 1.0, 3.0, 6.0])])
+def test_a_map_does_not_correct_an_offset_that_it_has(particles: int, bias: float | list[float]) -> None:
+    env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", sigma_deg=1.0, bias_deg=bias, episode_seconds=SECONDS)
     hand = env.unwrapped.hand
-    slam = HapticSLAM(hand, 1.0, particles, bias_deg=3.0, motion="kinematic")
+    slam = HapticSLAM(hand, 1.0, particles, bias_deg=bias, motion="kinematic")
     policy, hidden = agents.make("random_torque", env, seed=1), None
     observation, _ = env.reset(seed=1)
     slam.reset(0, observation["joint_angles"])
