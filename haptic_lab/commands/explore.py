@@ -29,12 +29,13 @@ from haptic_lab.style import styled, titles_of
 from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
 from haptic_lab.warm_up import get_ready
 from haptic_lab.worlds import HANDS_OR_IDS, environment
+from observer.surface import files
 
 EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --seed 3 --out out/pyramid
           haptic-slam replay inspect.npz --mesh cube.stl
           haptic-slam replay glove.txt --hand adroit --shape sphere"""
 
-FILES = ("explore.png", "explore.json", "explore.npz", "recording.npz")
+FILES = ("explore.png", "explore.json", "explore.npz", "recording.npz", surface.PICTURE)
 RECORDING = "let the hand repeat this recording: .npz, or the .txt of a CyberGlove"
 
 
@@ -64,7 +65,8 @@ def parse(
         type=as_path,
         help=f"{', '.join(shapes.SHAPES)}, or a mesh file (default: drawn at random, hidden until the end)",
     )
-    surface.add_flags(add)
+    written = "as --save-mesh, beside --shape or where there is no such file"
+    add("--mesh", type=as_path, metavar="FILE", help=f"the object, from a mesh file; {written}")
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
     conditions.add_flags(add, "as the environment's keyword; observers are told")
@@ -89,6 +91,10 @@ def parse(
     )
     add("--calibration", dest="glove_calibration", type=as_path, action=Renamed, help=argparse.SUPPRESS)
     add("--save-offsets", type=as_path, metavar="FILE", help="keep the offsets of felt angles that were found, as TOML")
+    written = (
+        f"write the surface that was felt ({', '.join(files.WRITERS)}), and its picture, {surface.PICTURE}, to --out"
+    )
+    add("--save-mesh", type=as_path, metavar="FILE", help=written)
     add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
