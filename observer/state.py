@@ -19,7 +19,7 @@ from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from observer import resampling
 from observer.belief import Belief, Transition
-from observer.gaussian import carried_on, shifted
+from observer.gaussian import carried_on, lower_factor, shifted
 from observer.maps.hindsight import Hindsight
 from observer.maps.occupancy import Maps
 from observer.novelty import MapNovelty
@@ -63,7 +63,7 @@ class Proposal(NamedTuple):
         transition: that is the same for all.
         centres: (N, J) rad, how far from its mean the centre of each particle's lies.
         rest: (J, J) rad², what is left about that.
-        spread: (J, J) rad, a factor of all that is uncertain of q_k.
+        spread: (J, J) rad, a factor of all that is uncertain of q_k, but for an error that maps have in common with it.
     """
 
     transition: Transition
@@ -190,6 +190,8 @@ class FilterState:
         if self.errors.size:
             self.errors = moved.mean[joints:] + centres[:, joints:]
             centres, factor = (np.ascontiguousarray(each[:, :joints]) for each in (centres, factor[:joints]))
+        if pose.unfound.any():
+            factor = lower_factor(covariance[now, now] - np.diag(pose.unfound))
         return Proposal(transition, centres, np.ascontiguousarray(moved.rest[:joints, :joints]), factor)
 
     def weigh(self, log_likelihood: Array) -> None:
