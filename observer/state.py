@@ -147,13 +147,14 @@ class FilterState:
         return cls(rng, maps, hindsight, novelty, touches, poses, errors, (mean, np.diag(spread)), contacts)
 
     def branch(self) -> Self:
-        """Branch off what has been heard for the map in hindsight.
+        """Branch off what has been heard for the map in hindsight, and what has touched.
 
         Returns:
             A state to which `Sensing.stand` can tell more without telling this one; particles and maps are the same.
         """
         other = copy.copy(self)
         other.novelty, other.hindsight = self.novelty.branch(), self.hindsight.branch()
+        other.touches = self.touches.branch()
         return other
 
     def predict(self, pose: PoseSource, ago: int) -> Proposal:
