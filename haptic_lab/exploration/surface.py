@@ -15,7 +15,6 @@ from haptic_env.shapes.mesh import is_path
 from haptic_lab.exploration.surface_picture import picture
 from haptic_lab.files import atomic
 from haptic_lab.records import BeliefTrace, Exploration
-from haptic_lab.terminal import as_path
 from observer import metrics
 from observer.surface import Surface, files
 from observer.surface.metrics import MeshScore, mesh_score
@@ -32,26 +31,6 @@ ROWS = {  # of the table: what a figure is called, and how it is written
     "iou": ("IoU (filled)", "{:.2f}"),
     "normal_consistency": ("normal consistency", "{:.2f}"),
 }
-
-
-def add_flags(add: Any) -> None:
-    """Add the flags that name mesh files.
-
-    Args:
-        add: of an argument parser.
-    """
-    add(
-        "--mesh",
-        type=as_path,
-        metavar="FILE",
-        help="the object, from a mesh file; beside --shape, or where there is no such file: as --save-mesh",
-    )
-    add(
-        "--save-mesh",
-        type=as_path,
-        metavar="FILE",
-        help=f"write the surface that was felt ({', '.join(files.WRITERS)}), and its picture to {PICTURE} in --out",
-    )
 
 
 def resolve(given: dict[str, Any], recorded: bool) -> None:
