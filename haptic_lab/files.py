@@ -5,59 +5,18 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
 import re
-import stat
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from haptic_env import validate
 from haptic_env.files import UNFINISHED as UNFINISHED
 from haptic_env.files import atomic as atomic
+from haptic_env.files import check_file as check_file
+from haptic_env.files import check_writable as check_writable
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-
-
-def check_file(what: str, path: Path) -> None:
-    """Check that no folder or device stands where a file is to be written.
-
-    Args:
-        what: tells of it, a flag.
-        path: of the file, which may be there.
-
-    Raises:
-        ValueError: where one does, or there can be no such file.
-    """
-    try:
-        if not stat.S_ISREG(os.stat(path).st_mode):
-            raise ValueError(f"{what} must be a file, got {validate.shown(str(path))}, which is something else")
-    except FileNotFoundError:
-        return
-    except OSError as error:  # a name that is too long, a file in place of a folder
-        raise ValueError(f"{what} cannot be written: {error}") from error
-
-
-def check_writable(what: str, path: Path) -> None:
-    """Check, by trying, that a file can be written; nothing is left of it.
-
-    Args:
-        what: tells of it, a flag.
-        path: of the file.
-
-    Raises:
-        ValueError: where it cannot.
-    """
-    check_file(what, path)
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=UNFINISHED)
-        os.close(handle)
-        os.unlink(name)
-    except OSError as error:
-        told = validate.shown(str(path))
-        raise ValueError(f"{what} must be a file in a folder that can be written to, got {told}") from error
 
 
 def write_table(folder: Path, name: str, table: pd.DataFrame, picture: Figure) -> list[str]:

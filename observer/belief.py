@@ -16,6 +16,7 @@ from haptic_env.grid import Grid
 from haptic_env.pose import Pose
 from observer.gaussian import conditional
 from observer.maps.occupancy import OccupancySnapshot
+from observer.surface.mesh import Surface, surface_of
 
 
 class Transition(NamedTuple):
@@ -124,6 +125,21 @@ class Belief:
         """(X, Y, Z) posterior probability that each voxel is occupied; 0.5 where the hand never came near.
         Read-only."""
         return self.snapshot.value()
+
+    def surface(self) -> Surface:
+        """Draw the surface of what was touched so far.
+
+        Returns:
+            `vertices` (V, 3) m, `faces` (F, 3) and `std` (V,) m of a closed mesh (`observer.surface`), in the frame of
+            `grid`; without any where nothing was touched.
+
+        Raises:
+            ValueError: where no map was made.
+            ImportError: where the extra `meshes` is missing.
+        """
+        if self.snapshot.touches is None:
+            raise ValueError("a belief without a map has no surface: HapticSLAM makes maps, PoseOnly does not")
+        return surface_of(self.snapshot.touches, self.occupancy, self.grid)
 
     def __eq__(self, other: object) -> bool:
         """Whether everything that is believed is the same, bit for bit."""

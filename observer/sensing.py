@@ -66,6 +66,8 @@ class Sensing:
         heard = state.novelty.heard(stance, contacts)
         if self.in_hindsight and heard.any():
             state.hindsight.note(Moment(stance.position, stance.rotation, reach.place, contacts, touch, heard))
+        if contacts.any():
+            state.touches.note(tree, stance, covariance, contacts & heard[self._link])
         state.contacts = contacts
         felt = MapInput(
             tree,

@@ -20,11 +20,12 @@ from haptic_lab.trial import Trial, guided, make_observers
 from observer import ShapePosterior
 
 UNKNOWN: dict[str, Any] = {"size_jitter": 0.2, "yaw_jitter": 45.0, "position_jitter": 0.005}  # of what is explored
+ASKED = 7  # times for the map of a trial that is about to end
 clock = time.perf_counter
 
 
-def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, particles: int, seed: int) -> float:
-    """Time a trial: environment, policy, observer and the naming of the object.
+def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, particles: int, seed: int) -> dict[str, Any]:
+    """Time a trial, environment, policy, observer and the naming of the object, and what is asked at its end.
 
     Args:
         env_id: registered, such as "HapticSLAM/TwoFinger-v0".
@@ -35,18 +36,24 @@ def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, parti
         seed: of the trial.
 
     Returns:
-        Seconds that it took.
+        Seconds that it took (`trial`), and those of each of `ASKED` maps in between (`map_now`).
     """
     env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, reveal_truth=True)
     hand = hand_of(env)
-    observers = make_observers(("haptic_slam",), hand, sigma_deg, particles)
+    observers: dict[str, Any] = make_observers(("haptic_slam",), hand, sigma_deg, particles)
     trial = Trial(env, "random_torque", observers, ShapePosterior(hand), seed)
     start = clock()
     trial.run()
+    took, maps = clock() - start, []
+    for _ in range(ASKED):
+        start = clock()
+        observers["haptic_slam"].map_now()
+        maps.append(clock() - start)
+    start = clock()
     trial.finish()
-    took = clock() - start
+    took += clock() - start
     env.close()
-    return took
+    return {"trial": took, "map_now": np.array(maps)}
 
 
 def decisions(

@@ -108,7 +108,7 @@ class Bench:
             lambda: {"bandwidth": timings.copy_bandwidth(size.megabytes)},
             lambda: {"PoseFilter.step": timings.pose_filter(self.slams[size.few, size.coarse], self.recording)},
             self._stages,
-            lambda: {"trial": end_to_end.whole_trial(*trial)},
+            partial(end_to_end.whole_trial, *trial),
             lambda: {"decisions": end_to_end.decisions(*trial[:3], 0.5 * size.seconds, asked.seed, None)},
             partial(end_to_end.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
             *(partial(self._observe, what, threads, busy) for what, threads, busy in self._observed()),
@@ -237,12 +237,14 @@ class Bench:
         trial, seconds = found["trial"], self.size.seconds
         decided = 1e3 * found["decisions"]
         most = np.percentile(np.median(decided, axis=0), 90)
+        asked = 1e3 * np.median(found["map_now"], axis=1)
         name = "a decision of information_gain"
         told = f"size and place unknown; {decided.shape[1]} of an exploration, 90 % below {most:.0f} ms"
         note = f"N = {self.size.few}, names the object; {seconds / np.median(trial):.1f} times real time"
         return [
             *(BenchRow(f"new process: {part}", "ms", *spread(1e3 * found[part]), "kernels cached") for part in PROCESS),
             BenchRow(name, "ms", *spread(np.median(decided, axis=1)), told),
+            BenchRow(f"HapticSLAM.map_now after {seconds:g} s", "ms", *spread(asked), f"N = {self.size.few}"),
             BenchRow(f"a whole trial of {seconds:g} s, one core", "s", *spread(trial), note),
         ]
 

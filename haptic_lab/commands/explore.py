@@ -18,10 +18,10 @@ from haptic_env.recordings import Recording
 from haptic_lab import believed, conditions, replay, worlds
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import offsets, patches
+from haptic_lab.exploration import offsets, patches, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
-from haptic_lab.exploration.settings import DEFAULTS, ExplorationSettings
+from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
 from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
@@ -29,12 +29,13 @@ from haptic_lab.style import styled, titles_of
 from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
 from haptic_lab.warm_up import get_ready
 from haptic_lab.worlds import HANDS_OR_IDS, environment
+from observer.surface import files
 
 EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --seed 3 --out out/pyramid
           haptic-slam replay inspect.npz --mesh cube.stl
           haptic-slam replay glove.txt --hand adroit --shape sphere"""
 
-FILES = ("explore.png", "explore.json", "explore.npz", "recording.npz")
+FILES = ("explore.png", "explore.json", "explore.npz", "recording.npz", surface.PICTURE)
 RECORDING = "let the hand repeat this recording: .npz, or the .txt of a CyberGlove"
 
 
@@ -59,12 +60,14 @@ def parse(
     parser = Parser(description=description, epilog=example, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--env", "--hand", help=f"{HANDS_OR_IDS} (default two_finger, or the one that the recording is of)")
+    add("--wrist", help="fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)")
     add(
         "--shape",
-        "--mesh",
         type=as_path,
         help=f"{', '.join(shapes.SHAPES)}, or a mesh file (default: drawn at random, hidden until the end)",
     )
+    written = "as --save-mesh, beside --shape or where there is no such file"
+    add("--mesh", type=as_path, metavar="FILE", help=f"the object, from a mesh file; {written}")
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
     conditions.add_flags(add, "as the environment's keyword; observers are told")
@@ -89,18 +92,24 @@ def parse(
     )
     add("--calibration", dest="glove_calibration", type=as_path, action=Renamed, help=argparse.SUPPRESS)
     add("--save-offsets", type=as_path, metavar="FILE", help="keep the offsets of felt angles that were found, as TOML")
+    written = (
+        f"write the surface that was felt ({', '.join(files.WRITERS)}), and its picture, {surface.PICTURE}, to --out"
+    )
+    add("--save-mesh", type=as_path, metavar="FILE", help=written)
     add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
     found: Recording | None = None
     usual = dict(DEFAULTS)
     try:
+        surface.resolve(given, recorded=source[0] is not None)
         if given["env"] is not None:
             given["env"] = environment(given["env"])
         if source[0] is not None:
             found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]))
             if found.felt is not None:
                 _refuse_noise(given)
+            _refuse_wrist(given)
             # A preset is all that is believed, of which the recording's single values are no part.
             kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
             usual |= {name: value for name, value in found.settings.items() if name in kept}
@@ -126,6 +135,12 @@ def _refuse_noise(given: Mapping[str, Any]) -> None:
                 f"--{flag} is for angles and contacts that are simulated, and this recording tells what was felt; what "
                 f"observers believe of it is told by --believed-{flag} and the like"
             )
+
+
+def _refuse_wrist(given: Mapping[str, Any]) -> None:
+    """Raise `ValueError` for a wrist that was asked for where a recording tells how the hand moved."""
+    if given["wrist"] is not None:
+        raise ValueError("--wrist is for a hand that explores, and a recording tells how its hand moved")
 
 
 @styled
@@ -188,6 +203,8 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     out = Path(settings.out)
     picture(out / "explore.png", exploration, traces, summary)
     save_trace(out / "explore.npz", exploration, traces)
+    if settings.save_mesh is not None:
+        summary["mesh"] = surface.write(Path(settings.save_mesh), out, exploration, traces[OBSERVER])
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
         kept = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
@@ -197,6 +214,8 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
         console.print(offsets.table(summary["joint_offset"]))
     if "patches" in summary:
         console.print(patches.table(summary["patches"]))
+    if settings.save_mesh is not None:
+        surface.tell(console, summary["mesh"], settings.save_mesh, out)
     if settings.save_offsets is not None:
         source = f"{settings.env}, seed {settings.seed}"
         offsets.save(Path(settings.save_offsets), summary["joint_offset"], source, summary.get("patches", {}))

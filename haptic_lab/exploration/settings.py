@@ -8,10 +8,11 @@ from typing import Any
 
 import haptic_env
 from haptic_env import shapes, validate
+from haptic_env.hands import wrist
 from haptic_lab import conditions
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.conditions import check_policy
-from haptic_lab.exploration import offsets
+from haptic_lab.exploration import offsets, surface
 
 OBSERVER, RAW = "haptic_slam", "floor"
 SECONDS = 10.0
@@ -53,6 +54,8 @@ class ExplorationSettings(Believed):
         patches_stuck: patches, or the probability of each.
         patches_dead: likewise.
         save_offsets: path of a file for the offsets that are found, if they are to be kept.
+        wrist: how the hand is held, "fixed" or "free"; None: as it usually is.
+        save_mesh: path of a file for the surface of what was touched, if it is to be drawn.
 
     Raises:
         ValueError: for a value out of its range.
@@ -79,9 +82,13 @@ class ExplorationSettings(Believed):
     patches_stuck: float | str = conditions.DEFAULTS["patches_stuck"]
     patches_dead: float | str = conditions.DEFAULTS["patches_dead"]
     save_offsets: str | None = None
+    wrist: str | None = None
+    save_mesh: str | None = None
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        if self.wrist is not None:
+            wrist.check(haptic_env.ENVIRONMENTS[self.env], self.wrist)
         if self.shape is not None:
             shapes.default_size(shapes.check("--shape", self.shape), self.scale)
         validate.number("--scale", self.scale, above=0.0, unit="m")
@@ -97,6 +104,8 @@ class ExplorationSettings(Believed):
         self.check_told(self.env, self.noise)
         if self.save_offsets is not None:
             offsets.check(self.save_offsets, self.out, self.believed_noise)
+        if self.save_mesh is not None:
+            surface.check(self.save_mesh, self.out)
 
     @property
     def noise(self) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.moved import renamed
 from observer.maps.cells import flagged, mark, mean_probability, settle, spread
+from observer.surface.touches import TouchLog
 
 __getattr__ = renamed(__name__, {"Then": "LazyMean", "Change": "UndoRecord"})
 
@@ -48,14 +49,20 @@ class ParticleMaps(NamedTuple):
 
 
 class OccupancySnapshot:
-    """The occupancy of one step, computed when it is first asked for."""
+    """The occupancy of one step, computed when it is first asked for.
 
-    def __init__(self, compute: Callable[[], Array]) -> None:
+    Attributes:
+        touches: what it was touched with until then; None where no map is made.
+    """
+
+    def __init__(self, compute: Callable[[], Array], touches: TouchLog | None = None) -> None:
         """Keep what computes it.
 
         Args:
             compute: gives (X, Y, Z), and is called once at most.
+            touches: what it was touched with until then.
         """
+        self.touches = touches
         self._compute: Callable[[], Array] | None = compute
         self._value: Array | None = None
 
@@ -74,7 +81,7 @@ class OccupancySnapshot:
 
     def __getstate__(self) -> dict[str, Any]:
         """To another process goes the value."""
-        return {"_compute": None, "_value": self.value()}
+        return {"touches": self.touches, "_compute": None, "_value": self.value()}
 
 
 class UndoRecord:
@@ -211,11 +218,12 @@ class Maps:
         used = len(self.cells)
         self.own[target, :used] = self.own[source, :used]
 
-    def snapshot(self, weights: Array) -> OccupancySnapshot:
+    def snapshot(self, weights: Array, touches: TouchLog | None = None) -> OccupancySnapshot:
         """Take the mean of the maps, as it is now.
 
         Args:
             weights: (N,).
+            touches: what the maps were touched with.
 
         Returns:
             The mean, computed when it is asked for.
@@ -224,7 +232,7 @@ class Maps:
         if then is None:
             then = LazyMean(self, weights)
             self._last = weakref.ref(then)
-        return OccupancySnapshot(then)
+        return OccupancySnapshot(then, touches)
 
     def refresh(self, weights: Array) -> tuple[Array, UndoRecord]:
         """Bring the mean of the maps up to date.

@@ -47,6 +47,7 @@ def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture
         assert {f"HapticSLAM.step, {size}", f"HapticSLAM.step, {size}, each core busy"} <= set(figures)
     assert "HapticSLAM.step, N = 20, MyoHand, 1 thread" in figures
     assert all(f"stage: {name}" in figures for name in suite.STAGES)
+    assert "HapticSLAM.map_now after 1 s" in figures
     assert "medians" in capsys.readouterr().out.lower()
 
 

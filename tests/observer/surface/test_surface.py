@@ -1,0 +1,108 @@
+"""The surface of a belief."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+import trimesh
+
+from observer import DeadReckoning, HapticSLAM, PoseOnly
+from observer.metrics import touched_places
+from observer.surface.metrics import mesh_score
+
+
+@pytest.fixture(scope="module")
+def trial(explore):
+    """Two fingers about a cube, which they touch."""
+    return explore("cube", 150, seed=3)
+
+
+@pytest.fixture(scope="module")
+def beliefs(trial):
+    """Of an observer that watched it."""
+    return trial.beliefs(HapticSLAM(trial.hand, particles=8))
+
+
+def test_nothing_touched_is_nothing(beliefs):
+    surface = beliefs[0].surface()
+    vertices, faces, std = surface
+    assert surface.empty
+    assert (vertices.shape, faces.shape, std.shape) == ((0, 3), (0, 3), (0,))
+
+
+def test_what_was_touched_is_a_closed_mesh_about_the_object(trial, beliefs):
+    surface = beliefs[-1].surface()
+    vertices, faces, std = surface
+    assert trimesh.Trimesh(vertices, faces, process=False).is_watertight
+    assert std.shape == (len(vertices),)
+    assert (std > 0).all()
+    places = touched_places(trial.hand, trial.true, trial.contacts, trial.solid)
+    score = mesh_score(surface, trial.solid, places)
+    assert score.chamfer_felt_mm < 3.0
+    assert score.std_felt_mm < 0.6 * score.std_mm
+
+
+def test_a_kept_belief_keeps_its_surface(trial):
+    """Whatever is touched later, and in copies too."""
+    slam = HapticSLAM(trial.hand, particles=8)
+    slam.reset(seed=0)
+    turns = list(zip(trial.torque, trial.felt, trial.contacts, strict=True))
+    for turn in turns[:100]:
+        kept = slam.step(*turn)
+    ways = (kept.copy(), copy.deepcopy(kept), pickle.loads(pickle.dumps(kept)))
+    before = kept.surface()
+    for turn in turns[100:]:
+        last = slam.step(*turn)
+    later = pickle.loads(pickle.dumps(kept))
+    for each in (kept, later, *ways):
+        for mine, theirs in zip(each.surface(), before, strict=True):
+            np.testing.assert_array_equal(mine, theirs)
+    assert len(last.snapshot.touches) > len(kept.snapshot.touches)
+
+
+@pytest.mark.parametrize("told", [{}, {"lag": 0}, {"in_hindsight": False, "lag": 0}, {"motion": "raw_angles"}], ids=str)
+def test_the_surface_now_is_that_of_the_flush_and_ends_nothing(trial, told):
+    """Asked for in between or never, and the same bits."""
+    surfaces = []
+    for asked in (True, False):
+        slam = HapticSLAM(trial.hand, particles=4, **told)
+        slam.reset(seed=0)
+        assert slam.surface_now().empty
+        for step, turn in enumerate(zip(trial.torque, trial.felt, trial.contacts, strict=True)):
+            belief = slam.step(*turn)
+            if asked and step == 100:
+                assert not slam.surface_now().empty
+        now = slam.surface_now()
+        belief = ([belief] + slam.flush())[-1]
+        surfaces += [now, belief.surface()]
+    for each in surfaces[1:]:
+        for one, other in zip(each, surfaces[0], strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+def test_a_hand_that_lasts_in_one_place_says_it_once(two_finger):
+    """A touch that does not change is not news to a surface either."""
+    slam = HapticSLAM(two_finger, particles=1)
+    slam.reset(seed=0)
+    contacts = np.zeros(len(two_finger.patches))
+    contacts[two_finger.patches.names.index("index_distal_0_palmar")] = 1
+    for _ in range(400):
+        belief = slam.step(np.zeros(two_finger.joints), two_finger.rest_pose, contacts)
+    assert 0 < len(belief.snapshot.touches) < 200
+
+
+def test_raw_angles_are_less_sure(trial):
+    """They take each felt angle for the joint's, with all of its noise."""
+    raw, slam = (
+        trial.beliefs(observer)[-1].surface().std.min()
+        for observer in (DeadReckoning(trial.hand, 3.0), HapticSLAM(trial.hand, particles=8))
+    )
+    assert raw > 1.2 * slam
+
+
+def test_a_belief_without_a_map_has_no_surface(two_finger):
+    with pytest.raises(ValueError, match="a belief without a map has no surface"):
+        PoseOnly(two_finger).reset(seed=0).surface()
