@@ -24,7 +24,7 @@ SURE, UNSURE = "#08519C", "#F1E9DA"
 CERTAINTY = LinearSegmentedColormap.from_list(
     "certainty", [(0.0, SURE), (0.25, "#4A98C9"), (0.6, "#C9D8DC"), (1.0, UNSURE)]
 )
-LIMIT = 7.0  # mm of SD, from which on nothing is known
+LIMIT = 10.0  # mm of SD, from which on nothing is known
 TOUCHED = "#D94801"
 VIEWS = {"from one side": -55.0, "from the other side": 125.0}  # title: azimuth, degrees
 HEIGHT = 22.0  # degrees from which it is seen

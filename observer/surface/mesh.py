@@ -15,11 +15,12 @@ from haptic_env import extras
 from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from observer.surface import files
-from observer.surface.gaussian_process import AMPLITUDE, Field, Sphere
+from observer.surface.gaussian_process import Field, Sphere
 from observer.surface.reconstruction import reconstruct
 from observer.surface.touches import TouchLog
 
 SPACING = 0.003  # m, of the lattice from which the mesh is drawn
+BEYOND = 0.03  # m, of the lattice about all that was touched
 FLATTEST = 0.3  # least slope of the function across its surface that is believed
 
 
@@ -93,7 +94,7 @@ def drawn(field: Field, sphere: Sphere, spacing: float = SPACING) -> Surface:
     trimesh = extras.load("trimesh", "meshes", "a surface")
     low, high = field.reach
     low, high = (np.minimum(low, sphere.centre - sphere.radius), np.maximum(high, sphere.centre + sphere.radius))
-    size = high - low + 6.0 * AMPLITUDE
+    size = high - low + 2.0 * BEYOND
     lattice = Grid.around(0.5 * (low + high), size, max(spacing, float(size.max()) / 200.0))
     value = field.value(lattice.centres().reshape(-1, 3)).reshape(lattice.shape)
     for axis in range(3):  # nothing reaches the rim, where it would be left open
