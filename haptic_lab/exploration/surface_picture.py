@@ -44,7 +44,7 @@ def picture(surface: Surface, solid: Solid, touched: Array, title: str) -> Figur
     Returns:
         The figure.
     """
-    figure = Figure(figsize=(10, 8.4), layout="constrained")
+    figure = Figure(figsize=(10, 8.0), layout="constrained")
     middle = np.asarray(solid.position)
     true_vertices, true_faces = true_mesh(solid)
     every = np.concatenate([surface.vertices, true_vertices]) - middle
@@ -65,7 +65,7 @@ def picture(surface: Surface, solid: Solid, touched: Array, title: str) -> Figur
         panels.append(below)
     for axes in panels:
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach, reach))
-        axes.set_box_aspect((1, 1, 1), zoom=1.25)
+        axes.set_box_aspect((1, 1, 1), zoom=1.4)
         axes.set_axis_off()
     bar = figure.colorbar(ScalarMappable(scale, CERTAINTY), ax=panels[::2], location="right", shrink=0.7, extend="max")
     bar.set_label("SD (mm): blue is known, pale is guessed")
