@@ -7,16 +7,16 @@ have there. What is not known says nothing, so that the sphere decides.
 from __future__ import annotations
 
 import numpy as np
-import trimesh
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.optimize import least_squares
 from scipy.special import logit
 
 from haptic_env.arrays import Array
 from haptic_env.grid import Grid
+from haptic_env.shapes import triangles
 from observer.maps.contact_model import ContactModel
 from observer.surface import Surface
-from observer.surface.mesh import EMPTY, marched
+from observer.surface.mesh import EMPTY
 
 BLUR = 1.5  # voxels
 SURE = 4.0  # log-odds, beyond which a voxel says no more
@@ -40,10 +40,11 @@ def smoothed(occupancy: Array, grid: Grid) -> Surface:
     odds = gaussian_filter(told, BLUR) + (radius - np.linalg.norm(grid.centres() - centre, axis=-1)) / SHELL
     for axis in range(3):
         np.moveaxis(odds, axis, 0)[[0, -1]] = -1.0  # closed at the rim
-    parts = trimesh.Trimesh(*marched(-odds, grid), process=False).split(only_watertight=True)
-    largest = max(parts, key=lambda part: abs(part.volume))
-    vertices = np.asarray(largest.vertices)
+    found = triangles.largest_part(triangles.marched(-odds, grid))
+    if found is None:
+        return EMPTY
+    vertices, faces = found
     where = (vertices - grid.origin).T / grid.resolution - 0.5
     slope = [map_coordinates(each, where, order=1, mode="nearest") for each in np.gradient(odds, grid.resolution)]
     std = np.pi / np.sqrt(3.0) / np.maximum(np.linalg.norm(slope, axis=0), 1e-9)
-    return Surface(vertices, np.asarray(largest.faces), std)
+    return Surface(vertices, faces, std)

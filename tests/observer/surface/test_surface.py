@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import importlib.util
 import pickle
 
 import igl
@@ -114,3 +115,13 @@ def test_a_surface_is_in_the_frame_of_the_map(trial):
 
 def _distances(surface, places):
     return np.sqrt(igl.point_mesh_squared_distance(places, surface.vertices, surface.faces)[0])
+
+
+@pytest.mark.parametrize("missing", ["igl", "trimesh"])
+def test_who_lacks_a_library_is_told_what_to_install(beliefs, monkeypatch, missing):
+    there = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *rest: None if name == missing else there(name, *rest)
+    )
+    with pytest.raises(ImportError, match=rf"{missing}.*haptic-slam\[meshes\]"):
+        beliefs[-1].surface()
