@@ -25,14 +25,16 @@ from haptic_env import hand_env, validate
 from haptic_env.arrays import Array
 from observer.kinematics import placed_points, tree_of
 
-OPENING = 0.5  # s: how long the hand opens, and turns, before it grasps anew
+OPENING = 0.2  # s: how long the hand opens, and turns, before it grasps anew
 LET_GO = -0.6  # fractions of the torque limits, by which it opens
 PACES = (0.8, 2.0)  # Hz, between which everything moves
+CLAWED, CURLED = 0.4, 0.8  # of the torques that curl a finger: always, so that its tip goes ahead, and back and forth
 ROCKED, TILTED = 0.5, 0.3  # rad: how far the hand turns about its own axis, and about any
 SHIFTED, LIFTED = 0.012, 0.035  # m: how far it is shifted while it is closed, and along its axis from grasp to grasp
 DIRECTIONS, PLACES = 400, 500  # D, M
 CANDIDATES, SAMPLE = 64, 200  # sides that are compared, by how many places
-ENOUGH = 6.0  # touches in a direction: it is then known well
+ENOUGH = 12.0  # touches in a direction: it is then known well
+FAR = 0.1  # what a side loses by each radian that a joint of the wrist is from it
 FIRST = 30  # touches, before which sides are drawn by chance
 
 
@@ -109,13 +111,13 @@ class Coverage(Guided):
         pose = self.belief.joint_angles
         if state is None:
             record = Record(np.zeros(DIRECTIONS), np.zeros((PLACES, 3)), np.array(0))
-            step, side, paces, before = np.array(0), self._side(record), self._paces(), pose
+            step, side, paces, before = np.array(0), self._side(record, pose), self._paces(), pose
         else:
             step, turn, shift, paces, *kept, before = state
             record, side = Record(*kept), (Rotation.from_quat(turn), shift)
             record = self._noted(record, side, pose, np.flatnonzero(observation["contacts"]))
             if step >= self._longest:
-                step, side, paces = np.array(0), self._side(record), self._paces()
+                step, side, paces = np.array(0), self._side(record, pose), self._paces()
         torque = self._torque(int(step), side, paces, pose, (pose - before) * self._rate)
         turn, shift = side
         return torque, (step + 1, turn.as_quat(), shift, paces, *record, pose)
@@ -129,7 +131,9 @@ class Coverage(Guided):
         close, across, curl = self._strokes
         swing, curled = wave[7:].reshape(2, -1)
         grip = self.grip if closed else LET_GO
-        torque[:] = np.clip((grip * close + swing[:, None] * across + 0.5 * curled[:, None] * curl).sum(axis=0), -1, 1)
+        torque[:] = np.clip(
+            (grip * close + swing[:, None] * across + (CLAWED + CURLED * curled[:, None]) * curl).sum(axis=0), -1, 1
+        )
         if self._wrist.free:
             turn, shift = side
             rocked = closed * (TILTED * wave[:3] + ROCKED * wave[3] * self._wrist.axis)
@@ -155,8 +159,8 @@ class Coverage(Guided):
         places[index] = turn.inv().apply(away - shift)
         return Record(felt, places, record.touches + patches.size)
 
-    def _side(self, record: Record) -> tuple[Rotation, Array]:
-        """From where to grasp next: a turn and a shift (3,) m, the best of some by how new is what it would touch."""
+    def _side(self, record: Record, pose: Array) -> tuple[Rotation, Array]:
+        """From where to grasp next: a turn and a shift (3,) m, the best of some by what is new there and by the way."""
         count = int(record.touches)
         known = record.places[: min(count, PLACES)]
         candidates = [self._drawn() for _ in range(CANDIDATES if count >= FIRST and self._wrist.free else 1)]
@@ -164,7 +168,12 @@ class Coverage(Guided):
             return candidates[0]
         some = known[self.rng.choice(len(known), SAMPLE)]
         new = np.exp(-record.felt / ENOUGH)
-        gain = [new[self._nearest(turn.apply(some) + shift)].mean() for turn, shift in candidates]
+        now = pose[self._wrist.joints]
+        gain = [
+            new[self._nearest(turn.apply(some) + shift)].mean()
+            - FAR * float(np.abs(self._wrist.goal(turn, shift) - now).max())
+            for turn, shift in candidates
+        ]
         return candidates[int(np.argmax(gain))]
 
     def _drawn(self) -> tuple[Rotation, Array]:

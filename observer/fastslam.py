@@ -29,7 +29,8 @@ from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import Maps, OccupancySnapshot
 from observer.novelty import MapNovelty
 from observer.state import NOTHING, Diagnostics, FilterState, Proposal, Waiting, belief_of
-from observer.surface.touches import TouchRecorder
+from observer.surface.mesh import Surface, surface_of
+from observer.surface.touches import TouchLog, TouchRecorder
 
 __getattr__ = renamed(__name__, {name: f"observer.configuration.{name}" for name in ("LAG_SECONDS", "RESOLUTION")})
 
@@ -157,16 +158,19 @@ class HapticSLAM(Configured):
         Raises:
             ValueError: outside a trial.
         """
-        state = self._running()
-        if not self.in_hindsight:
-            return state.maps.snapshot(state.weights).value().copy()
-        ahead, waiting = state.branch(), state.waiting.copy()
-        last = len(waiting) - 1
-        self._look_back(waiting, last)
-        for index, step in enumerate(waiting):
-            lagged = self.pose.lagged(last - index)
-            self._sensing.stand(ahead, step, self.pose.mean[lagged], self.pose.covariance[lagged, lagged].copy())
-        return ahead.hindsight.occupancy()
+        return self._now()[1]
+
+    def surface_now(self) -> Surface:
+        """Draw the surface of the trial so far (`Belief.surface`), of the touches and the map that `map_now` has.
+
+        Returns:
+            The surface that the last belief of `flush` would have now.
+
+        Raises:
+            ValueError: outside a trial.
+            ImportError: where the extra `meshes` is missing.
+        """
+        return surface_of(*self._now(), self.grid)
 
     @property
     def particle_maps(self) -> NDArray[np.int8]:
@@ -175,6 +179,19 @@ class HapticSLAM(Configured):
         Not to be changed. Outside a trial there are none: `ValueError`.
         """
         return self._running().maps.own
+
+    def _now(self) -> tuple[TouchLog, Array]:
+        """What `flush` would leave of touches and of the map (X, Y, Z) now, apart from the trial."""
+        state = self._running()
+        if not self.in_hindsight:
+            return state.touches.log(), state.maps.snapshot(state.weights).value().copy()
+        ahead, waiting = state.branch(), state.waiting.copy()
+        last = len(waiting) - 1
+        self._look_back(waiting, last)
+        for index, step in enumerate(waiting):
+            lagged = self.pose.lagged(last - index)
+            self._sensing.stand(ahead, step, self.pose.mean[lagged], self.pose.covariance[lagged, lagged].copy())
+        return ahead.touches.log(), ahead.hindsight.occupancy()
 
     def _assimilate(self, state: FilterState, ago: int) -> Belief:
         """Predict, match, weigh, map and resample (steps 3 to 6) for the oldest step that waits, `ago` steps back."""

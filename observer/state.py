@@ -19,7 +19,7 @@ from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from observer import resampling
 from observer.belief import Belief, Transition
-from observer.gaussian import carried_on, shifted
+from observer.gaussian import carried_on, lower_factor, shifted
 from observer.maps.hindsight import Hindsight
 from observer.maps.occupancy import Maps
 from observer.novelty import MapNovelty
@@ -63,7 +63,7 @@ class Proposal(NamedTuple):
         transition: that is the same for all.
         centres: (N, J) rad, how far from its mean the centre of each particle's lies.
         rest: (J, J) rad², what is left about that.
-        spread: (J, J) rad, a factor of all that is uncertain of q_k.
+        spread: (J, J) rad, a factor of all that is uncertain of q_k, but for an error that maps have in common with it.
     """
 
     transition: Transition
@@ -139,19 +139,22 @@ class FilterState:
         spread = np.sqrt(np.concatenate([np.full(hand.joints, noise.start_variance), constant]))
         points = np.tile(mean, (count, 1)).astype(np.float64)
         if spread.any():
-            points += spread * rng.standard_normal(points.shape)
+            # Antithetic: each is still drawn from the whole of it, but few are not off by their mean for good.
+            drawn = rng.standard_normal(points.shape)
+            points += spread * np.sqrt(count / max(count - 1, 1)) * (drawn - drawn.mean(axis=0))
         poses, errors = np.ascontiguousarray(points[:, : hand.joints]), points[:, hand.joints :]
         contacts = np.zeros(len(hand.patches), dtype=bool)
         return cls(rng, maps, hindsight, novelty, touches, poses, errors, (mean, np.diag(spread)), contacts)
 
     def branch(self) -> Self:
-        """Branch off what has been heard for the map in hindsight.
+        """Branch off what has been heard for the map in hindsight, and what has touched.
 
         Returns:
             A state to which `Sensing.stand` can tell more without telling this one; particles and maps are the same.
         """
         other = copy.copy(self)
         other.novelty, other.hindsight = self.novelty.branch(), self.hindsight.branch()
+        other.touches = self.touches.branch()
         return other
 
     def predict(self, pose: PoseSource, ago: int) -> Proposal:
@@ -189,6 +192,8 @@ class FilterState:
         if self.errors.size:
             self.errors = moved.mean[joints:] + centres[:, joints:]
             centres, factor = (np.ascontiguousarray(each[:, :joints]) for each in (centres, factor[:joints]))
+        if pose.unfound.any():
+            factor = lower_factor(covariance[now, now] - np.diag(pose.unfound))
         return Proposal(transition, centres, np.ascontiguousarray(moved.rest[:joints, :joints]), factor)
 
     def weigh(self, log_likelihood: Array) -> None:

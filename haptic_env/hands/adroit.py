@@ -68,7 +68,7 @@ def make(patches_along: int = 2, patches_around: int = 4, wrist: str = "fixed") 
     References:
         Kumar, Xu & Todorov 2013, ICRA.
     """
-    free = wrists.check("adroit", wrist, wrists.WRISTS)
+    free = wrists.check("adroit", wrist)
     model = _model()
     fingers = {name.format(letter): drive for letter in "FMRL" for name, drive in FINGER.items()}
     return hand_of(

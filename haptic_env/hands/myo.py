@@ -71,7 +71,7 @@ def make(patches_along: int = 2, patches_around: int = 4, wrist: str = "fixed") 
         Wang et al. 2022, "MyoSim: Fast and physiologically realistic MuJoCo models for musculoskeletal and exoskeletal
         studies", ICRA.
     """
-    free = wrists.check("myo", wrist, wrists.WRISTS)
+    free = wrists.check("myo", wrist)
     model = _model()
     fingers = {name.format(number): drive for number in FINGERS.values() for name, drive in FINGER.items()}
     return hand_of(

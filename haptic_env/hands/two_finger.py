@@ -52,7 +52,7 @@ def make(patches_along: int = 2, patches_around: int = 4, wrist: str = "fixed") 
     Raises:
         ValueError: for a number of patches out of range, and another wrist.
     """
-    wrists.check("two_finger", wrist, ("fixed",))
+    wrists.check("two_finger", wrist)
     return _hand("two_finger", patches_along, patches_around, free=False)
 
 
@@ -70,7 +70,7 @@ def make_arm(patches_along: int = 2, patches_around: int = 4, wrist: str = "free
     Raises:
         ValueError: for a number of patches out of range, and another wrist.
     """
-    wrists.check("two_finger_arm", wrist, ("free",))
+    wrists.check("two_finger_arm", wrist)
     return _hand("two_finger_arm", patches_along, patches_around, free=True)
 
 

@@ -7,7 +7,6 @@ borne, and at full force it moves at the speeds of a person's hand that feels an
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from haptic_env.composer import mjcf
 from haptic_env.hands.drives import Drive, add_joint
 
 WRISTS = ("fixed", "free")
+ONLY = {"two_finger": "fixed", "two_finger_arm": "free"}  # of hands that have no choice
 NAMES = ("wrist_x", "wrist_y", "wrist_z", "wrist_roll", "wrist_pitch", "wrist_yaw")
 LEVER_ARM = 0.1  # m in one radian: a hand's length, so that a joint's σ moves it as far either way
 FARTHEST = 0.2  # m from the middle
@@ -29,13 +29,12 @@ ALONG = Drive(FORCE * LEVER_ARM, RESISTANCE * LEVER_ARM**2, PULL * LEVER_ARM**2,
 ABOUT = Drive(0.3, 0.1, 0.12, 0.0)
 
 
-def check(hand: str, wrist: str, valid: Collection[str]) -> bool:
+def check(hand: str, wrist: str) -> bool:
     """Check how a hand is to be held.
 
     Args:
-        hand: its name, for the message.
-        wrist: as it was asked for.
-        valid: those of `WRISTS` that the hand may have.
+        hand: its name.
+        wrist: as it was asked for, one of `WRISTS`.
 
     Returns:
         Whether it is free.
@@ -44,9 +43,10 @@ def check(hand: str, wrist: str, valid: Collection[str]) -> bool:
         ValueError: for another one.
     """
     chosen = validate.choice("wrist", wrist, WRISTS)
-    if chosen not in valid:
+    only = ONLY.get(hand, chosen)
+    if chosen != only:
         told = "has no wrist that moves" if chosen == "free" else "has a wrist that always moves"
-        raise ValueError(f"hand {hand!r} {told}: wrist must be {' or '.join(map(repr, valid))}, got {chosen!r}")
+        raise ValueError(f"hand {hand!r} {told}: wrist must be {only!r}, got {chosen!r}")
     return chosen == "free"
 
 

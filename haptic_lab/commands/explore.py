@@ -60,6 +60,7 @@ def parse(
     parser = Parser(description=description, epilog=example, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--env", "--hand", help=f"{HANDS_OR_IDS} (default two_finger, or the one that the recording is of)")
+    add("--wrist", help="fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)")
     add(
         "--shape",
         type=as_path,
@@ -108,6 +109,7 @@ def parse(
             found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]))
             if found.felt is not None:
                 _refuse_noise(given)
+            _refuse_wrist(given)
             # A preset is all that is believed, of which the recording's single values are no part.
             kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
             usual |= {name: value for name, value in found.settings.items() if name in kept}
@@ -133,6 +135,12 @@ def _refuse_noise(given: Mapping[str, Any]) -> None:
                 f"--{flag} is for angles and contacts that are simulated, and this recording tells what was felt; what "
                 f"observers believe of it is told by --believed-{flag} and the like"
             )
+
+
+def _refuse_wrist(given: Mapping[str, Any]) -> None:
+    """Raise `ValueError` for a wrist that was asked for where a recording tells how the hand moved."""
+    if given["wrist"] is not None:
+        raise ValueError("--wrist is for a hand that explores, and a recording tells how its hand moved")
 
 
 @styled

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import signal
 import time
+from typing import Any
 
 import gymnasium as gym
 from rich.console import Console
@@ -36,6 +37,7 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
     """
     if recording is not None:
         return replay.session(settings, recording)
+    wrist: dict[str, Any] = {} if settings.wrist is None else {"wrist": settings.wrist}
     env = gym.make(
         settings.env,
         shape=settings.shape,
@@ -43,6 +45,7 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
         **settings.noise,
         episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
         reveal_truth=True,  # for the observer's judge alone
+        **wrist,
     )
     hand = hand_of(env)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)

@@ -8,6 +8,7 @@ from typing import Any
 
 import haptic_env
 from haptic_env import shapes, validate
+from haptic_env.hands import wrist
 from haptic_lab import conditions
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.conditions import check_policy
@@ -53,6 +54,7 @@ class ExplorationSettings(Believed):
         patches_stuck: patches, or the probability of each.
         patches_dead: likewise.
         save_offsets: path of a file for the offsets that are found, if they are to be kept.
+        wrist: how the hand is held, "fixed" or "free"; None: as it usually is.
         save_mesh: path of a file for the surface of what was touched, if it is to be drawn.
 
     Raises:
@@ -80,10 +82,13 @@ class ExplorationSettings(Believed):
     patches_stuck: float | str = conditions.DEFAULTS["patches_stuck"]
     patches_dead: float | str = conditions.DEFAULTS["patches_dead"]
     save_offsets: str | None = None
+    wrist: str | None = None
     save_mesh: str | None = None
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        if self.wrist is not None:
+            wrist.check(haptic_env.ENVIRONMENTS[self.env], self.wrist)
         if self.shape is not None:
             shapes.default_size(shapes.check("--shape", self.shape), self.scale)
         validate.number("--scale", self.scale, above=0.0, unit="m")

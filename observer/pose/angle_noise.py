@@ -248,6 +248,7 @@ class KeepsErrors:
     mean: Array
     covariance: Array
     _kinds: Sequence[slice]
+    unfound = np.zeros(0)
 
     @property
     def constant(self) -> slice:
@@ -275,6 +276,11 @@ class FollowsFelt:
     learns, constant = False, slice(0, 0)
     hand: Hand
     noise: AngleNoise
+
+    @property
+    def unfound(self) -> Array:
+        """(J,) rad²: variance of constant errors that the angles, and any map made of them, have all along; or (0,)."""
+        return self.noise.prior[self.noise.constant(self.noise.kinds(0, self.hand.joints))]
 
     @property
     def offset(self) -> Offset:

@@ -43,6 +43,10 @@ class PoseSource(Protocol):
         """Where `mean` keeps the errors of the angles that never change; nowhere where it keeps none."""
 
     @property
+    def unfound(self) -> Array:
+        """(J,) rad²: variance of constant errors that nothing finds out, so that a map has them too; (0,): of none."""
+
+    @property
     def learns(self) -> bool:
         """Whether what changes the Gaussian now is kept, and tells of offsets that it has."""
 

@@ -7,9 +7,10 @@ touches, each of one patch at one step. Lengths in metres, in the frame of the g
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,6 +129,16 @@ class TouchRecorder:
         """
         self._patches, self._bodies, self._rate = hand.patches, hand.link_bodies, rate
         self._links: list[TouchingLink] = []
+
+    def branch(self) -> Self:
+        """Branch off, so that more can be noted which this one is not to know.
+
+        Returns:
+            One that knows the same.
+        """
+        other = copy.copy(self)
+        other._links = self._links.copy()
+        return other
 
     def note(self, tree: Tree, frames: Any, covariance: Array, contacts: NDArray[np.bool_]) -> None:
         """Take note of a step.

@@ -278,6 +278,22 @@ def test_a_map_gains_where_the_hand_has_not_been(env):
     assert second[0] < 0.5 * first[0]
 
 
+def test_what_a_map_gains_is_weighed_by_the_map_in_hindsight(env, monkeypatch):
+    policy = agents.make("information_gain", env, seed=0, objective="map")
+    weighed, gain = [], policy._map.gain
+    monkeypatch.setattr(policy._map, "gain", lambda *told: weighed.append(told[0]) or gain(*told))
+    observation, _ = env.reset(seed=0)
+    state, maps = None, []
+    for step in range(41):
+        if step % policy.steps == 0:
+            maps.append(env.observer.map_now())
+        torque, state = policy.predict(observation, state)
+        observation, *_ = env.step(torque)
+    np.testing.assert_array_equal(weighed, maps)
+    assert len(maps) == 5
+    assert not np.array_equal(maps[-1], env.belief.occupancy)
+
+
 def test_the_hand_alone_is_never_changed(env):
     hand = env.unwrapped.hand
     before = mujoco.MjModel.from_xml_string(hand.xml).opt.disableflags

@@ -116,6 +116,16 @@ def _model(path: Path, numbers: int, entries: list[str], joints: int = 8) -> str
     return str(path)
 
 
+def test_a_hand_on_a_wrist_that_moves_explores(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    run(tmp_path, "--hand", "myo", "--wrist", "free", "--shape", "cube", "--policy", "coverage", "--seconds", "0.4")
+    with np.load(tmp_path / "explore.npz") as trace:
+        assert trace["true_angles"].shape == (20, 29)
+    capsys.readouterr()
+    with pytest.raises(SystemExit):
+        explore.parse(["--recording", str(tmp_path / "recording.npz"), "--wrist", "free"])
+    assert "--wrist is for a hand that explores" in capsys.readouterr().err
+
+
 def test_a_model_of_one_s_own_that_tells_its_entries_explores(tmp_path: Path) -> None:
     model = _model(tmp_path / "own.npz", 0, ["pose", "names", "time"])
     run(tmp_path / "felt", "--policy", model)
@@ -160,6 +170,9 @@ def test_what_the_hand_cannot_hold_is_one_clear_line(tmp_path: Path, capsys: pyt
         (["--shape", "none.stl"], "mesh 'none.stl' cannot be read"),
         (["--scale", "0"], "a finite number in (0, inf] m"),
         (["--hand", "foot"], "choose from HapticSLAM/"),
+        (["--wrist", "free"], "hand 'two_finger' has no wrist that moves: wrist must be 'fixed', got 'free'"),
+        (["--hand", "two_finger_arm", "--wrist", "fixed"], "wrist must be 'free', got 'fixed'"),
+        (["--hand", "myo", "--wrist", "loose"], "unknown wrist 'loose'; choose from fixed, free"),
         (["--policy", "scratch"], "choose from"),
         (["--sigma", "nan"], r"finite number in [0, 90] degrees"),
         (["--sigma", "-1"], r"finite number in [0, 90] degrees"),

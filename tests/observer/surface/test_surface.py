@@ -67,6 +67,26 @@ def test_a_kept_belief_keeps_its_surface(trial):
     assert len(last.snapshot.touches) > len(kept.snapshot.touches)
 
 
+@pytest.mark.parametrize("told", [{}, {"lag": 0}, {"in_hindsight": False, "lag": 0}, {"motion": "raw_angles"}], ids=str)
+def test_the_surface_now_is_that_of_the_flush_and_ends_nothing(trial, told):
+    """Asked for in between or never, and the same bits."""
+    surfaces = []
+    for asked in (True, False):
+        slam = HapticSLAM(trial.hand, particles=4, **told)
+        slam.reset(seed=0)
+        assert slam.surface_now().empty
+        for step, turn in enumerate(zip(trial.torque, trial.felt, trial.contacts, strict=True)):
+            belief = slam.step(*turn)
+            if asked and step == 100:
+                assert not slam.surface_now().empty
+        now = slam.surface_now()
+        belief = ([belief] + slam.flush())[-1]
+        surfaces += [now, belief.surface()]
+    for each in surfaces[1:]:
+        for one, other in zip(each, surfaces[0], strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
 def test_a_hand_that_lasts_in_one_place_says_it_once(two_finger):
     """A touch that does not change is not news to a surface either."""
     slam = HapticSLAM(two_finger, particles=1)
