@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 import agents
+from haptic_env import hands
 from observer import HapticSLAM, ObserverWrapper
 from observer.brackets import DeadReckoning, TruePose
+from observer.pose.contact_dynamics import ON_A_WRIST, WITH_OFFSETS, ContactDynamics
 from observer.surface_metrics import surface_precision, surface_score, touched_places
 
 SIGMA, SECONDS, LAG = 3.0, 8.0, 10
@@ -61,6 +63,14 @@ def test_the_pose_is_known_far_better_than_it_is_felt(part):
     error, raw = (np.sqrt(np.mean((each - true)[:, which] ** 2)) for each in (observed("slam")[1], felt))
     assert np.rad2deg(raw) == pytest.approx(SIGMA, rel=0.1)
     assert error < 0.65 * raw
+
+
+def test_forces_are_those_of_a_wrist_where_nothing_else_is_told():
+    hand = explored()[0]
+    assert HapticSLAM(hand, SIGMA).pose.dynamics == ON_A_WRIST
+    assert HapticSLAM(hand, SIGMA, bias_deg=1.0).pose.dynamics == WITH_OFFSETS
+    assert HapticSLAM(hand, SIGMA, dynamics=ContactDynamics()).pose.dynamics == ContactDynamics()
+    assert HapticSLAM(hands.make("two_finger"), SIGMA).pose.dynamics == ContactDynamics()
 
 
 def test_every_joint_of_the_wrist_is_felt_with_the_same_sigma():
