@@ -139,7 +139,9 @@ class FilterState:
         spread = np.sqrt(np.concatenate([np.full(hand.joints, noise.start_variance), constant]))
         points = np.tile(mean, (count, 1)).astype(np.float64)
         if spread.any():
-            points += spread * rng.standard_normal(points.shape)
+            # Antithetic: each is still drawn from the whole of it, but few are not off by their mean for good.
+            drawn = rng.standard_normal(points.shape)
+            points += spread * np.sqrt(count / max(count - 1, 1)) * (drawn - drawn.mean(axis=0))
         poses, errors = np.ascontiguousarray(points[:, : hand.joints]), points[:, hand.joints :]
         contacts = np.zeros(len(hand.patches), dtype=bool)
         return cls(rng, maps, hindsight, novelty, touches, poses, errors, (mean, np.diag(spread)), contacts)

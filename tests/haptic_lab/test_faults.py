@@ -70,6 +70,7 @@ def test_a_word_that_names_nothing_is_refused(text: str) -> None:
         (["--patches-stuck", "0.6", "--patches-dead", "0.5"], "cannot be both stuck and dead"),
         (["--patches-stuck", "1,2", "--patches-dead", "2,"], "cannot be both stuck and dead"),
         (["--patches-stuck", "1,2", "--believed-patches-dead", "2,"], "what observers believe: patch 'thumb"),
+        (["--patches-dead", "x", "--believed-patches-dead", "0"], "error: unknown patch of patches_dead 'x'; choose"),
         (["--believed-patches-stuck", "x"], "what observers believe: unknown patch of patches_stuck 'x'"),
         (["--believed-patches-stuck", "0.6", "--believed-patches-dead", "0.6"], "cannot be both stuck and dead"),
         (["--patches-stuck", ","], "argument --patches-stuck: must be the probability of each patch, or patches"),

@@ -39,7 +39,7 @@ CASES = {
 }
 LEAST = 0.001  # degrees: a bias of this SD is none, but it is modelled
 HANDS = ("TwoFinger", "AdroitHand", "MyoHand")
-OF_HANDS = range(66100, 66104)
+OF_HANDS = range(66100, 66106)
 SIGMA, BIAS = 3.0, 3.0  # degrees, of those
 COLUMNS = ("pose_error_online_deg", "pose_error_lagged_deg", "coverage_90_lagged", "surface_f_score_1")
 

@@ -27,6 +27,7 @@ from tests.properties.parameters import (
     one_of,
     seed,
     several,
+    spread,
     switch,
 )
 from tests.properties.rule import Allowed
@@ -38,9 +39,9 @@ KEYWORDS: dict[str, Parameter] = {
         name(shapes.SHAPES).valid | several(name(shapes.SHAPES)).valid, odd_names | odd_paths | several(name("x")).odd
     ),
     "scale": number(0.01, 2.0),
-    "sigma_deg": number(0.0, 90.0),
-    "bias_deg": number(0.0, 10.0),
-    "drift_deg": number(0.0, 10.0),
+    "sigma_deg": spread(90.0, samples.JOINTS),
+    "bias_deg": spread(10.0, samples.JOINTS),
+    "drift_deg": spread(10.0, samples.JOINTS),
     "drift_seconds": number(0.1, 20.0),
     "proportional": number(0.0, 1.0),
     "motor_noise": number(0.0, 1.0),
