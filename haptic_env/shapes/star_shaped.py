@@ -18,7 +18,7 @@ from scipy.spatial import ConvexHull, cKDTree
 from haptic_env.arrays import Array
 from haptic_env.composer import mjcf
 from haptic_env.shapes.base import Shape
-from haptic_env.shapes.triangles import nearest_distance
+from haptic_env.shapes.nearest_triangle import nearest_distance
 
 FINE, COARSE = 12_000, 1_500  # directions in which the truth and the physics know the surface
 CHUNK = 2**14  # points at once

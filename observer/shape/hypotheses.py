@@ -75,8 +75,8 @@ class Variants:
         size_jitter: float,
         yaw_jitter: float,
         position_jitter: float,
-        rotation_jitter: float,
         far: float,
+        rotation_jitter: float = 0.0,
     ) -> None:
         """Check the ranges, which are the environment's keyword arguments of the same names.
 
@@ -86,8 +86,8 @@ class Variants:
             size_jitter: of the whole size, a fraction.
             yaw_jitter: degrees about the vertical.
             position_jitter: m, of each coordinate of the place.
-            rotation_jitter: degrees, of a turn about any axis.
             far: m, as of `solids_of`.
+            rotation_jitter: degrees, of a turn about any axis.
 
         Raises:
             ValueError: for a value out of range.
