@@ -21,6 +21,7 @@ from agents.repeat_torques import RepeatTorques
 from haptic_env import hand_of, hands, recordings, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from haptic_env.hands import wrist
 from haptic_env.recordings import ObserverInputs, Recording, Track, checks
 from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
@@ -147,7 +148,8 @@ def session(settings: Any, recording: Recording, render_mode: str | None = None)
 
 
 def _playback(settings: Any, recording: Recording) -> ExplorationSession:
-    hand = hands.make(haptic_env.ENVIRONMENTS[settings.env])
+    free = {"wrist": "free"} if {*wrist.NAMES} <= {*recording.joint_names} else {}  # as the hand explored
+    hand = hands.make(haptic_env.ENVIRONMENTS[settings.env], **free)
     solid, moved = _explored(recording)
     env = Playback(hand, recording, solid)
     policy = RepeatTorques(env, recording.felt.torques[1:, recording.columns_of(hand)])  # type: ignore[union-attr]

@@ -110,7 +110,8 @@ class Configured(TracksPose):
             contact_model: what contacts say of voxels; None: the defaults.
             in_hindsight: the last belief of a trial, from `flush`, has the map of `observer.maps.hindsight` (only with
                 matching by the "mean", of which it is the continuation).
-            dynamics: what contact does to the motion; None: forces last where offsets are believed.
+            dynamics: what contact does to the motion; None: forces last where offsets are believed, and are
+                stronger where a wrist moves.
             solids: what the object may be, where that is known: the lagged angles of a belief are then also what
                 contacts with those solids make of them (`observer.shape.pose_correction`). Maps are the same with and
                 without; but where it can be one alone, contacts with it tell the offsets of felt angles.

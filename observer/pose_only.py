@@ -78,7 +78,8 @@ class PoseOnly(TracksPose):
             patches_stuck: the patches that always report a contact, by index or name, or the probability of each.
             patches_dead: the patches that never do, likewise.
             stride: steps from one pose that is told of to the next; the lag, 200 ms, is rounded to a multiple.
-            dynamics: what contact does to the motion; None: forces last where offsets are believed.
+            dynamics: what contact does to the motion; None: forces last where offsets are believed, and are
+                stronger where a wrist moves.
             motor_noise: SD of a torque as a fraction of it.
             control_hz: Hz, steps a second.
 

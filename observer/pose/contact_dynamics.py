@@ -72,6 +72,8 @@ class ContactDynamics:
 
 
 WITH_OFFSETS = ContactDynamics(normal_force=0.5, tangential_force=0.25, pressing=0.5, lasting=2.0)
+# A wrist that moves pushes harder than fingers do, and draws the skin over the object.
+ON_A_WRIST = ContactDynamics(normal_force=1.5, tangential_force=0.8, normal_speed=0.05, tangential_speed=0.15)
 
 
 class ContactEffects:

@@ -17,7 +17,7 @@ from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.pose import kalman_updates
 from observer.pose.angle_noise import AngleNoise, KeepsErrors
-from observer.pose.contact_dynamics import WITH_OFFSETS, ContactDynamics, ContactEffects
+from observer.pose.contact_dynamics import ON_A_WRIST, WITH_OFFSETS, ContactDynamics, ContactEffects
 from observer.pose.forward_model import ForwardModel, Prediction
 from observer.pose.found_sigma import FoundSigma
 from observer.pose.gating import Gate, Gated, Heard, take_in
@@ -68,7 +68,8 @@ class PoseFilter(KeepsErrors, Gated):
             motor_noise: SD of a torque as a fraction of it.
             control_hz: Hz, steps a second.
             lag: T.
-            dynamics: what contact does to the motion; None: forces last where the felt angles have offsets.
+            dynamics: what contact does to the motion; None: forces last where the felt angles have offsets, and are
+                stronger where a wrist moves.
             noise: what else is wrong with the felt angles; None: nothing.
             velocity_noise: rad/s, SD of what the model leaves out of a step; None: more where there are offsets.
         """
@@ -80,7 +81,8 @@ class PoseFilter(KeepsErrors, Gated):
         offsets = len(self.noise.lasting) > 0
         usual = WITH_OFFSETS_NOISE if offsets else MODEL_NOISE
         self.velocity_noise = usual if velocity_noise is None else velocity_noise
-        self.dynamics = (WITH_OFFSETS if offsets else ContactDynamics()) if dynamics is None else dynamics
+        usually = ON_A_WRIST if hand.wrist.size else ContactDynamics()
+        self.dynamics = (WITH_OFFSETS if offsets else usually) if dynamics is None else dynamics
         self.model = ForwardModel(hand, control_hz)
         self._effects = ContactEffects(hand, self.dynamics, control_hz)
         self._state = (3 if self._effects.lasts else 2) * hand.joints

@@ -19,7 +19,8 @@ those of each joint of a hand.
   Khosravani, Konczak & Masia 2015, Front. Hum. Neurosci. 9, 198), and abduction is matched best of the wrist's three
   degrees of freedom (Marini, Squeri, Morasso, Konczak & Masia 2016, PLoS ONE, 10.1371/journal.pone.0161155). *Assumed*
   that errors are smaller by the same factor.
-- *Rotation of the forearm*: *assumed* to be as flexion, as the latter study has it.
+- *Rotation of the forearm*: *assumed* to be as flexion, as the latter study has it. So are the joints of a wrist that
+  moves as a whole (`haptic_env.hands.wrist`), *assumed* for want of any figures: 5.1° of those that slide are 9 mm.
 - `sigma_deg`: shoulder and elbow are known to 0.6 to 1.1° (van Beers, Sittig & Denier van der Gon 1998, Exp. Brain Res.
   122(4), 367-377). *Assumed*: that all joints are alike, and that this much is new at every step.
 - `drift_seconds`: *assumed*, about as long as from one trial of such an experiment to the next. Measurements do not
@@ -45,6 +46,7 @@ import numpy as np
 
 from haptic_env import validate
 from haptic_env.hand import Hand
+from haptic_env.hands import wrist
 
 NOISES: dict[str, dict[str, float]] = {
     "human": {"sigma_deg": 1.1, "bias_deg": 5.3, "drift_deg": 4.8, "drift_seconds": 10.0},
@@ -52,8 +54,8 @@ NOISES: dict[str, dict[str, float]] = {
 }
 FLEXION = {"bias_deg": 5.1, "drift_deg": 4.6}  # of the wrist
 ABDUCTION = {name: round(1.52 / 2.15 * degrees, 1) for name, degrees in FLEXION.items()}
-WRIST = {  # joints of MyoHand and of Adroit
-    **dict.fromkeys(("pro_sup", "flexion", "WRJ0"), FLEXION),
+WRIST = {  # joints of MyoHand, of Adroit, and of wrists that move
+    **dict.fromkeys(("pro_sup", "flexion", "WRJ0", *wrist.NAMES), FLEXION),
     **dict.fromkeys(("deviation", "WRJ1"), ABDUCTION),
 }
 OF_JOINTS: dict[str, Mapping[str, Mapping[str, float]]] = {"human": WRIST}  # which have figures of their own

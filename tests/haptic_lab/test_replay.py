@@ -54,6 +54,13 @@ def test_an_exploration_is_played_back_to_the_same_belief(tmp_path: Path) -> Non
     same_beliefs(tmp_path / "a", tmp_path / "c")
 
 
+@pytest.mark.parametrize("hand", [["two_finger_arm"], ["adroit", "--wrist", "free"]], ids=str)
+def test_a_hand_on_a_wrist_that_moves_is_played_back(tmp_path: Path, hand: list[str]) -> None:
+    run(tmp_path / "a", "--hand", *hand, "--shape", "cube", "--seconds", "0.3")
+    run(tmp_path / "b", "--recording", str(tmp_path / "a" / "recording.npz"))
+    same_beliefs(tmp_path / "a", tmp_path / "b")
+
+
 def test_motion_capture_is_followed_and_played_back(tmp_path: Path, captured: str) -> None:
     first = run(tmp_path / "a", "--recording", captured, "--shape", "cube", "--seed", "3", drawn=True)
     assert first["explored_seconds"] == pytest.approx(39 * 0.02)

@@ -33,6 +33,12 @@ def number(low: float, high: float) -> Parameter:
     return Parameter(st.floats(low, high), odd_numbers)
 
 
+def spread(high: float, joints: int) -> Parameter:
+    """An SD in [0, `high`] of all joints, or of each."""
+    each = array((joints,), 0.0, high)
+    return Parameter(number(0.0, high).valid | each.valid, odd_numbers | each.odd)
+
+
 def integer(low: int, high: int) -> Parameter:
     """An integer likewise."""
     return Parameter(st.integers(low, high), odd_numbers)

@@ -179,7 +179,7 @@ def test_what_is_told_is_the_caller_s_own() -> None:
     np.testing.assert_allclose(np.rad2deg(slam.pose.noise.sd), SPREADS)
 
 
-@pytest.mark.parametrize("hand", ["two_finger", "myo", "adroit"])
+@pytest.mark.parametrize("hand", ["two_finger", "two_finger_arm", "myo", "adroit"])
 @pytest.mark.parametrize("name", NOISES)
 def test_a_preset_knows_the_joints_of_each_hand(name: str, hand: str) -> None:
     made = hands.make(hand)
@@ -188,7 +188,7 @@ def test_a_preset_knows_the_joints_of_each_hand(name: str, hand: str) -> None:
     noise = AngleNoise(made.joints, STEP, **{each: told[each] for each in told if each != "sigma_deg"})
     spread = {each: np.broadcast_to(told[each], made.joints) for each in ("bias_deg", "drift_deg") if each in told}
     wrists = np.isin(made.joint_names, list(noise_presets.WRIST))
-    assert wrists.sum() == {"two_finger": 0, "myo": 3, "adroit": 2}[hand]
+    assert wrists.sum() == {"two_finger": 0, "two_finger_arm": 6, "myo": 3, "adroit": 2}[hand]
     for each, values in spread.items():
         np.testing.assert_array_equal(values[~wrists], NOISES[name][each])
         assert (name == "human" and hand != "two_finger") == (len(set(values)) > 1)

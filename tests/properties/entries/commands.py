@@ -132,6 +132,8 @@ FLAGS: dict[str, dict[str, Parameter]] = {
         "sigmas": words("1", "3.5"),
         "bias_deg": words("0", "2"),
         "contact_miss": words("0.1"),
+        "contact_confusion": words("0.1"),
+        "patches_stuck": words("0.1", "3,", "index_distal_tip"),
         "policy": words(*agents.POLICIES),
         "seconds": words("5", "2.5"),
         "trials": words("2"),
@@ -156,6 +158,9 @@ FLAGS: dict[str, dict[str, Parameter]] = {
         "sigma": words("3"),
         "bias_deg": words("2"),
         "believed_drift_deg": words("1"),
+        "patches_dead": words("0.1", "3,7"),
+        "believed_patches_dead": words("0.1", "index_distal_tip,4"),
+        "save_offsets": words("a.toml"),
         "believed_sigma_deg": words("unknown"),
         "seconds": words("5"),
         "particles": words("4"),
@@ -192,6 +197,9 @@ FLAGS: dict[str, dict[str, Parameter]] = {
         "seed": words("3"),
         "envs": words("2"),
         "jobs": words("1"),
+        "bias_deg": words("2"),
+        "patches_stuck": words("0.1", "3,"),
+        "believed": words("human"),
     },
 }
 PRESETS = tuple(path.read_bytes() for path in sorted(presets.FOLDER.glob("*.toml")))

@@ -12,6 +12,7 @@ import numpy as np
 import haptic_env
 from haptic_env import hands, sensors, shapes
 from haptic_env.explore import ExploreEnv
+from haptic_env.hands import wrist
 from haptic_env.objects import RESET_OPTIONS
 from tests.properties import samples
 from tests.properties.entry import Entry
@@ -26,6 +27,7 @@ from tests.properties.parameters import (
     one_of,
     seed,
     several,
+    spread,
     switch,
 )
 from tests.properties.rule import Allowed
@@ -37,9 +39,9 @@ KEYWORDS: dict[str, Parameter] = {
         name(shapes.SHAPES).valid | several(name(shapes.SHAPES)).valid, odd_names | odd_paths | several(name("x")).odd
     ),
     "scale": number(0.01, 2.0),
-    "sigma_deg": number(0.0, 90.0),
-    "bias_deg": number(0.0, 10.0),
-    "drift_deg": number(0.0, 10.0),
+    "sigma_deg": spread(90.0, samples.JOINTS),
+    "bias_deg": spread(10.0, samples.JOINTS),
+    "drift_deg": spread(10.0, samples.JOINTS),
     "drift_seconds": number(0.1, 20.0),
     "proportional": number(0.0, 1.0),
     "motor_noise": number(0.0, 1.0),
@@ -144,6 +146,10 @@ def _hand(kind: str, **keywords: Any) -> Any:
     return made.rest_pose, made.joint_limits, made.torque_limits, made.patches.position, made.patches.area
 
 
+def _wrists(kind: str) -> tuple[str, ...]:
+    return (wrist.ONLY[kind],) if kind in wrist.ONLY else wrist.WRISTS
+
+
 def _hand_answers(size: Any, path: Any, rate: Any) -> Any:
     hand = samples.hand()
     return hand.place(size), hand.torques_along(path, rate)
@@ -211,7 +217,9 @@ ENTRIES: dict[str, Entry] = {
     "haptic_env.explore.ExploreEnv.felt_at": Entry(_felt_angles, {"sigma_deg": number(0, 90).always}),
     **{
         f"haptic_env.hands.HANDS[{kind}]": Entry(
-            partial(_hand, kind), {**PATCHES, "no_such_keyword": one_of(1)}, weight=1 if kind == "two_finger" else 0.1
+            partial(_hand, kind),
+            {**PATCHES, "wrist": name(_wrists(kind)), "no_such_keyword": one_of(1)},
+            weight=1 if kind == "two_finger" else 0.1,
         )
         for kind in hands.HANDS
     },

@@ -32,6 +32,7 @@ from tests.properties.parameters import (
     one_of,
     one_of_these,
     seed,
+    spread,
     switch,
 )
 from tests.properties.rule import Allowed
@@ -162,9 +163,9 @@ ODD_GRIDS = st.builds(
 ).map(lambda make: make())
 MODELS = one_of(ContactModel, lambda: ContactModel(prior=0.5, temper=1.0), lambda: ContactModel(free=0.0, edge=1e-9))
 FELT: dict[str, Parameter] = {
-    "sigma_deg": number(0.0, 90.0),
-    "bias_deg": number(0.0, 90.0),
-    "drift_deg": number(0.0, 90.0),
+    "sigma_deg": spread(90.0, samples.JOINTS),
+    "bias_deg": spread(90.0, samples.JOINTS),
+    "drift_deg": spread(90.0, samples.JOINTS),
     "drift_seconds": number(0.1, 10.0),
     "proportional": number(0.0, 1.0),
     "start_std_deg": number(0.0, 90.0),
