@@ -10,7 +10,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from haptic_env import extras, validate
+from haptic_env import validate
+from haptic_env.shapes import triangles
 from haptic_env.shapes.mesh import is_path
 from haptic_lab.exploration.surface_picture import picture
 from haptic_lab.files import atomic
@@ -69,11 +70,10 @@ def check(path: str, out: str) -> None:
         ValueError: where it cannot.
     """
     files.format_of("--save-mesh", Path(path))
-    for name in ("igl", "trimesh"):
-        try:
-            extras.folder(name, "meshes", "--save-mesh")
-        except ImportError as error:
-            raise ValueError(str(error)) from error
+    try:
+        triangles.check()
+    except ImportError as error:
+        raise ValueError(f"--save-mesh: {error}") from error
     if os.path.exists(Path(path).parent) or Path(path).parent.resolve() != Path(out).resolve():
         files.check("--save-mesh", Path(path))
 

@@ -24,7 +24,7 @@ SURE, UNSURE = "#08519C", "#F1E9DA"
 CERTAINTY = LinearSegmentedColormap.from_list(
     "certainty", [(0.0, SURE), (0.25, "#4A98C9"), (0.6, "#C9D8DC"), (1.0, UNSURE)]
 )
-LIMIT = 7.0  # mm of SD, from which on nothing is known
+LIMIT = 10.0  # mm of SD, from which on nothing is known
 TOUCHED = "#D94801"
 VIEWS = {"from one side": -55.0, "from the other side": 125.0}  # title: azimuth, degrees
 HEIGHT = 22.0  # degrees from which it is seen
@@ -44,7 +44,7 @@ def picture(surface: Surface, solid: Solid, touched: Array, title: str) -> Figur
     Returns:
         The figure.
     """
-    figure = Figure(figsize=(10, 8.4), layout="constrained")
+    figure = Figure(figsize=(10, 8.0), layout="constrained")
     middle = np.asarray(solid.position)
     true_vertices, true_faces = true_mesh(solid)
     every = np.concatenate([surface.vertices, true_vertices]) - middle
@@ -65,7 +65,7 @@ def picture(surface: Surface, solid: Solid, touched: Array, title: str) -> Figur
         panels.append(below)
     for axes in panels:
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach, reach))
-        axes.set_box_aspect((1, 1, 1), zoom=1.25)
+        axes.set_box_aspect((1, 1, 1), zoom=1.4)
         axes.set_axis_off()
     bar = figure.colorbar(ScalarMappable(scale, CERTAINTY), ax=panels[::2], location="right", shrink=0.7, extend="max")
     bar.set_label("SD (mm): blue is known, pale is guessed")

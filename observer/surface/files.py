@@ -8,18 +8,19 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from haptic_env import extras, validate
+from haptic_env import validate
 from haptic_env.files import atomic, check_writable
+from haptic_env.shapes import triangles
 
 if TYPE_CHECKING:
     from observer.surface.mesh import Surface
 
 MARK = b"haptic-slam surface, metres"
-HEAD = 1024  # bytes within which it stands
+HEAD, STL_HEAD = 1024, 80  # bytes within which it stands, and of an STL file's own head
 
 
 def check(what: str, path: Path) -> Path:
@@ -96,34 +97,23 @@ def is_ours(path: Path) -> bool:
         return False
 
 
-def _trimesh(surface: Surface) -> Any:
-    trimesh = extras.load("trimesh", "meshes", "the file of a surface")
-    return trimesh.Trimesh(surface.vertices, surface.faces, process=False)
-
-
 def _ply(surface: Surface) -> bytes:
-    mesh = _trimesh(surface)
-    mesh.vertex_attributes["std"] = surface.std.astype(np.float32)
-    first, rest = mesh.export(file_type="ply", vertex_normal=False).split(b"\n", 1)
-    kind, rest = rest.split(b"\n", 1)
+    content = triangles.encoded(surface.mesh, "ply", {"std": surface.std}, vertex_normal=False)
+    first, kind, rest = content.split(b"\n", 2)
     return b"\n".join([first, kind, b"comment " + MARK + b"; std: SD of each vertex", rest])
 
 
 def _stl(surface: Surface) -> bytes:
-    content = _trimesh(surface).export(file_type="stl")
-    return MARK.ljust(80) + content[80:]
+    content = triangles.encoded(surface.mesh, "stl", {})
+    return MARK.ljust(STL_HEAD) + content[STL_HEAD:]
 
 
 def _obj(surface: Surface) -> bytes:
-    text = _trimesh(surface).export(file_type="obj", header=MARK.decode(), include_normals=False)
-    return text.encode()
+    return triangles.encoded(surface.mesh, "obj", {}, header=MARK.decode(), include_normals=False)
 
 
 def _glb(surface: Surface) -> bytes:
-    mesh = _trimesh(surface)
-    mesh.vertex_attributes["_STD"] = surface.std.astype(np.float32)
-    mesh.metadata["name"] = MARK.decode()
-    return mesh.export(file_type="glb")
+    return triangles.encoded(surface.mesh, "glb", {"_STD": surface.std})
 
 
 def _xyz(surface: Surface) -> bytes:

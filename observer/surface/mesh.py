@@ -11,15 +11,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import extras
 from haptic_env.arrays import Array
 from haptic_env.grid import Grid
+from haptic_env.shapes import triangles
 from observer.surface import files
-from observer.surface.gaussian_process import AMPLITUDE, Field, Sphere
+from observer.surface.gaussian_process import Field, Sphere
 from observer.surface.reconstruction import reconstruct
 from observer.surface.touches import TouchLog
 
 SPACING = 0.003  # m, of the lattice from which the mesh is drawn
+BEYOND = 0.03  # m, of the lattice about all that was touched
 FLATTEST = 0.3  # least slope of the function across its surface that is believed
 
 
@@ -40,6 +41,11 @@ class Surface(NamedTuple):
     def empty(self) -> bool:
         """Whether nothing was touched."""
         return len(self.vertices) == 0
+
+    @property
+    def mesh(self) -> triangles.Triangles:
+        """The mesh alone."""
+        return triangles.Triangles(self.vertices, self.faces)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write it to a file, whole or not at all.
@@ -72,7 +78,7 @@ def surface_of(touches: TouchLog, occupancy: Array, grid: Grid) -> Surface:
     Raises:
         ImportError: where the extra `meshes` is missing.
     """
-    extras.folder("igl", "meshes", "a surface")
+    triangles.check()
     if not len(touches):
         return EMPTY
     skin = touches.skin()
@@ -80,7 +86,7 @@ def surface_of(touches: TouchLog, occupancy: Array, grid: Grid) -> Surface:
 
 
 def drawn(field: Field, sphere: Sphere, spacing: float = SPACING) -> Surface:
-    """Draw where a function is zero, by marching cubes (Lorensen & Cline 1987).
+    """Draw where a function is zero.
 
     Args:
         field: that is negative inside.
@@ -90,42 +96,18 @@ def drawn(field: Field, sphere: Sphere, spacing: float = SPACING) -> Surface:
     Returns:
         The largest closed part of its surface.
     """
-    trimesh = extras.load("trimesh", "meshes", "a surface")
     low, high = field.reach
     low, high = (np.minimum(low, sphere.centre - sphere.radius), np.maximum(high, sphere.centre + sphere.radius))
-    size = high - low + 6.0 * AMPLITUDE
+    size = high - low + 2.0 * BEYOND
     lattice = Grid.around(0.5 * (low + high), size, max(spacing, float(size.max()) / 200.0))
     value = field.value(lattice.centres().reshape(-1, 3)).reshape(lattice.shape)
     for axis in range(3):  # nothing reaches the rim, where it would be left open
         rim = np.moveaxis(value, axis, 0)
         rim[[0, -1]] = np.maximum(rim[[0, -1]], 0.5 * lattice.resolution)
-    parts = trimesh.Trimesh(*marched(value, lattice), process=False).split(only_watertight=True)
-    if not len(parts):
+    found = triangles.largest_part(triangles.marched(value, lattice))
+    if found is None:
         return EMPTY
-    largest = max(parts, key=lambda part: abs(part.volume))
-    if largest.volume < 0:
-        largest.invert()
-    vertices = np.asarray(largest.vertices)
+    vertices, faces = found
     slope = np.linalg.norm(field.gradient(vertices), axis=1)
     std = field.std(vertices) / np.maximum(slope, FLATTEST)
-    return Surface(vertices, np.asarray(largest.faces, dtype=np.int64), std)
-
-
-def marched(value: Array, lattice: Grid) -> tuple[Array, NDArray[np.int64]]:
-    """Draw where values on a lattice are zero, by marching cubes.
-
-    Args:
-        value: (X, Y, Z) at the centres, negative inside.
-        lattice: of the values.
-
-    Returns:
-        Vertices (V, 3) m, and faces (F, 3), counterclockwise from outside.
-
-    Raises:
-        ImportError: where the extra `meshes` is missing.
-    """
-    igl = extras.load("igl", "meshes", "a surface")
-    places = np.ascontiguousarray(lattice.centres().transpose(2, 1, 0, 3).reshape(-1, 3))  # x runs fastest
-    flat = np.ascontiguousarray(value.transpose(2, 1, 0).reshape(-1))
-    vertices, faces, *_ = igl.marching_cubes(flat, places, *lattice.shape, 0.0)
-    return vertices, faces.astype(np.int64)
+    return Surface(vertices, faces, std)

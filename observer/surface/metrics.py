@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from haptic_env import extras, validate
+from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.grid import Grid
+from haptic_env.shapes import triangles
 from haptic_env.shapes.base import Solid
 from observer import edge
-from observer.surface.mesh import Surface, marched
+from observer.surface.mesh import Surface
 
 MM = 1000.0
 NEAR = 0.005  # m, of the F-score
@@ -94,8 +95,8 @@ def mesh_score(surface: Surface, solid: Solid, touched: Array) -> MeshScore:
         return MeshScore(*[float("nan")] * len(MeshScore._fields))
     mesh, truth = facets(surface.vertices, surface.faces), true_facets(solid)
     there, deep, outward = mesh.middle, solid.signed_distance(mesh.middle), _gradient(solid, mesh.middle)
-    back = _nearest(surface, truth.middle)
-    felt = _nearest(surface, places)
+    back, felt = (triangles.nearest(surface.mesh, each) for each in (truth.middle, places))
+    back_std, felt_std = ((each.share * surface.std[surface.faces[each.face]]).sum(axis=1) for each in (back, felt))
     foot = there - deep[:, None] * outward
     of_felt = cKDTree(places).query(foot)[0] <= FELT if len(places) else np.zeros(len(foot), dtype=bool)
     ours, theirs = mesh.area, truth.area
@@ -108,9 +109,9 @@ def mesh_score(surface: Surface, solid: Solid, touched: Array) -> MeshScore:
         f_score=2 * near[0] * near[1] / sum(near) if sum(near) > 0 else 0.0,
         iou=_iou(surface, solid),
         normal_consistency=0.5 * (_mean(cosine[0], ours) + _mean(cosine[1], theirs)),
-        band_felt=_mean(felt.distance <= BAND * felt.std),
-        band=_mean(back.distance <= BAND * back.std, theirs),
-        std_felt_mm=MM * _mean(felt.std),
+        band_felt=_mean(felt.distance <= BAND * felt_std),
+        band=_mean(back.distance <= BAND * back_std, theirs),
+        std_felt_mm=MM * _mean(felt_std),
         std_mm=MM * _mean(std, ours),
     )
 
@@ -145,7 +146,7 @@ def true_mesh(solid: Solid) -> tuple[Array, NDArray[np.int64]]:
     """
     reach = float(np.linalg.norm(solid.size))
     grid = Grid.around(solid.position, np.full(3, 1.1 * reach), reach / FINE)
-    vertices, faces = marched(solid.signed_distance(grid.centres()), grid)
+    vertices, faces = triangles.marched(solid.signed_distance(grid.centres()), grid)
     return vertices - solid.signed_distance(vertices)[:, None] * _gradient(solid, vertices), faces
 
 
@@ -164,25 +165,6 @@ def true_facets(solid: Solid) -> Facets:
     return facets(*true_mesh(solid))
 
 
-class _Nearest(NamedTuple):
-    """Of M places: `distance` (M,) m to a mesh, the `face` (M,) there and its `std` (M,) m at that point."""
-
-    distance: Array
-    face: NDArray[np.int64]
-    std: Array
-
-
-def _nearest(surface: Surface, places: Array) -> _Nearest:
-    if not len(places):
-        return _Nearest(np.empty(0), np.empty(0, dtype=np.int64), np.empty(0))
-    igl = extras.load("igl", "meshes", "the distance from a mesh")
-    vertices, faces = np.ascontiguousarray(surface.vertices), np.ascontiguousarray(surface.faces)
-    square, face, foot, *_ = igl.point_mesh_squared_distance(np.ascontiguousarray(places), vertices, faces)
-    corners = surface.faces[face]
-    share = igl.barycentric_coordinates(foot, *(np.ascontiguousarray(vertices[corner]) for corner in corners.T))
-    return _Nearest(np.sqrt(square), face, (share * surface.std[corners]).sum(axis=1))
-
-
 def _gradient(solid: Solid, places: Array) -> Array:
     """The way (M, 3) out of a solid."""
     steps = STEP * np.eye(3)
@@ -192,12 +174,10 @@ def _gradient(solid: Solid, places: Array) -> Array:
 
 
 def _iou(surface: Surface, solid: Solid) -> float:
-    igl = extras.load("igl", "meshes", "the inside of a mesh")
     corners = np.concatenate([surface.vertices, solid.position + 0.5 * np.linalg.norm(solid.size) * _CORNERS])
     low, high = corners.min(axis=0), corners.max(axis=0)
     places = Grid.around(0.5 * (low + high), high - low, float((high - low).max()) / FINE).centres().reshape(-1, 3)
-    wound = igl.fast_winding_number(np.ascontiguousarray(surface.vertices), np.ascontiguousarray(surface.faces), places)
-    mine, true = wound > 0.5, solid.signed_distance(places) < 0
+    mine, true = triangles.inside(surface.mesh, places), solid.signed_distance(places) < 0
     return float((mine & true).sum() / (mine | true).sum())
 
 

@@ -21,8 +21,8 @@ from haptic_env.patches import Patches, SkinPoints
 from observer.jacobians import twists
 from observer.kinematics import Tree
 
-SPACING = 0.0015  # m, between the points of a patch of which one has touched
-MOST = 800  # touches that are looked at; of more, evenly spread ones
+SPACING = 0.002  # m, between the points of a patch of which one has touched
+MOST = 500  # touches that are looked at; of more, evenly spread ones
 INDEPENDENT = 0.12  # s, after which errors of the smoothed pose are other ones
 
 

@@ -8,7 +8,7 @@ import trimesh
 
 from haptic_env import shapes
 from haptic_env.grid import Grid
-from observer.surface.gaussian_process import AMPLITUDE, Field, Observations, Sphere
+from observer.surface.gaussian_process import AMPLITUDE, LENGTH, Field, Observations, Sphere
 from observer.surface.mesh import drawn
 from observer.surface.reconstruction import reconstruct
 from observer.surface.touches import TouchedSkin
@@ -116,7 +116,7 @@ def test_the_field_meets_exact_conditioning():
     field = Field(expected, observed)
 
     def covariance(a, b):
-        scaled = np.sqrt(3) * np.linalg.norm(a[:, None] - b, axis=2) / 0.025
+        scaled = np.linalg.norm(a[:, None] - b, axis=2) / LENGTH
         return AMPLITUDE**2 * (1 + scaled) * np.exp(-scaled)
 
     gain = covariance(other, places) @ np.linalg.inv(covariance(places, places) + observed.noise)
@@ -133,3 +133,17 @@ def test_the_gradient_meets_finite_differences():
     other, step = rng.normal(0, 0.03, (5, 3)), 1e-6
     slope = [(field.value(other + step * e) - field.value(other - step * e)) / (2 * step) for e in np.eye(3)]
     np.testing.assert_allclose(field.gradient(other), np.stack(slope, axis=1), atol=1e-5)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 10])
+@pytest.mark.parametrize("seed", range(3))
+def test_whatever_was_touched_there_is_a_closed_surface(count, seed):
+    """Touches that fit no one solid, too."""
+    rng = np.random.default_rng(seed)
+    way = rng.normal(size=(count, 3))
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    surface = _surface(_touched(rng.normal(0, 0.03, (count, 3)), way, 0.001))
+    mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
+    assert mesh.is_watertight
+    assert mesh.volume > 1e-7
+    assert np.isfinite(surface.std).all()
