@@ -6,13 +6,13 @@ frame.
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
+from observer.kinematics import body_frames, tree_of
 
 STIFF, DAMPED = 5.0, 0.05  # fractions of the torque limits by radian, and by rad/s: soft, so that contact may push it
 WITHIN = 0.95  # of the limits: goals beyond are out of reach
@@ -35,10 +35,7 @@ class WristMotion:
         """
         self.joints = hand.wrist
         self._centre = hand.grasp_centre
-        data = mujoco.MjData(hand.model)
-        data.qpos[:] = hand.rest_pose
-        mujoco.mj_kinematics(hand.model, data)
-        self._place = data.xanchor[self.joints[-1]].copy() if self.free else self._centre
+        self._place = _anchor(hand, int(self.joints[-1])) if self.free else self._centre
         self._lever_arm = hand.lever_arms[self.joints[:3]]
         self._reach = WITHIN * np.abs(hand.joint_limits[self.joints]).min(axis=1)
         self._pull = hand.model.jnt_stiffness[self.joints] / hand.torque_limits[self.joints]
@@ -101,3 +98,12 @@ class WristMotion:
         held = self._pull * now  # against the springs
         drive = STIFF * (goal - now) - DAMPED * velocities[self.joints] + held
         return np.clip(drive, -1.0, 1.0).astype(np.float32)
+
+
+def _anchor(hand: Hand, joint: int) -> Array:
+    """(3,) m: about what a joint turns at rest."""
+    tree = tree_of(hand)
+    position, rotation = np.empty((len(tree.parent), 3)), np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, hand.rest_pose, position, rotation)
+    body = int(np.searchsorted(tree.first_joint, joint, side="right")) - 1
+    return position[body] + rotation[body] @ tree.anchor[joint]

@@ -51,6 +51,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         size_jitter: float = 0.0,
         position_jitter: float = 0.0,
         yaw_jitter: float = 0.0,
+        rotation_jitter: float = 0.0,
         episode_seconds: float = 10.0,
         control_hz: float = 50.0,
         render_mode: str | None = None,
@@ -77,6 +78,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             size_jitter: fraction by which the object's size varies, drawn at reset.
             position_jitter: m by which its place varies along each axis, drawn at reset.
             yaw_jitter: degrees by which its turn about z varies, drawn at reset.
+            rotation_jitter: or its turn about any axis; 180: it lies any way.
             episode_seconds: s until an episode is truncated.
             control_hz: Hz, of the steps; it divides the rate of the physics.
             render_mode: "human", "rgb_array" or None.
@@ -87,12 +89,11 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
             ValueError: for an unknown keyword or a value out of range; it lists what is valid.
         """
         validate.keywords("environment", hand_keywords, (*_KEYWORDS, *hands.keywords_of(hand)))
-        self.objects = ObjectPrior.checked(shape, scale, size_jitter, position_jitter, yaw_jitter)
+        self.objects = ObjectPrior.checked(shape, scale, size_jitter, position_jitter, yaw_jitter, rotation_jitter)
         self.episode_seconds = validate.seconds("episode_seconds", episode_seconds)
         self.control_hz = validate.number("control_hz", control_hz, 1.0, 1.0 / scene.PHYSICS_SECONDS, unit="Hz")
         self.substeps = scene.substeps_of(self.control_hz)
-        self._window = rendering.Window(render_mode)
-        self.render_mode = render_mode
+        self._window, self.render_mode = rendering.Window(render_mode), render_mode
         self.reveal_truth = validate.boolean("reveal_truth", reveal_truth)
         self.hand = hands.make(hand, **hand_keywords)
         step_seconds = self.substeps * scene.PHYSICS_SECONDS
@@ -120,8 +121,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         self._model: mujoco.MjModel | None = None
         self._data: Any = None
         self._touch: Touch | None = None
-        self._steps = 0
-        self._command = np.zeros(joints)
+        self._steps, self._command = 0, np.zeros(joints)
 
     def __getstate__(self) -> dict[str, Any]:
         """A copy, here or in another process, goes on as this one would; its window is another."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from haptic_env import shapes, validate
+from haptic_env import rotation, shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
 
@@ -42,6 +42,7 @@ class ObjectPrior(NamedTuple):
         size_jitter: fraction by which the size varies, uniformly and as a whole.
         position_jitter: m by which the place varies along each axis, uniformly.
         yaw_jitter: degrees by which the turn about z varies, uniformly.
+        rotation_jitter: degrees by which the turn about any axis does; 180: the object lies any way.
     """
 
     names: tuple[str, ...]
@@ -49,6 +50,7 @@ class ObjectPrior(NamedTuple):
     size_jitter: float
     position_jitter: float
     yaw_jitter: float
+    rotation_jitter: float = 0.0
 
     @classmethod
     def checked(
@@ -58,6 +60,7 @@ class ObjectPrior(NamedTuple):
         size_jitter: float,
         position_jitter: float,
         yaw_jitter: float,
+        rotation_jitter: float = 0.0,
     ) -> ObjectPrior:
         """Check what a user gives.
 
@@ -67,6 +70,7 @@ class ObjectPrior(NamedTuple):
             size_jitter: in [0, 0.5].
             position_jitter: m, in [0, 0.05].
             yaw_jitter: degrees, in [0, 180].
+            rotation_jitter: degrees, in [0, 180]; above 0 only without `yaw_jitter`.
 
         Returns:
             The prior.
@@ -81,12 +85,13 @@ class ObjectPrior(NamedTuple):
             validate.number("size_jitter", size_jitter, 0.0, 0.5),
             validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m"),
             validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees"),
+            rotation.jitter(rotation_jitter, yaw_jitter),
         )
 
     @property
     def varies(self) -> bool:
         """Whether size or pose are drawn."""
-        return bool(self.size_jitter or self.position_jitter or self.yaw_jitter)
+        return bool(self.size_jitter or self.position_jitter or self.yaw_jitter or self.rotation_jitter)
 
     def draw(self, rng: np.random.Generator, hand: Hand, options: Mapping[str, Any]) -> Solid:
         """Draw the object of an episode; always takes the same draws from `rng`, whatever the options.
@@ -108,6 +113,9 @@ class ObjectPrior(NamedTuple):
         jitter = 1 + self.size_jitter * rng.uniform(-1, 1)
         shift = self.position_jitter * rng.uniform(-1, 1, 3)
         yaw = np.deg2rad(self.yaw_jitter) * rng.uniform(-1, 1)
+        turn = np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
+        if self.rotation_jitter:
+            turn = np.roll(rotation.drawn(rng, np.deg2rad(self.rotation_jitter), 1).as_quat()[0], 1)
         name = options.get("shape")
         name = drawn if name is None else shapes.check("shape", name)
         size = options.get("size")
@@ -119,7 +127,7 @@ class ObjectPrior(NamedTuple):
             name,
             jitter * told if size is None else told,
             hand.place(told) + shift if position is None else position,
-            (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)) if quaternion is None else quaternion,
+            turn if quaternion is None else quaternion,
         )
         offset = np.abs(np.asarray(solid.position) - hand.grasp_centre)
         reach = hand.workspace / 2

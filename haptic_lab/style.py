@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_hex
 
 from haptic_env.shapes import SHAPES
+from haptic_env.shapes.mesh import is_path
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -86,7 +87,7 @@ def titles_of(labels: Iterable[str]) -> dict[str, str]:
     Returns:
         A title for each label: of a file's path as much as tells it from the others.
     """
-    ways = {each: (each,) * 3 if each in SHAPES else (Path(each).stem, Path(each).name, each) for each in labels}
+    ways = {each: (Path(each).stem, Path(each).name, each) if is_path(each) else (each,) * 3 for each in labels}
     titles = {}
     for label, mine in ways.items():
         others = {way for other, theirs in ways.items() if other != label for way in theirs}

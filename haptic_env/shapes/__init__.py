@@ -1,4 +1,4 @@
-"""The registry of shapes: add one as a file here and a line in `SHAPES`."""
+"""The registry of shapes: add one as a file here and a line in `SHAPES`, or in `FAMILIES` where it has parameters."""
 
 from __future__ import annotations
 
@@ -9,12 +9,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
-from haptic_env.shapes import mesh
+from haptic_env.shapes import mesh, names
 from haptic_env.shapes.base import Shape, Solid
+from haptic_env.shapes.capsule import Capsule
+from haptic_env.shapes.cone import Cone
 from haptic_env.shapes.cube import Cube
+from haptic_env.shapes.cuboid import Cuboid
 from haptic_env.shapes.cylinder import Cylinder
+from haptic_env.shapes.ell import Ell
+from haptic_env.shapes.ellipsoid import Ellipsoid
+from haptic_env.shapes.frustum import Frustum
+from haptic_env.shapes.noise import Noise
+from haptic_env.shapes.prism import Prism
 from haptic_env.shapes.pyramid import Pyramid
 from haptic_env.shapes.sphere import Sphere
+from haptic_env.shapes.superquadric import Superquadric
+from haptic_env.shapes.torus import Torus
 
 SHAPES: dict[str, Shape] = {
     "cube": Cube(),
@@ -22,8 +32,33 @@ SHAPES: dict[str, Shape] = {
     "pyramid": Pyramid(),
     "cylinder": Cylinder(),
 }
+FAMILIES: names.Families = {
+    "capsule": Capsule,
+    "cone": Cone,
+    "cuboid": Cuboid,
+    "ellipsoid": Ellipsoid,
+    "frustum": Frustum,
+    "L": Ell,
+    "noise": Noise,
+    "prism": Prism,
+    "superquadric": Superquadric,
+    "torus": Torus,
+}
 
-__all__ = ["SHAPES", "Shape", "Solid", "check", "default_size", "find", "make"]
+__all__ = ["FAMILIES", "SHAPES", "Shape", "Solid", "check", "default_size", "find", "make"]
+
+
+def _made(name: Any) -> tuple[str, Shape] | None:
+    """The name and the shape of a solid of a family, or with its size in brackets; None for any other name."""
+    if not isinstance(name, str):
+        return None
+    said = names.parsed(name) or names.Name(name.strip(), (), ())
+    if said.family in FAMILIES:
+        return str(said), names.make(said, FAMILIES[said.family])
+    if said.family in SHAPES and (said.values or said.keywords):
+        shape = SHAPES[said.family]
+        return str(said), names.make(said, type(shape))
+    return None
 
 
 def check(what: str, name: Any) -> str:
@@ -31,44 +66,52 @@ def check(what: str, name: Any) -> str:
 
     Args:
         what: `name` is of, for messages.
-        name: of a shape, or the path of a mesh.
+        name: of a shape, one with proportions or a size in brackets ("ellipsoid(1, 1, 1.3)", "cube(size=0.04)"), or
+            the path of a mesh.
 
     Returns:
-        The name.
+        The name, always written the same way.
 
     Raises:
-        ValueError: where it is neither, or the mesh cannot be explored.
+        ValueError: where it is neither, a parameter is out of range, or the mesh cannot be explored.
     """
     if isinstance(name, str | Path) and mesh.is_path(name):
         mesh.load(str(name))
         return str(name)
+    made = _made(name)
+    if made is not None:
+        return made[0]
     try:
         return validate.choice(what, name, SHAPES)
     except ValueError as error:
-        raise ValueError(f"{error}, or the path of a mesh ({', '.join(mesh.SUFFIXES)})") from None
+        families = ", ".join(names.signature(each, FAMILIES[each]) for each in FAMILIES)
+        raise ValueError(f"{error}, or {families}, or the path of a mesh ({', '.join(mesh.SUFFIXES)})") from None
 
 
 def find(name: str) -> Shape:
     """Find a shape.
 
     Args:
-        name: of a shape, or the path of a mesh.
+        name: of a shape, with brackets or without, or the path of a mesh.
 
     Returns:
-        The shape.
+        The shape; for one name always the same object.
 
     Raises:
         ValueError: where there is none.
     """
     name = check("shape", name)
-    return SHAPES[name] if name in SHAPES else mesh.load(name)
+    if name in SHAPES:
+        return SHAPES[name]
+    made = _made(name) if not mesh.is_path(name) else None
+    return made[1] if made is not None else mesh.load(name)
 
 
 def default_size(name: str, scale: float = 1.0) -> NDArray[np.float64]:
     """Give the size of a shape where nothing else is said.
 
     Args:
-        name: of a shape, or the path of a mesh.
+        name: as `check` takes it.
         scale: metres that the unit of a mesh file is long.
 
     Returns:
@@ -91,7 +134,7 @@ def make(
     """Make a solid of a shape or mesh file.
 
     Args:
-        name: of a shape, or the path of a mesh.
+        name: as `check` takes it.
         size: (3,) m, full extents; None: its default.
         position: (3,) m, in the world.
         quaternion: (4,) wxyz, in the world.

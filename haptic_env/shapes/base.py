@@ -45,6 +45,11 @@ class Shape(ABC):
 
     default_size: tuple[float, float, float] = (0.05, 0.05, 0.05)
 
+    @property
+    def content(self) -> str:
+        """A digest of what the shape is, for one whose distances take long and are kept on disk; "": they do not."""
+        return ""
+
     @abstractmethod
     def signed_distance(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:
         """Measure distances to the surface.

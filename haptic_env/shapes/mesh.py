@@ -6,6 +6,7 @@ a hundredth of its size at most. A file's own unit may be any: a size in metres 
 
 from __future__ import annotations
 
+import hashlib
 import os
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -19,10 +20,11 @@ from haptic_env.composer import mjcf
 from haptic_env.shapes import formats
 from haptic_env.shapes.base import LARGEST, SMALLEST, Shape
 from haptic_env.shapes.closed import closed_parts, union
-from haptic_env.shapes.pieces import convex_pieces, distance_from, felt
+from haptic_env.shapes.pieces import convex_pieces, distance_from, felt, inside_of
 
 SUFFIXES = tuple(formats.READERS)
 CONVEX = 0.006  # of the largest extent: how far its hull may stick out of a part that is taken for convex
+DEEP = 0.01  # of the largest extent: farther from the surface, needles of triangles do not upset its winding
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254}
 
 
@@ -126,10 +128,20 @@ class Mesh(Shape):
             raise ValueError(f"mesh {self.path!r} is only scaled as a whole, e.g. to {valid} m, got {extents.tolist()}")
         return extents
 
+    @cached_property
+    def content(self) -> str:
+        """A digest of the surface, whatever the file is called."""
+        corners, faces = np.asarray(self._surface.vertices), np.asarray(self._surface.faces)
+        return f"mesh {hashlib.sha256(corners.tobytes() + faces.tobytes()).hexdigest()}"
+
     def signed_distance(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:
         scale = size[0] / self.extents[0]
         there = np.asarray(points, dtype=np.float64) / scale + self.centre
-        distance = distance_from(self._surface.vertices, self._surface.faces, there.reshape(-1, 3))
+        surface = self._surface.vertices, self._surface.faces
+        distance = distance_from(*surface, there.reshape(-1, 3))
+        deep = np.flatnonzero(np.abs(distance) > DEEP * self.extents.max())
+        inside = inside_of(*surface, there.reshape(-1, 3)[deep])
+        distance[deep] = np.where(inside, -1.0, 1.0) * np.abs(distance[deep])
         return scale * distance.reshape(there.shape[:-1])
 
     def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> list[dict[str, Any]]:

@@ -17,6 +17,7 @@ from rich.table import Table
 
 from haptic_lab.analysis.statistics import interval
 from haptic_lab.conditions import factors_in
+from haptic_lab.faults import FAULTS, as_faults
 from haptic_lab.files import atomic, part_of_name
 from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES
 from observer import metrics
@@ -79,7 +80,11 @@ def parts(rows: pd.DataFrame, together: Sequence[str] = ("sigma_deg",)) -> Itera
         yield "", rows
         return
     for values, part in rows.groupby(varying, sort=False):
-        yield ",".join(f"{name}={part_of_name(value)}" for name, value in zip(varying, values, strict=True)), part
+        # Where some faults are named, pandas takes all for text.
+        told = {
+            name: as_faults(value) if name in FAULTS else value for name, value in zip(varying, values, strict=True)
+        }
+        yield ",".join(f"{name}={part_of_name(value)}" for name, value in told.items()), part
 
 
 def save_picture(summary: pd.DataFrame, namers: Sequence[str], chance: float, folder: Path) -> None:

@@ -194,6 +194,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add("--size-jitter", type=float, default=0.0, help="how the object's size varies, a fraction (default 0)")
     add("--position-jitter", type=float, default=0.0, help="how far it is off the grasp centre, in m (default 0)")
     add("--yaw-jitter", type=float, default=0.0, help="how far it is turned, in degrees (default 0)")
+    add("--rotation-jitter", type=float, help="or how far about any axis; 180: it lies any way (default 0)")
     add("--believed-sigma", type=float, default=1.0, help="the observers are told so many times sigma (default 1)")
     believed.add_flags(add)
     add("--jobs", type=int, default=cpu_count(), help="processes of this machine (default: one a core)")

@@ -11,8 +11,9 @@ from typing import Any
 
 import agents
 import haptic_env
-from haptic_env import shapes, validate
+from haptic_env import rotation, shapes, validate
 from haptic_env.hand import Hand
+from haptic_env.shapes import mesh
 from haptic_lab.believed import Believed
 from haptic_lab.conditions import Condition
 from haptic_lab.files import part_of_name
@@ -40,6 +41,7 @@ class SweepSettings(Believed):
         size_jitter: how the object varies, as the environment's.
         position_jitter: m, the same.
         yaw_jitter: degrees, the same.
+        rotation_jitter: degrees, the same; None: 0, of which no table tells.
         believed_sigma: observers are told so many times the true sigma.
         trust: whether policies whose files may run code are read.
 
@@ -58,6 +60,7 @@ class SweepSettings(Believed):
     size_jitter: float = 0.0
     position_jitter: float = 0.0
     yaw_jitter: float = 0.0
+    rotation_jitter: float | None = None
     believed_sigma: float = 1.0
     trust: bool = False
 
@@ -69,6 +72,7 @@ class SweepSettings(Believed):
         validate.number("--size-jitter", self.size_jitter, 0.0, 0.5)
         validate.number("--position-jitter", self.position_jitter, 0.0, 0.05, unit="m")
         validate.number("--yaw-jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
+        rotation.jitter(self.rotation_jitter or 0.0, self.yaw_jitter)
         validate.number("--believed-sigma", self.believed_sigma, 0.1, 10.0)
         self.check_believed()
         if self.believed_sigma != 1.0 and (self.believed, self.believed_sigma_deg) != (None, None):
@@ -183,5 +187,5 @@ def files_of(settings: SweepSettings) -> dict[str, str]:
     Returns:
         A digest of each mesh file.
     """
-    meshes = [name for name in settings.shapes if name not in shapes.SHAPES]
+    meshes = [name for name in settings.shapes if mesh.is_path(name)]
     return {f"file {name}": hashlib.sha256(Path(name).read_bytes()).hexdigest()[:12] for name in meshes}

@@ -70,6 +70,7 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
         size_jitter=settings.size_jitter,
         position_jitter=settings.position_jitter,
         yaw_jitter=settings.yaw_jitter,
+        rotation_jitter=settings.rotation_jitter or 0.0,
         reveal_truth=True,
     )
     hand = hand_of(env)
@@ -106,6 +107,7 @@ def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePoster
         candidates_of(hand, settings.shapes, scale=settings.scale),
         size_jitter=settings.size_jitter,
         yaw_jitter=settings.yaw_jitter,
+        rotation_jitter=settings.rotation_jitter or 0.0,
         position_jitter=settings.position_jitter,
         variants=variants,
     )

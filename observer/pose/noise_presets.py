@@ -46,7 +46,6 @@ import numpy as np
 
 from haptic_env import validate
 from haptic_env.hand import Hand
-from haptic_env.hands import wrist
 
 NOISES: dict[str, dict[str, float]] = {
     "human": {"sigma_deg": 1.1, "bias_deg": 5.3, "drift_deg": 4.8, "drift_seconds": 10.0},
@@ -54,11 +53,12 @@ NOISES: dict[str, dict[str, float]] = {
 }
 FLEXION = {"bias_deg": 5.1, "drift_deg": 4.6}  # of the wrist
 ABDUCTION = {name: round(1.52 / 2.15 * degrees, 1) for name, degrees in FLEXION.items()}
-WRIST = {  # joints of MyoHand, of Adroit, and of wrists that move
-    **dict.fromkeys(("pro_sup", "flexion", "WRJ0", *wrist.NAMES), FLEXION),
+WRIST = {  # joints of MyoHand and of Adroit
+    **dict.fromkeys(("pro_sup", "flexion", "WRJ0"), FLEXION),
     **dict.fromkeys(("deviation", "WRJ1"), ABDUCTION),
 }
 OF_JOINTS: dict[str, Mapping[str, Mapping[str, float]]] = {"human": WRIST}  # which have figures of their own
+OF_WHOLE: dict[str, Mapping[str, float]] = {"human": FLEXION}  # of joints that move the hand as a whole
 
 
 def of(name: str, hand: Hand) -> dict[str, Any]:
@@ -75,7 +75,9 @@ def of(name: str, hand: Hand) -> dict[str, Any]:
         ValueError: for another name.
     """
     usual: dict[str, Any] = dict(NOISES[validate.choice("noise", name, NOISES)])
-    own = OF_JOINTS.get(name, {})
+    own = {**OF_JOINTS.get(name, {})}
+    if name in OF_WHOLE:
+        own |= {hand.joint_names[joint]: OF_WHOLE[name] for joint in hand.wrist}
     if not any(joint in own for joint in hand.joint_names):
         return usual
     joints = [{**usual, **own.get(joint, {})} for joint in hand.joint_names]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.compiled import inner, kernel, part
 from observer.kinematics import body_frames
-from observer.shape.distance_fields import field_distance, in_field
+from observer.shape.distance_fields import box_of, field_distance, in_field
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
@@ -79,14 +79,13 @@ def patch_gaps(solids, h, skin, link, frame, clear, gaps):
         Whether any is less.
     """
     position, rotation = frame
-    field = solids.field[solids.drawn_in[h]]
+    nodes, box, resolution, far = solids.nodes, box_of(solids, solids.drawn_in[h]), solids.resolution, solids.far
     scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]
-    resolution, half, far = solids.resolution, solids.half, solids.far
     # The link's frame in that of the field.
     p0, p1, p2 = in_field(turn, scale, position[0] - at[0], position[1] - at[1], position[2] - at[2])
     c0, c1, c2 = in_field(turn, scale, rotation[0, 2], rotation[1, 2], rotation[2, 2])
     s = skin.middle[link]
-    gap = scale * field_distance(field, resolution, half, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
+    gap = scale * field_distance(nodes, box, resolution, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
     if gap - skin.ball[link] >= clear:
         return False
     a0, a1, a2 = in_field(turn, scale, rotation[0, 0], rotation[1, 0], rotation[2, 0])
@@ -97,7 +96,7 @@ def patch_gaps(solids, h, skin, link, frame, clear, gaps):
     bead, last = skin.first_bead[link], skin.first_bead[link + 1]
     while bead < last:
         s, radius = skin.along[bead], skin.radius[bead]
-        gap = scale * field_distance(field, resolution, half, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
+        gap = scale * field_distance(nodes, box, resolution, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
         upto = s + gap - radius - clear
         if upto >= s:
             bead += 1
@@ -109,7 +108,7 @@ def patch_gaps(solids, h, skin, link, frame, clear, gaps):
         while k < end:
             x, y, z = skin.points[k, 0], skin.points[k, 1], skin.points[k, 2]
             u, v, w = p0 + a0 * x + b0 * y + c0 * z, p1 + a1 * x + b1 * y + c1 * z, p2 + a2 * x + b2 * y + c2 * z
-            gap = scale * field_distance(field, resolution, half, far, u, v, w)
+            gap = scale * field_distance(nodes, box, resolution, far, u, v, w)
             gaps[skin.patch[k]] = min(gaps[skin.patch[k]], gap)
             upto = skin.travel[k] + gap - clear
             k += 1

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -15,13 +14,11 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.compiled import inner, part
-from haptic_env.grid import VOXELS, Grid
-from haptic_env.shapes.base import Shape, Solid, rotation_matrix
+from haptic_env.grid import VOXELS
+from haptic_env.shapes.base import Solid, rotation_matrix
+from observer.shape.drawn_fields import FIELD_RESOLUTION, field_of
 
 Index = NDArray[np.int64]
-FIELD_RESOLUTION = 0.0025
-AT_ONCE = 2**16  # nodes of a field
-KEPT, LARGEST_KEPT = 16, 2**20  # fields and nodes of each: the next trial of a sweep has the shapes of the last
 NODES = int(np.cbrt(VOXELS) + 0.5)  # at most, along each axis of a field
 
 
@@ -29,9 +26,11 @@ class Solids(NamedTuple):
     """Hypothetical solids.
 
     Attributes:
-        field: (F, X, X, X) m, signed distance of each distinct shape in its own frame.
+        nodes: (T,) m, signed distances of all distinct shapes, one field after the other.
+        first: (F,) where the field of each begins.
+        shape: (F, 3) nodes of it along each axis of its own frame.
+        low: (F, 3) m, its first node.
         resolution: m from node to node.
-        half: m, the first node is at minus that.
         far: m, from whatever lies beyond the nodes at least.
         drawn_in: (H,) which field each hypothesis has.
         scale: (H,) times as large as it.
@@ -39,14 +38,44 @@ class Solids(NamedTuple):
         position: (H, 3) m.
     """
 
-    field: NDArray[np.float32]
+    nodes: NDArray[np.float32]
+    first: Index
+    shape: Index
+    low: Array
     resolution: float
-    half: float
     far: float
     drawn_in: Index
     scale: Array
     rotation: Array
     position: Array
+
+    def field(self, f: int) -> NDArray[np.float32]:
+        """Give the signed distances of one field.
+
+        Args:
+            f: which.
+
+        Returns:
+            (X, Y, Z) m.
+        """
+        shape = self.shape[f]
+        return self.nodes[self.first[f] : self.first[f] + shape.prod()].reshape(shape)
+
+    def of(self, hypotheses: Index) -> Solids:
+        """Choose some of the hypotheses.
+
+        Args:
+            hypotheses: (M,) which.
+
+        Returns:
+            Those, with the same fields.
+        """
+        return self._replace(
+            drawn_in=self.drawn_in[hypotheses],
+            scale=self.scale[hypotheses],
+            rotation=self.rotation[hypotheses],
+            position=self.position[hypotheses],
+        )
 
 
 def farthest(hypotheses: Sequence[Solid]) -> float:
@@ -91,13 +120,14 @@ def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
     """
     drawn, drawn_in, scale = _shared(hypotheses)
     reach = far / min(scale)
-    extent = max(max(solid.size) for solid in drawn) + 2 * (reach + FIELD_RESOLUTION)
-    grid = _grid(extent)
-    field = _field if math.prod(grid.shape) <= LARGEST_KEPT else _field.__wrapped__
+    fields = [field_of(solid.shape, solid.size, reach) for solid in drawn]
+    count = np.array([grid.shape for grid, _ in fields])
     return Solids(
-        np.stack([field(solid.shape, solid.size, extent) for solid in drawn]),
+        np.concatenate([distance.ravel() for _, distance in fields]),
+        np.concatenate([[0], np.cumsum(count.prod(axis=1))[:-1]]),
+        count,
+        np.array([np.asarray(grid.origin) + 0.5 * grid.resolution for grid, _ in fields]),
         FIELD_RESOLUTION,
-        -float(grid.origin[0] + 0.5 * FIELD_RESOLUTION),
         reach,
         np.array(drawn_in),
         np.array(scale),
@@ -106,33 +136,29 @@ def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
     )
 
 
-def _grid(extent: float) -> Grid:
-    return Grid.around(np.zeros(3), np.full(3, extent), FIELD_RESOLUTION)
+@part()
+def box_of(solids, f):
+    """Find where a field lies.
 
+    Args:
+        solids: the tables.
+        f: index of the field.
 
-@lru_cache(maxsize=KEPT)
-def _field(shape: Shape, size: tuple[float, float, float], extent: float) -> NDArray[np.float32]:
-    """Signed distance (X, Y, Z) m at the centres of `_grid`, slab by slab: a shape's own arrays stay small."""
-    grid = _grid(extent)
-    x, y, z = (low + (np.arange(n) + 0.5) * grid.resolution for low, n in zip(grid.origin, grid.shape, strict=True))
-    result = np.empty(grid.shape, dtype=np.float32)
-    thick = max(1, AT_ONCE // (len(y) * len(z)))
-    for first in range(0, len(x), thick):
-        slab = slice(first, first + thick)
-        points = np.stack(np.meshgrid(x[slab], y, z, indexing="ij"), axis=-1)
-        result[slab] = shape.signed_distance(points, np.array(size))
-    result.flags.writeable = False  # whoever asks next has the same one
-    return result
+    Returns:
+        Its first node's index in `nodes`, its nodes along each axis, and where the first is, three numbers m.
+    """
+    shape, low = solids.shape[f], solids.low[f]
+    return solids.first[f], shape[0], shape[1], shape[2], low[0], low[1], low[2]
 
 
 @part(fastmath=True)
-def field_distance(field, resolution, half, far, x, y, z):
+def field_distance(nodes, box, resolution, far, x, y, z):
     """Look up the signed distance at a point of the field's frame, between its nodes linearly.
 
     Args:
-        field: (X, X, X) m.
+        nodes: (T,) m.
+        box: of the field.
         resolution: m.
-        half: m.
         far: m.
         x: m.
         y: m.
@@ -141,16 +167,21 @@ def field_distance(field, resolution, half, far, x, y, z):
     Returns:
         The distance, m; `far` outside.
     """
-    last = field.shape[0] - 1
-    u, v, w = (x + half) / resolution, (y + half) / resolution, (z + half) / resolution
-    if u < 0.0 or v < 0.0 or w < 0.0 or u >= last or v >= last or w >= last:
+    first, count_x, count_y, count_z, low_x, low_y, low_z = box
+    u, v, w = (x - low_x) / resolution, (y - low_y) / resolution, (z - low_z) / resolution
+    if u < 0.0 or v < 0.0 or w < 0.0 or u >= count_x - 1 or v >= count_y - 1 or w >= count_z - 1:
         return far
     i, j, k = int(u), int(v), int(w)
     u, v, w = u - i, v - j, w - k
-    a = field[i, j, k] + (field[i, j, k + 1] - field[i, j, k]) * w
-    b = field[i, j + 1, k] + (field[i, j + 1, k + 1] - field[i, j + 1, k]) * w
-    c = field[i + 1, j, k] + (field[i + 1, j, k + 1] - field[i + 1, j, k]) * w
-    d = field[i + 1, j + 1, k] + (field[i + 1, j + 1, k + 1] - field[i + 1, j + 1, k]) * w
+    across = count_y * count_z
+    n = first + i * across + j * count_z + k
+    a = nodes[n] + (nodes[n + 1] - nodes[n]) * w
+    n += count_z
+    b = nodes[n] + (nodes[n + 1] - nodes[n]) * w
+    n += across
+    d = nodes[n] + (nodes[n + 1] - nodes[n]) * w
+    n -= count_z
+    c = nodes[n] + (nodes[n + 1] - nodes[n]) * w
     a += (b - a) * v
     c += (d - c) * v
     return a + (c - a) * u
@@ -193,8 +224,8 @@ def distance_from(solids, h, x, y, z):
     """
     at, scale = solids.position[h], solids.scale[h]
     u, v, w = in_field(solids.rotation[h], scale, x - at[0], y - at[1], z - at[2])
-    field = solids.field[solids.drawn_in[h]]
-    return scale * field_distance(field, solids.resolution, solids.half, solids.far, u, v, w)
+    box = box_of(solids, solids.drawn_in[h])
+    return scale * field_distance(solids.nodes, box, solids.resolution, solids.far, u, v, w)
 
 
 @inner()

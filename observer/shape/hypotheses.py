@@ -10,17 +10,19 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-from haptic_env import validate
+from haptic_env import rotation, validate
 from haptic_env.arrays import Array
 from haptic_env.shapes.base import Solid
 from observer import edge, memory, resampling
 from observer.gaussian import lower_factor
 from observer.shape.contact_likelihood import CLEAR
-from observer.shape.distance_fields import FIELD_RESOLUTION, Solids, farthest, solids_of
+from observer.shape.distance_fields import Solids, farthest, solids_of
+from observer.shape.drawn_fields import FIELD_RESOLUTION
 
 MOST_JITTER = 0.5  # of the size
-UNKNOWNS = 5  # size, yaw and three of position, each in units of its range
+RANGES = 5  # size, yaw and three of position, each in units of its range
 SHRINK = 0.97  # Liu & West's a: a moved variant lies this far from the mean of all, plus noise that restores the spread
 
 
@@ -55,12 +57,14 @@ def far_of(solids: Sequence[Solid], size_jitter: float, tolerance: float, spread
 
 
 class Variants:
-    """Every solid as V samples of size, yaw and offset, uniform in their ranges.
+    """Every solid as V samples of size, turn and offset, uniform in their ranges.
 
     Attributes:
         ranges: (5,) of size (fraction), yaw (rad) and place (m), plus or minus.
+        most_turned: rad, the largest angle of a turn about any axis.
         unknown: whether any is not 0.
         count: V; 1 where all is known.
+        hypotheses: H.
     """
 
     def __init__(
@@ -72,6 +76,7 @@ class Variants:
         yaw_jitter: float,
         position_jitter: float,
         far: float,
+        rotation_jitter: float = 0.0,
     ) -> None:
         """Check the ranges, which are the environment's keyword arguments of the same names.
 
@@ -82,6 +87,7 @@ class Variants:
             yaw_jitter: degrees about the vertical.
             position_jitter: m, of each coordinate of the place.
             far: m, as of `solids_of`.
+            rotation_jitter: degrees, of a turn about any axis.
 
         Raises:
             ValueError: for a value out of range.
@@ -90,12 +96,12 @@ class Variants:
         yaw = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
         offset = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
         self.ranges = np.array([size, np.deg2rad(yaw), offset, offset, offset])
+        self.most_turned = np.deg2rad(rotation.jitter(rotation_jitter, yaw))
         count = validate.integer("variants", variants, 1, edge.COUNT)
-        self.unknown = bool(self.ranges.any())
+        self.unknown = bool(self.ranges.any() or self.most_turned)
         self.count = count if self.unknown else 1
-        memory.check(
-            f"variants={self.count} of {len(solids)} solids", memory.of_hypotheses(1, self.count * len(solids), 1)
-        )
+        self.hypotheses = self.count * len(solids)
+        memory.check(f"variants={self.count} of {len(solids)} solids", memory.of_hypotheses(1, self.hypotheses, 1))
         self._nominal = solids_of(solids, far / (1.0 - size))
         self._solid_of = np.repeat(np.arange(len(solids)), self.count)
 
@@ -106,33 +112,60 @@ class Variants:
             rng: draws.
 
         Returns:
-            (H, 5) in [-1, 1], the unknowns of each hypothesis in units of their ranges; 0 where all is known.
+            (H, 5) in [-1, 1], the unknowns of each hypothesis in units of their ranges; 0 where all is known. (H, 9)
+            where the turn is not known either: a quaternion xyzw besides.
         """
-        units = np.zeros((len(self._solid_of), UNKNOWNS))
-        return rng.uniform(-1.0, 1.0, units.shape) if self.unknown else units
+        units = np.zeros((self.hypotheses, RANGES))
+        units = rng.uniform(-1.0, 1.0, units.shape) if self.unknown else units
+        if not self.most_turned:
+            return units
+        return np.concatenate([units, rotation.drawn(rng, self.most_turned, len(units)).as_quat()], axis=1)
 
-    def place(self, units: Array) -> Solids:
+    def place(self, units: Array, which: NDArray[np.int64] | None = None) -> Solids:
         """Make the solids of what was drawn.
 
         Args:
-            units: (H, 5) as of `draw`.
+            units: (H, 5) or (H, 9) as of `draw`.
+            which: hypotheses they are of, (H,); None: all.
 
         Returns:
             The tables.
         """
-        size, yaw, *offset = (units * self.ranges).T
-        turn = np.zeros((len(units), 3, 3))
-        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(yaw)
-        turn[:, 1, 0] = np.sin(yaw)
-        turn[:, 0, 1] = -turn[:, 1, 0]
-        turn[:, 2, 2] = 1.0
-        of, nominal = self._solid_of, self._nominal
+        size, yaw, *offset = (units[:, :RANGES] * self.ranges).T
+        if self.most_turned:
+            turn = Rotation.from_quat(units[:, RANGES:]).as_matrix()
+        else:
+            turn = np.zeros((len(units), 3, 3))
+            turn[:, 0, 0] = turn[:, 1, 1] = np.cos(yaw)
+            turn[:, 1, 0] = np.sin(yaw)
+            turn[:, 0, 1] = -turn[:, 1, 0]
+            turn[:, 2, 2] = 1.0
+        nominal = self._nominal
+        of = self._solid_of if which is None else self._solid_of[which]
         return nominal._replace(
             drawn_in=nominal.drawn_in[of],
             scale=nominal.scale[of] * (1.0 + size),
             rotation=turn @ nominal.rotation[of],
             position=nominal.position[of] + np.stack(offset, axis=1),
         )
+
+    def turned(self, turns: Array, step: Array, anew: NDArray[np.bool_], rng: np.random.Generator) -> Array:
+        """Propose other turns, as probably from one to the other as back.
+
+        Args:
+            turns: (M, 4) quaternions xyzw.
+            step: (M, 1) rad, SD of a small turn about each axis.
+            anew: (M,) which to draw anew instead.
+            rng: draws.
+
+        Returns:
+            (M, 4); one that would be turned too far stays.
+        """
+        fresh = rotation.drawn(rng, self.most_turned, len(turns)).as_quat()
+        near = Rotation.from_rotvec(step * rng.standard_normal((len(turns), 3))) * Rotation.from_quat(turns)
+        too_far = near.magnitude() > self.most_turned + 1e-9
+        proposed = np.where(too_far[:, None], turns, near.as_quat())
+        return np.where(anew[:, None], fresh, proposed)
 
     def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> NDArray[np.int64] | None:
         """Resample and move the variants of each solid of which fewer than half are effective.

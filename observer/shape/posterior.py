@@ -39,6 +39,7 @@ from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_l
 from observer.shape.hypotheses import Hypotheses, Variants, far_of
 from observer.shape.misfit import Misfit
 from observer.shape.null_model import NullModel
+from observer.shape.rejuvenation import Look, Rejuvenation
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
 
@@ -68,6 +69,7 @@ class ShapePosterior:
         size_jitter: float = 0.0,
         yaw_jitter: float = 0.0,
         position_jitter: float = 0.0,
+        rotation_jitter: float = 0.0,
         variants: int = 240,
         none: float = 0.0,
         samples: int = 1,
@@ -87,6 +89,7 @@ class ShapePosterior:
             size_jitter: what is not known of the solids, as the environment's keyword argument of the same name.
             yaw_jitter: likewise.
             position_jitter: likewise.
+            rotation_jitter: likewise; only with one pose sample.
             variants: V, samples of what is not known, for each solid.
             none: prior probability of one label more, "none": the object is none of the candidates (only without
                 jitter); 0: no such label.
@@ -125,10 +128,13 @@ class ShapePosterior:
             size_jitter=size_jitter,
             yaw_jitter=yaw_jitter,
             position_jitter=position_jitter,
+            rotation_jitter=rotation_jitter,
             far=far_of(solids, size_jitter, self.tolerance, spread, self._skin.ball.max()),
         )
-        hypotheses = self.variants.count * sum(map(len, candidates.values()))
-        memory.check(f"samples={self.samples}", memory.of_hypotheses(hand.joints, hypotheses, self.samples))
+        needed = memory.of_hypotheses(hand.joints, self.variants.hypotheses, self.samples)
+        memory.check(f"samples={self.samples}", needed)
+        if self.variants.most_turned and self.samples > 1:
+            raise ValueError(f"rotation_jitter above 0 needs samples=1, the mean pose, got samples={self.samples}")
         if self.none and self.variants.unknown:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
         usual = TEMPER_UNKNOWN if self.variants.unknown else TEMPER
@@ -157,6 +163,7 @@ class ShapePosterior:
         self._rng = np.random.default_rng(validate.seed(seed))
         self._units = self.variants.draw(self._rng)
         self._solids = self.variants.place(self._units)
+        self._rejuvenation = Rejuvenation(self.variants, self._skin, len(self._parts.column), self.temper)
         # Of each hypothesis: the share of its solid that it stands for times its likelihood.
         self._log_evidence = np.full(len(self._units), -np.log(self.variants.count))
         self._poses = np.tile(self.hand.rest_pose[self._parts.joint], (self.samples, 1)).astype(np.float64)
@@ -227,16 +234,14 @@ class ShapePosterior:
             note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news)
         if self.none:
             self._habit.update(contacts, self._news[self.hand.patches.link])
-        contact_likelihood(
+        look = Look(
             tree,
-            self._skin,
-            self._solids,
             PoseSamples(self._poses, self._parts.column),
             contacts,
             self._news,
             TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise),
-            self._likelihood,
         )
+        contact_likelihood(tree, self._skin, self._solids, *look[1:], self._likelihood)
         before = self._log_evidence.copy()
         weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
         likeliest = self._log_evidence.argmax()
@@ -244,8 +249,11 @@ class ShapePosterior:
         share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
         uniform = self._rng.random(len(self._weights))
         resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)
-        source = self.variants.move(self._units, self._log_evidence, self._rng)
-        if source is not None:
+        if self.variants.most_turned:
+            self._rejuvenation.take(look, self._log_evidence - before)
+            if self._rejuvenation.move(self._units, self._log_evidence, self._rng):
+                self._solids = self.variants.place(self._units)
+        elif (source := self.variants.move(self._units, self._log_evidence, self._rng)) is not None:
             self._weights = np.ascontiguousarray(self._weights[:, source])
             self._solids = self.variants.place(self._units)
         self._posterior = self._share()

@@ -156,6 +156,10 @@ def test_a_table_gets_their_columns_when_they_are_asked_for_and_goes_on(tmp_path
     assert (tmp_path / "trials.csv").read_bytes() == after, "of what is there nothing is run again"
     first = dict(zip(*(line.split(",") for line in before.decode().splitlines()[:2]), strict=True))
     assert rows.iloc[0]["pose_error_online_deg"] == float(first["pose_error_online_deg"])
+    named = {
+        each.name.rpartition("patches_stuck=")[2][:3] for each in tmp_path.iterdir() if "patches_stuck" in each.name
+    }
+    assert named == {"0.0", "21-"}
     summary = pd.read_csv(tmp_path / "summary.csv")
     assert len(summary[["contact_confusion", "patches_stuck"]].drop_duplicates()) == 3
 

@@ -218,7 +218,9 @@ def test_corrupting_the_truth_changes_no_belief(bits):
 # Of haptic_env; nothing that runs.
 ALLOWED = (
     "arrays",
+    "cache",
     "compiled",
+    "extras",
     "files",
     "grid",
     "hand",
@@ -230,6 +232,7 @@ ALLOWED = (
     "pose",
     "reading",
     "recordings",
+    "rotation",
     "sensors",
     "shapes",
     "validate",

@@ -188,6 +188,7 @@ def test_a_preset_knows_the_joints_of_each_hand(name: str, hand: str) -> None:
     noise = AngleNoise(made.joints, STEP, **{each: told[each] for each in told if each != "sigma_deg"})
     spread = {each: np.broadcast_to(told[each], made.joints) for each in ("bias_deg", "drift_deg") if each in told}
     wrists = np.isin(made.joint_names, list(noise_presets.WRIST))
+    wrists[made.wrist] = True
     assert wrists.sum() == {"two_finger": 0, "two_finger_arm": 6, "myo": 3, "adroit": 2}[hand]
     for each, values in spread.items():
         np.testing.assert_array_equal(values[~wrists], NOISES[name][each])

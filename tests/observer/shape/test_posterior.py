@@ -14,7 +14,8 @@ from haptic_env.shapes.base import rotation_matrix
 from observer import HapticSLAM, ShapePosterior, TruePose
 from observer.kinematics import link_frames, tree_of
 from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, patch_gaps, resample, weigh
-from observer.shape.distance_fields import FIELD_RESOLUTION, field_distance, solids_of
+from observer.shape.distance_fields import box_of, field_distance, solids_of
+from observer.shape.drawn_fields import FIELD_RESOLUTION
 from observer.shape.hypotheses import Variants
 from observer.shape.null_model import NullModel
 from observer.shape.skin import SKIN_SPACING, skin_of
@@ -26,8 +27,8 @@ FAR = 0.05
 
 @numba.njit
 def _distance(solids, h, x, y, z):
-    field = solids.field[solids.drawn_in[h]]
-    return field_distance(field, solids.resolution, solids.half, solids.far, x, y, z)
+    box = box_of(solids, solids.drawn_in[h])
+    return field_distance(solids.nodes, box, solids.resolution, solids.far, x, y, z)
 
 
 @numba.njit
@@ -123,7 +124,7 @@ def test_moved_turned_and_scaled_solids_keep_their_distance(shape):
         shapes.make(shape, scale * size, rng.uniform(-0.02, 0.02, 3), rng.standard_normal(4)) for scale in (1, 0.8, 1.3)
     ]
     solids = solids_of(made, FAR)
-    assert len(solids.field) == 1, "one shape, one field"
+    assert len(solids.shape) == 1, "one shape, one field"
     for h, solid in enumerate(made):
         points = np.asarray(solid.position) + rng.uniform(-0.04, 0.04, (300, 3))
         local = (points - solids.position[h]) @ solids.rotation[h] / solids.scale[h]
@@ -142,7 +143,7 @@ def test_shapes_of_other_proportions_have_fields_of_their_own():
 def test_beyond_its_field_a_solid_is_far():
     solids = solids_of([shapes.make("cube", (0.1, 0.1, 0.1)), shapes.make("cube")], FAR)
     for h in range(2):
-        assert solids.scale[h] * _distance(solids, h, 1.01 * solids.half, 0.0, 0.0) >= FAR
+        assert solids.scale[h] * _distance(solids, h, -1.01 * solids.low[0, 0], 0.0, 0.0) >= FAR
 
 
 def _reference_gaps(hand, solid, pose, clear):

@@ -52,7 +52,7 @@ def test_candidates_that_differ_too_much_in_size_are_refused(two_finger):
 def test_tables_reach_as_far_as_is_said_and_no_further(sizes):
     solids = _cubes(*sizes)["cube"]
     most = farthest(solids)
-    assert len(solids_of(solids, most).field) == 1
+    assert len(solids_of(solids, most).shape) == 1
     with pytest.raises(ValueError, match="too large for the memory"):
         solids_of(solids, most + 0.002)
 
@@ -61,7 +61,8 @@ def test_tables_reach_as_far_as_is_said_and_no_further(sizes):
 def test_a_field_is_that_of_all_its_nodes_at_once(shape):
     solid = shapes.make(shape)
     made = solids_of([solid], 0.06)
-    nodes = Grid.around((0.0, 0.0, 0.0), np.array(made.field[0].shape) * made.resolution, made.resolution)
-    assert made.field[0].size > 2**16
-    np.testing.assert_array_equal(made.field[0], solid.signed_distance(nodes.centres()).astype(np.float32))
-    assert made.half == -nodes.centres()[0, 0, 0, 0]
+    field = made.field(0)
+    nodes = Grid.around((0.0, 0.0, 0.0), np.array(field.shape) * made.resolution, made.resolution)
+    assert field.size > 2**16
+    np.testing.assert_array_equal(field, solid.signed_distance(nodes.centres()).astype(np.float32))
+    np.testing.assert_array_equal(made.low[0], nodes.centres()[0, 0, 0])

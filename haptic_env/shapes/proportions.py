@@ -1,0 +1,33 @@
+"""How large a solid is of which only the proportions are said."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from haptic_env import validate
+
+USUAL = 0.05  # metres: the geometric mean of the extents, whatever they are to each other
+LONGEST = 5.0  # times as long as the mean extent: above it, nobody could hold both ends
+
+
+def extents_of(what: str, *ratio: float) -> tuple[float, float, float]:
+    """Give a solid its usual volume.
+
+    Args:
+        what: has these proportions, for messages.
+        ratio: three extents, in any unit.
+
+    Returns:
+        The extents, m; their product is that of a cube of 50 mm.
+
+    Raises:
+        ValueError: where one is not above 0, or they are too unlike to be held.
+    """
+    given = np.array([validate.number(f"{what}'s extent", each, above=0.0) for each in ratio])
+    extents = USUAL * given / np.exp(np.log(given).mean())
+    if extents.max() > LONGEST * USUAL or extents.min() < USUAL / LONGEST:
+        raise ValueError(
+            f"{what}'s proportions must keep each extent within {LONGEST:g} times the mean, got {list(ratio)}"
+        )
+    x, y, z = extents.tolist()
+    return x, y, z

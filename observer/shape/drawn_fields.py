@@ -1,0 +1,131 @@
+"""The signed distance of a solid at the nodes of a grid around it.
+
+Where the distance takes long, of meshes, every node is measured near the surface alone. Farther out only some are, and
+what lies between is theirs, linearly: too much by a few tenths of a millimetre, where nothing is felt. Such a field is
+kept on disk by what it is of, and read by all processes from the same pages.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
+
+from haptic_env import cache
+from haptic_env.arrays import Array
+from haptic_env.files import atomic
+from haptic_env.grid import Grid
+from haptic_env.shapes.base import Shape
+
+Field = NDArray[np.float32]
+FIELD_RESOLUTION = 0.0025
+AT_ONCE = 2**16  # points whose distance is asked for at once: a shape's own arrays stay small
+KEPT, LARGEST_KEPT = 64, 2**20  # fields and nodes of each: the next trial of a sweep has the shapes of the last
+LEVELS = ((4, np.inf), (2, 0.04), (1, 0.015))  # nodes so many apart are measured so near to the surface, m
+MADE = 1  # changes where fields are made otherwise: those on disk are of no use then
+STEP = 0.01  # m by which the reach of what is kept on disk is rounded up, so that other hands find it too
+
+
+def field_of(shape: Shape, size: tuple[float, float, float], reach: float) -> tuple[Grid, Field]:
+    """Measure a solid's signed distance around it.
+
+    Args:
+        shape: of the solid.
+        size: (3,) m, full extents.
+        reach: m, how far from its bounding box to go at least.
+
+    Returns:
+        A grid in the solid's frame, and the distance (X, Y, Z) m at the centres of its voxels; not to be changed.
+    """
+    content = shape.content
+    if content:
+        reach = STEP * np.ceil(reach / STEP - 1e-9)
+    grid = Grid.around(np.zeros(3), np.asarray(size) + 2 * (reach + FIELD_RESOLUTION), FIELD_RESOLUTION)
+    if content:
+        return grid, _remembered(shape, size, grid, content)
+    measured = _measured if np.prod(grid.shape) <= LARGEST_KEPT else _measured.__wrapped__
+    return grid, measured(shape, size, grid)
+
+
+@lru_cache(maxsize=KEPT)
+def _measured(shape: Shape, size: tuple[float, float, float], grid: Grid) -> Field:
+    """The distance at every node, slab by slab."""
+    x, y, z = _axes(grid)
+    result = np.empty(grid.shape, dtype=np.float32)
+    thick = max(1, AT_ONCE // (len(y) * len(z)))
+    for first in range(0, len(x), thick):
+        slab = slice(first, first + thick)
+        points = np.stack(np.meshgrid(x[slab], y, z, indexing="ij"), axis=-1)
+        result[slab] = shape.signed_distance(points, np.array(size))
+    result.flags.writeable = False  # whoever asks next has the same one
+    return result
+
+
+@lru_cache(maxsize=KEPT)
+def _remembered(shape: Shape, size: tuple[float, float, float], grid: Grid, content: str) -> Field:
+    """The field from the user's cache folder, where it is put if it is not there."""
+    told = f"{MADE} {content} {np.round(size, 9).tolist()} {grid}"
+    place = cache.folder() / "fields" / f"{hashlib.sha256(told.encode()).hexdigest()}.npy"
+    with contextlib.suppress(OSError, ValueError, EOFError):  # not there, or cut short: it is found again
+        return _read(place, grid)
+    result = near_surface(shape, size, grid)
+    with contextlib.suppress(OSError):  # a full disk costs the time, no more
+        place.parent.mkdir(exist_ok=True)
+        with atomic(place) as unfinished:
+            np.save(unfinished, result)
+        return _read(place, grid)
+    result.flags.writeable = False
+    return result
+
+
+def _read(place: Path, grid: Grid) -> Field:
+    kept = np.load(place, mmap_mode="r", allow_pickle=False)
+    if kept.shape != grid.shape or kept.dtype != np.float32:
+        raise ValueError(f"{place} holds another field")
+    return kept
+
+
+def near_surface(shape: Shape, size: tuple[float, float, float], grid: Grid) -> Field:
+    """Measure the distance finely near the surface, more coarsely the farther out.
+
+    Args:
+        shape: of the solid.
+        size: (3,) m, full extents.
+        grid: in its frame.
+
+    Returns:
+        (X, Y, Z) m.
+    """
+    axes, extents = _axes(grid), np.array(size)
+    known, result = axes, None
+    for apart, reach in LEVELS:
+        nodes = [axis[_every(apart, len(axis))] for axis in axes]
+        points = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1)
+        between = None if result is None else RegularGridInterpolator(known, result)(points)
+        near = np.ones(points.shape[:-1], dtype=bool) if between is None else np.abs(between) <= reach
+        result = np.empty(near.shape) if between is None else between
+        result[near] = _asked(shape, extents, points[near])
+        known = nodes
+    return np.asarray(result, dtype=np.float32)
+
+
+def _every(apart: int, length: int) -> NDArray[np.int64]:
+    """Each index that is a multiple of `apart`, and the last."""
+    return np.unique(np.append(np.arange(0, length, apart), length - 1))
+
+
+def _axes(grid: Grid) -> list[Array]:
+    """Places (X,), (Y,), (Z,) m of the nodes along each axis."""
+    each = [np.arange(count, dtype=np.float64) + 0.5 for count in grid.shape]
+    return [low + number * grid.resolution for low, number in zip(grid.origin, each, strict=True)]
+
+
+def _asked(shape: Shape, extents: Array, points: Array) -> Array:
+    """Distances (M,) m of points (M, 3), some at a time."""
+    parts = [shape.signed_distance(points[at : at + AT_ONCE], extents) for at in range(0, len(points), AT_ONCE)]
+    return np.concatenate(parts)

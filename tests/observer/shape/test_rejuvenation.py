@@ -1,0 +1,101 @@
+"""Solids that lie any way: moves keep the posterior that enumeration gives, and the evidence of each label."""
+
+from __future__ import annotations
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from haptic_env import shapes
+from haptic_env.shapes.base import Solid
+from observer.pose_only import PoseOnly
+from observer.shape import rejuvenation
+from observer.shape.hypotheses import RANGES, Variants
+from observer.shape.posterior import ShapePosterior
+
+FREE = {"rotation_jitter": 180.0, "size_jitter": 0.1, "position_jitter": 0.004}
+
+
+def _solids(hand, *names: str) -> dict[str, list[Solid]]:
+    return {name: [shapes.make(name, position=hand.grasp_centre)] for name in names}
+
+
+@pytest.fixture(scope="module")
+def felt(two_finger):
+    """Beliefs of a hand that explores a box which lies askew."""
+    with gym.make("HapticSLAM/TwoFinger-v0", shape="cuboid(1, 1, 2)", sigma_deg=1.0, rotation_jitter=180.0) as env:
+        observer, (seen, _) = PoseOnly(two_finger, 1.0), env.reset(seed=4)
+        beliefs = [observer.reset(seed=0, joint_angles=seen["joint_angles"])]
+        rng = np.random.default_rng(0)
+        for step in range(300):
+            if step % 10 == 0:
+                torque = rng.uniform(-1, 1, two_finger.joints).astype(np.float32)
+            seen = env.step(torque)[0]
+            beliefs.append(observer.step(torque, seen["joint_angles"], seen["contacts"]))
+    return beliefs
+
+
+def _named(hand, beliefs, seed: int = 0, **told):
+    posterior = ShapePosterior(hand, _solids(hand, "cuboid(1, 1, 2)", "sphere"), **{**FREE, **told})
+    posterior.reset(seed=seed)
+    for belief in beliefs:
+        posterior.update(belief)
+    return posterior
+
+
+def test_the_same_seed_gives_the_same_bits(two_finger, felt):
+    first, again = (_named(two_finger, felt, variants=40) for _ in range(2))
+    np.testing.assert_array_equal(first.posterior, again.posterior)
+    np.testing.assert_array_equal(first.hypotheses.solids.rotation, again.hypotheses.solids.rotation)
+
+
+def test_a_box_askew_is_told_from_a_ball(two_finger, felt):
+    posterior = _named(two_finger, felt, variants=120)
+    assert posterior.posterior[0] > 0.9
+
+
+def test_evidence_is_that_of_enumeration(two_finger, felt, monkeypatch):
+    """Log evidence of each label: after many moves as among very many hypotheses that never move."""
+    few = np.array([_named(two_finger, felt, seed, variants=300).log_likelihood for seed in range(3)])
+    monkeypatch.setattr(rejuvenation, "WORTH", 2.0)
+    many = _named(two_finger, felt, variants=5_000).log_likelihood
+    none = np.array([_named(two_finger, felt, seed, variants=300).log_likelihood for seed in range(3)])
+    np.testing.assert_allclose(few.mean(axis=0), many, atol=0.5)
+    assert few[:, 0].mean() > none[:, 0].mean() + 0.5, "without moves, what fits is not found"
+
+
+def test_moves_keep_what_hypotheses_explain(two_finger, felt):
+    """What each one is said to explain is what it does, all looks again."""
+    posterior = _named(two_finger, felt, variants=40)
+    kept = posterior._rejuvenation
+    np.testing.assert_allclose(kept._fit, kept._replay(posterior._solids), rtol=1e-9, atol=1e-9)
+
+
+def test_turns_are_proposed_as_probably_there_as_back(two_finger):
+    """Moves that are always made leave uniform turns uniform, of a restricted range too."""
+    solids = [shapes.make("cube", position=two_finger.grasp_centre)]
+    limit = 60.0
+    told = {"size_jitter": 0.1, "yaw_jitter": 0.0, "position_jitter": 0.0, "rotation_jitter": limit, "far": 0.03}
+    variants = Variants(solids, 4000, **told)
+    rng = np.random.default_rng(0)
+    turns = variants.draw(rng)[:, RANGES:]
+    for _ in range(20):
+        turns = variants.turned(turns, np.full((len(turns), 1), 0.3), rng.random(len(turns)) < 0.15, rng)
+    angle = Rotation.from_quat(turns).magnitude()
+    most = np.deg2rad(limit)
+    assert angle.max() <= most + 1e-6
+    grid = np.linspace(0, most, 500)
+    expected = np.interp(np.linspace(0, most - np.sin(most), 11)[1:-1], grid - np.sin(grid), grid)
+    np.testing.assert_allclose(np.quantile(angle, np.linspace(0, 1, 11)[1:-1]), expected, atol=0.03)
+
+
+def test_several_poses_are_refused(two_finger):
+    with pytest.raises(ValueError, match=r"rotation_jitter above 0 needs samples=1, the mean pose, got samples=4"):
+        ShapePosterior(two_finger, samples=4, rotation_jitter=180.0)
+
+
+@pytest.mark.parametrize("told", [{"rotation_jitter": 200.0}, {"rotation_jitter": 5.0, "yaw_jitter": 5.0}], ids=str)
+def test_turns_that_cannot_be_are_refused(two_finger, told):
+    with pytest.raises(ValueError, match="rotation_jitter"):
+        ShapePosterior(two_finger, **told)
