@@ -223,6 +223,7 @@ class ShapePosterior:
         self._moved = now if moved is None or self.samples == 1 else moved.then(now)
         self._steps += 1
         if self._steps % self.stride:
+            self._move()
             return self.posterior
         self._propagate(self._moved, covariance, anew=self._steps == self.stride)
         self._moved = None
@@ -251,13 +252,19 @@ class ShapePosterior:
         resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)
         if self.variants.most_turned:
             self._rejuvenation.take(look, self._log_evidence - before)
-            if self._rejuvenation.move(self._units, self._log_evidence, self._rng):
+            if self._rejuvenation.resample(self._units, self._log_evidence, self._rng):
                 self._solids = self.variants.place(self._units)
+            self._move()
         elif (source := self.variants.move(self._units, self._log_evidence, self._rng)) is not None:
             self._weights = np.ascontiguousarray(self._weights[:, source])
             self._solids = self.variants.place(self._units)
         self._posterior = self._share()
         return self.posterior
+
+    def _move(self) -> None:
+        """Let hypotheses that lie any way find what fits better."""
+        if self._rejuvenation.move(self._units, self._log_evidence, self._rng):
+            self._solids = self.variants.place(self._units)
 
     def _share(self) -> Array:
         """(C,) the posterior of what was taken in so far."""

@@ -28,7 +28,8 @@ from observer.shape.skin import Skin
 
 FEWEST, MOST, REPLAYED = 3, 10, 400  # moves each time that a solid's variants are resampled: many while looks are few
 AT_ONCE = 8  # looks, before it is seen which moves are refused already
-WORTH = 1e-4  # share of the posterior below which a label's variants are resampled and not moved
+AT_A_STEP = 20_000  # looks at hypotheses after which moves wait for the next step: some ten milliseconds
+WORTH = 1e-3  # share of the posterior below which a solid's variants are resampled and not moved
 FIRST_STEP, SHORTEST, LONGEST = 0.3, 0.006, 0.6  # of a range, and rad, of a move
 VARIED = 0.7  # SD of the log of a step's length: short and long ones at any time
 ANEW = 0.15  # of the moves: any turn at all
@@ -69,6 +70,7 @@ class Rejuvenation:
         self._looks: list[Look] = []
         self._fit = np.zeros(variants.hypotheses)  # the log likelihood of all looks, of each hypothesis where it now is
         self._step = np.full(variants.hypotheses // variants.count, FIRST_STEP)
+        self._due = np.zeros(len(self._step), dtype=np.int64)  # moves of each solid
 
     def take(self, look: Look, gained: Array) -> None:
         """Take note of what was felt.
@@ -81,8 +83,8 @@ class Rejuvenation:
         self._looks.append(Look(tree, PoseSamples(poses.copy(), column), contacts.copy(), exponent.copy(), model))
         self._fit += gained
 
-    def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> bool:
-        """Resample the variants of each solid of which fewer than half are effective, and move them.
+    def resample(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> bool:
+        """Resample the variants of each solid of which fewer than half are effective; they are to be moved.
 
         Args:
             units: (H, 9) as of `Variants.draw`, changed.
@@ -90,11 +92,10 @@ class Rejuvenation:
             rng: draws.
 
         Returns:
-            Whether any has moved.
+            Whether any has changed.
         """
-        count, moved = self._variants.count, False
-        share = np.exp(log_evidence - np.logaddexp.reduce(log_evidence)).reshape(-1, count).sum(axis=1)
-        for solid in range(len(share)):
+        count, changed = self._variants.count, False
+        for solid in range(len(self._due)):
             mine = slice(solid * count, (solid + 1) * count)
             total = np.logaddexp.reduce(log_evidence[mine])
             weights = np.exp(log_evidence[mine] - total)
@@ -103,11 +104,30 @@ class Rejuvenation:
             kept = mine.start + np.repeat(np.arange(count), resampling.systematic_counts(weights, rng.random()))
             units[mine], self._fit[mine] = units[kept], self._fit[kept]
             log_evidence[mine] = total - np.log(count)
-            moved = True
-            moves = np.clip(REPLAYED // len(self._looks), FEWEST, MOST)
-            for _ in range(moves if share[solid] > WORTH else 0):
-                self._metropolis(units, solid, rng)
-        return moved
+            self._due[solid] = np.clip(REPLAYED // len(self._looks), FEWEST, MOST)
+            changed = True
+        return changed
+
+    def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> bool:
+        """Make some of the moves that are due, those of the likeliest solids first: no step takes long.
+
+        Args:
+            units: (H, 9) as of `Variants.draw`, changed.
+            log_evidence: (H,).
+            rng: draws.
+
+        Returns:
+            Whether any has moved.
+        """
+        share = np.exp(log_evidence - np.logaddexp.reduce(log_evidence)).reshape(len(self._due), -1).sum(axis=1)
+        self._due[share < WORTH] = 0
+        cost, spent = self._variants.count * len(self._looks), 0
+        while self._due.any() and spent < AT_A_STEP:
+            solid = int(np.argmax(np.where(self._due > 0, share, -1.0)))
+            self._metropolis(units, solid, rng)
+            self._due[solid] -= 1
+            spent += cost
+        return spent > 0
 
     def _metropolis(self, units: Array, solid: int, rng: np.random.Generator) -> None:
         """Propose one move to each variant of a solid, by steps of chance in all that is not known, and make it where
