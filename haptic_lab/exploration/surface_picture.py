@@ -1,6 +1,6 @@
 """The picture of a surface that was felt: coloured by how surely it is known, beside the true object.
 
-Shapes: V vertices, F faces, M places. In millimetres about the middle of the object.
+Shapes: V vertices, F faces, M places. In millimetres about the middle of both.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ def picture(surface: Surface, solid: Solid, touched: Array, title: str) -> Figur
         The figure.
     """
     figure = Figure(figsize=(10, 8.0), layout="constrained")
-    middle = np.asarray(solid.position)
     true_vertices, true_faces = true_mesh(solid)
-    every = np.concatenate([surface.vertices, true_vertices]) - middle
-    reach = 0.75 * MM * float(np.linalg.norm(every, axis=1).max())
+    every = np.concatenate([surface.vertices, true_vertices])
+    middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
+    reach = 0.8 * MM * float(np.linalg.norm(every - middle, axis=1).max())
     scale = Normalize(0.0, LIMIT)
     colours = CERTAINTY(scale(MM * surface.std[surface.faces].mean(axis=1)))[:, :3]
     grey = np.tile(to_rgb(TRUTH), (len(true_faces), 1))

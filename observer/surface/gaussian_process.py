@@ -15,8 +15,8 @@ from scipy.spatial.distance import cdist
 
 from haptic_env.arrays import Array
 
-AMPLITUDE = 0.017  # m, SD of the surface about the sphere where nothing was felt
-LENGTH = 0.041 / np.sqrt(3.0)  # m, over which a touch tells of what is beside it
+AMPLITUDE = 0.020  # m, SD of the surface about the sphere where nothing was felt
+LENGTH = 0.047 / np.sqrt(3.0)  # m, over which a touch tells of what is beside it
 BLOCK = 256  # places at a time, which the processor's caches hold
 
 

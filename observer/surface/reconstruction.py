@@ -28,7 +28,7 @@ ROUGH = 0.0008  # m, SD of a touch beside the pose's: skin gives, and points of 
 IN_QUESTION = 0.006  # m above the deepest point of a patch, what may still be it in another round
 MERGED = 0.004  # m, edge of cubes in which touches become one
 INWARD = 0.008  # m, how far into the finger the distance is known; no bone is further from its skin
-TURN_STD = 0.0013  # m, of that, as another point of the patch may have touched
+TURN_STD = 0.0006  # m, of that, as another point of the patch may have touched
 FREE, SWEPT_STD = 0.01, 0.002  # occupancy below which a voxel was surely swept; m, how surely its middle is outside
 MOST_SWEPT = 300  # voxels that are pushed out
 

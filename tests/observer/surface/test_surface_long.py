@@ -20,7 +20,7 @@ from observer.metrics import touched_places
 from observer.surface.metrics import mesh_score
 from tests.observer.surface.smoothed_map import smoothed
 
-SEEDS = range(61000, 61010)  # nothing was tuned on them; that was done on 900000 to 900005
+SEEDS = range(62000, 62010)  # nothing was tuned on them; that was done on 900000 to 900005
 SIGMA, SECONDS = 3.0, 30.0
 SHOWN = ("chamfer_felt_mm", "band_felt", "std_felt_mm", "chamfer_mm", "band", "std_mm", "f_score", "iou")
 
