@@ -92,7 +92,7 @@ class ForwardModel:
         if half:
             mujoco.mj_step(model, data, half)
         transition, gain = self._linearise()
-        if np.abs(transition[:joints, :joints]).max() > LARGEST_GROWTH:
+        if not np.abs(transition[:joints, :joints]).max() <= LARGEST_GROWTH:  # in a long step it grows past all numbers
             model.opt.disableflags |= WITHOUT_LIMITS
             transition, gain = self._linearise()
             model.opt.disableflags &= ~WITHOUT_LIMITS

@@ -108,7 +108,9 @@ class PoseFilter(KeepsErrors, Gated):
             self._gate.sigma = self._found.sigma
         if felt is not None and (self._errors or start > EXACTLY):
             expected = self._expected()
-            self._feel(felt, self._gate.judge(felt, *expected), expected, Measurement.nothing(self.joints))
+            heard = self._gate.judge(felt, *expected)
+            self._feel(felt, heard, expected, Measurement.nothing(self.joints))
+            self._find_sigma(felt, heard)
 
     def _begin(self, angles: Array, variance: float, of_speed: float, shared: float = 0.0) -> None:
         """Start at `angles` (J,) rad: `shared` is the part of their `variance` that those of the past share."""
@@ -157,10 +159,13 @@ class PoseFilter(KeepsErrors, Gated):
             self.noise.fresh,
         )
         expected = self._expected()
-        self._feel(joint_angles, self._gate.judge(joint_angles, *expected), expected, still)
+        heard = self._gate.judge(joint_angles, *expected)
+        self._feel(joint_angles, heard, expected, still)
         if self._gate.lost(self.mean, self.covariance, self._state + self._errors):
             self.log_evidence = before  # what it said of this step may be no number
             self._begin(self._gate.at_last(self.mean[:joints], joint_angles), RESTART_ANGLE, RESTART_SPEED)
+        else:
+            self._find_sigma(joint_angles, heard)
         self._contacts = contacts
 
     def _moved(self, prediction: Prediction, felt: NDArray[np.int64]) -> tuple[Array, Array]:
@@ -206,6 +211,14 @@ class PoseFilter(KeepsErrors, Gated):
         )
         if heard is not None:
             self.log_evidence += take_in(self.mean, self.covariance, heard, white, self._kinds)
+
+    def _find_sigma(self, felt: Array, heard: Heard | None) -> None:
+        """Learn σ, where it is to be found out, from a step after which the Gaussian is sound.
+
+        Args:
+            felt: (J,) rad.
+            heard: those of them that are believed; None: all.
+        """
         if self._found is not None:
             mean, variance = self._expected()
             angles, told = (felt, slice(None)) if heard is None else (heard.angles, heard.joints)

@@ -8,10 +8,10 @@ from scipy.stats import norm
 
 from haptic_env import sensors
 from haptic_env.hands import HANDS
-from observer import ContactDynamics, HapticSLAM
+from observer import HapticSLAM
 from observer.pose import kalman_updates
 from observer.pose.angle_noise import AngleNoise, Offset, summed
-from observer.pose.contact_dynamics import WITH_OFFSETS
+from observer.pose.contact_dynamics import ON_A_WRIST, WITH_OFFSETS, ContactDynamics
 from observer.pose.delta_pose import DeltaMotion, DeltaPose
 from observer.pose.forward_model import ForwardModel
 from observer.pose.found_sigma import FoundSigma
@@ -299,7 +299,7 @@ def test_forces_last_only_where_offsets_are_believed(name):
         )
         for kind in ({}, KINDS["bias"])
     )
-    assert white.dynamics == ContactDynamics()
+    assert white.dynamics == (ON_A_WRIST if hand.wrist.size else ContactDynamics())
     assert biased.dynamics == WITH_OFFSETS
     for pose in (white, biased):
         assert pose.lagged(1) == slice(len(pose.mean) - hand.joints, len(pose.mean))

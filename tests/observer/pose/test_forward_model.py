@@ -124,6 +124,19 @@ def test_no_blow_up_at_limits(hand):
     assert near > 50 or joints == 1, "limits were met"
 
 
+@pytest.mark.parametrize("hz", [1.0, 2.0, 5.0])
+def test_however_long_a_step_is_its_jacobians_are_numbers_at_limits(hand, hz):
+    """Differences that straddle an impact, raised to the number of substeps, are past all numbers: inf - inf."""
+    model, joints, (low, high) = ForwardModel(hand, hz), hand.joints, hand.joint_limits.T
+    rng = np.random.default_rng(0)
+    for _ in range(12):
+        q, v = rng.choice([low, high]), rng.normal(0.0, 0.01, joints)
+        prediction = model.predict(np.concatenate([q, v]), rng.choice([-1.0, 0.0, 1.0], joints))
+        for each in prediction:
+            assert np.isfinite(each).all()
+        assert np.abs(prediction.transition[:joints, :joints]).max() <= LARGEST_GROWTH**2
+
+
 def test_errors_in_a_long_prediction_stay_bounded():
     """Thousands of steps of random torque: the product of the Jacobians never takes off."""
     hand = hands.make("two_finger")
