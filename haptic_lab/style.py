@@ -109,6 +109,18 @@ def as_drawn(title: str) -> str:
     return f" {plain}" if plain.startswith("_") else plain
 
 
+def with_article(title: str) -> str:
+    """Put "a" or "an" before a title.
+
+    Args:
+        title: of an object.
+
+    Returns:
+        The two, "an ellipsoid(1, 1, 1.3)".
+    """
+    return f"{'an' if title[:1] in 'aeio' or title.startswith('L(') else 'a'} {title}"
+
+
 def noise_colours(noises: Sequence[float]) -> dict[float, str]:
     """Choose colours for noises, the darker the more.
 

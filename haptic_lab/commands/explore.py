@@ -25,7 +25,7 @@ from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSetti
 from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
-from haptic_lab.style import styled, titles_of
+from haptic_lab.style import styled, titles_of, with_article
 from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
 from haptic_lab.warm_up import get_ready
 from haptic_lab.worlds import HANDS_OR_IDS, environment
@@ -64,7 +64,8 @@ def parse(
     add(
         "--shape",
         type=as_path,
-        help=f"{', '.join(shapes.SHAPES)}, or a mesh file (default: drawn at random, hidden until the end)",
+        help=f'{", ".join(shapes.SHAPES)}, "ellipsoid(1, 1, 1.3)" and such ({", ".join(shapes.FAMILIES)}), '
+        "or a mesh file (default: drawn at random, hidden until the end)",
     )
     written = "as --save-mesh, beside --shape or where there is no such file"
     add("--mesh", type=as_path, metavar="FILE", help=f"the object, from a mesh file; {written}")
@@ -186,7 +187,7 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
         return 2
     what = "a hidden object"
     if settings.shape:
-        what = f"a {titles_of((*session.candidates, settings.shape))[settings.shape]}"
+        what = with_article(titles_of((*session.candidates, settings.shape))[settings.shape])
     base = hand_env(session.env)
     seconds = base.episode_steps / base.control_hz
     how = f", as in {recording.source}" if recording else ""

@@ -17,7 +17,7 @@ from haptic_lab.exploration.summary import object_of
 from haptic_lab.files import atomic
 from haptic_lab.panels import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
 from haptic_lab.records import BeliefTrace, Exploration
-from haptic_lab.style import OBSERVER_COLOURS, as_drawn, titles_of
+from haptic_lab.style import OBSERVER_COLOURS, as_drawn, titles_of, with_article
 from observer import metrics
 
 
@@ -63,12 +63,12 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
         patches.draw(more[-1], lying, exploration.hand.patches)
     sure = summary["posterior"][slam.name]
     titles = titles_of(slam.labels)
-    verdict = "right" if slam.name == truth else f"wrong: a {as_drawn(titles[truth])}"
+    verdict = "right" if slam.name == truth else f"wrong: {with_article(as_drawn(titles[truth]))}"
     if simulated:
-        verdict = f"contacts simulated with a {as_drawn(titles[truth])}"
+        verdict = f"contacts simulated with {with_article(as_drawn(titles[truth]))}"
     figure.suptitle(
         f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°{_lasting(settings)}: "
-        f"“a {as_drawn(titles[slam.name])}”, {sure:.0%} sure ({verdict})",
+        f"“{with_article(as_drawn(titles[slam.name]))}”, {sure:.0%} sure ({verdict})",
         fontsize=13,
         fontweight="bold",
     )

@@ -14,7 +14,7 @@ from haptic_lab import replay
 from haptic_lab.exploration import offsets, patches
 from haptic_lab.exploration.settings import OBSERVER, RAW, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
-from haptic_lab.style import colours_of, titles_of
+from haptic_lab.style import colours_of, titles_of, with_article
 from observer import metrics
 
 WITHIN = ((1, "1 voxel"), (2, "2 voxels"))
@@ -102,10 +102,12 @@ def table(summary: dict[str, Any]) -> Table:
     truth, simulated = object_of(summary)
     titles = titles_of(summary["posterior"])
     mark = ("right", "green") if named == truth else ("wrong", "red")
-    result.add_row("the object is a", Text(titles[named], style=f"bold {colours_of(summary['posterior'])[named]}"))
+    result.add_row(
+        "the object is", Text(with_article(titles[named]), style=f"bold {colours_of(summary['posterior'])[named]}")
+    )
     result.add_row("how sure", f"{sure:.1%}")
-    there = "contacts are simulated with a" if simulated else "in truth it is a"
-    result.add_row(there, Text.assemble(titles[truth], " (", mark, ")"))
+    there = "contacts are simulated with" if simulated else "in truth it is"
+    result.add_row(there, Text.assemble(with_article(titles[truth]), " (", mark, ")"))
     when = summary["time_to_decision"]
     result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
     result.add_section()

@@ -154,7 +154,8 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         nargs="+",
         type=as_path,
         default=list(shapes.SHAPES),
-        help=f"what is explored, and the candidates: {', '.join(shapes.SHAPES)}, mesh files (default the former)",
+        help=f'what is explored, and the candidates: {", ".join(shapes.SHAPES)} (default these), "torus(0.4)" and such '
+        f"({', '.join(shapes.FAMILIES)}), mesh files",
     )
     add("--scale", type=float, default=1.0, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigmas", nargs="+", type=float, default=[1.0, 3.0, 5.0], help="noise, SD in degrees (default 1 3 5)")

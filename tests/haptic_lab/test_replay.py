@@ -89,7 +89,7 @@ def test_a_recording_without_an_object_drives_the_hand(tmp_path: Path, capsys: p
         assert (each["truth"], each["correct"]) == (None, None)
         assert (each["contacts"], each["simulated_object"]) == ("simulated", "sphere")
         assert "No object was recorded: contacts are simulated with a sphere, as you named it." in said
-        assert re.search(r"contacts are simulated with a +│ sphere", said)
+        assert re.search(r"contacts are simulated with +│ a sphere", said)
         assert "in truth" not in said
 
 

@@ -79,7 +79,7 @@ def test_without_a_shape_the_object_is_hidden_until_the_end(tmp_path: Path, caps
     summary = run(tmp_path)
     before, after = capsys.readouterr().out.split("After 1 s")
     assert "hidden object" in before
-    assert f"in truth it is a                │ {summary['truth']}" in after
+    assert f"in truth it is                  │ a {summary['truth']}" in after
 
 
 def test_angles_may_be_exact(tmp_path: Path) -> None:

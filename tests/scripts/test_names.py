@@ -54,7 +54,7 @@ def test_an_exploration(
     told = capsys.readouterr().out
     title = Path(ODD).stem
     assert f"Exploring a {title} by blind touch" in told
-    assert f" {title} (" in " ".join(told.partition("in truth it is a")[2].split())
+    assert f" a {title} (" in " ".join(told.partition("in truth it is")[2].split())
     assert f"{tmp_path}/home/out [a]/explore.png" in told.replace("\n", "")
     assert files(tmp_path / "home" / "out [a]") == {"explore.json", "explore.npz", "explore.png", "recording.npz"}
     assert files(tmp_path / "here") == before
