@@ -2,9 +2,9 @@
 
     python -m pytest -m statistical -s tests/observer/test_still_hand_long.py
 
-Each exploration is believed twice, by observers that count what repeats and by those that do not. What is asserted is of
-the mean over all `SEEDS`: with one of them (four explorations) that the map of a held hand gets worse is lost in chance,
-0.020 ± 0.025, and a case that is known to fail passes.
+Each exploration is believed twice, by observers that count what repeats and by those that do not. What is asserted is
+of the mean over all `SEEDS`: with one of them (four explorations) that the map of a held hand gets worse is lost in
+chance, 0.020 ± 0.025, and a case that is known to fail passes.
 """
 
 from __future__ import annotations
