@@ -2,7 +2,9 @@
 
     python -m pytest -m statistical -s tests/observer/test_still_hand_long.py
 
-Each exploration is believed twice, by observers that count what repeats and by those that do not.
+Each exploration is believed twice, by observers that count what repeats and by those that do not. What is asserted is
+of the mean over all `SEEDS`: with one of them (four explorations) that the map of a held hand gets worse is lost in
+chance, 0.020 ± 0.025, and a case that is known to fail passes.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ SECONDS = (10, 30, 120)
 SEEDS = range(61000, 61006)
 SIGMA = 5.0  # degrees, of the maps
 LEAST = 1e-300
+NOTHING = 0.001  # nats: of a map's log loss of some 0.05; where little repeats, a seed may be worse by 0.000005
 UNKNOWN = {"size_jitter": 0.2, "yaw_jitter": 45.0, "position_jitter": 0.005}
 
 
@@ -165,7 +168,7 @@ def test_maps_of_a_hand_at_rest_stay_honest(hand):
     for kind in range(2):
         for row in range(len(SECONDS)):
             mean, half = _interval(loss[1, kind, row] - loss[0, kind, row])
-            assert mean <= half
+            assert mean <= max(half, NOTHING)
     if hand in RESTING[:2]:
         mean, half = _interval(loss[1, 1, -1] - loss[1, 1, 0])
-        assert mean <= max(half, 0.001)
+        assert mean <= max(half, NOTHING)
