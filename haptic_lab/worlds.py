@@ -12,6 +12,24 @@ from haptic_env import shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.shapes import Solid
+from haptic_env.shapes.names import parsed
+from haptic_lab.terminal import as_path
+
+
+def as_shape(text: str) -> str:
+    """Take the value of a flag that names a shape.
+
+    Args:
+        text: as it was typed.
+
+    Returns:
+        The path, or the name, always written the same way: it names columns, files and what a sweep goes on with.
+
+    Raises:
+        argparse.ArgumentTypeError: as `as_path`.
+    """
+    path = as_path(text)
+    return str(parsed(path) or path)
 
 
 def solid_of(truth: Mapping[str, Any]) -> Solid:
@@ -35,8 +53,8 @@ def candidates_of(
     Args:
         hand: that explores, each candidate where it does.
         names: of the candidates.
-        like: one of them, or the file of a mesh: a mesh is a candidate itself, and all others are as large as it, on
-            average.
+        like: one of them, or the file of a mesh, or a shape with a size or proportions: it is a candidate itself in
+            place of its plain namesake, and all others are as large as it, on average.
         scale: metres that the unit of the mesh is long.
 
     Returns:
@@ -47,7 +65,12 @@ def candidates_of(
         return {name: [shapes.make(name, size, hand.place(size))] for name, size in sizes.items()}
     size = shapes.default_size(like, scale)
     place = hand.place(size)
-    others = {name: [shapes.make(name, np.full(3, size.mean()), place)] for name in names}
+    kind = type(shapes.find(like))
+    others = {
+        name: [shapes.make(name, np.full(3, size.mean()), place)]
+        for name in names
+        if type(shapes.find(name)) is not kind
+    }
     return {like: [shapes.make(like, size, place)], **others}
 
 

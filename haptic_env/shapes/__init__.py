@@ -52,12 +52,13 @@ def _made(name: Any) -> tuple[str, Shape] | None:
     """The name and the shape of a solid of a family, or with its size in brackets; None for any other name."""
     if not isinstance(name, str):
         return None
-    said = names.parsed(name) or names.Name(name.strip(), (), ())
+    parsed = names.parsed(name)
+    said = parsed or names.Name(name.strip(), (), ())
     if said.family in FAMILIES:
         return str(said), names.make(said, FAMILIES[said.family])
-    if said.family in SHAPES and (said.values or said.keywords):
+    if parsed is not None and said.family in SHAPES:
         shape = SHAPES[said.family]
-        return str(said), names.make(said, type(shape))
+        return str(said), names.make(said, type(shape)) if said.values or said.keywords else shape
     return None
 
 

@@ -28,7 +28,7 @@ from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled, titles_of, with_article
 from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
 from haptic_lab.warm_up import get_ready
-from haptic_lab.worlds import HANDS_OR_IDS, environment
+from haptic_lab.worlds import HANDS_OR_IDS, as_shape, environment
 from observer.surface import files
 
 EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --seed 3 --out out/pyramid
@@ -63,7 +63,7 @@ def parse(
     add("--wrist", help="fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)")
     add(
         "--shape",
-        type=as_path,
+        type=as_shape,
         help=f'{", ".join(shapes.SHAPES)}, "ellipsoid(1, 1, 1.3)" and such ({", ".join(shapes.FAMILIES)}), '
         "or a mesh file (default: drawn at random, hidden until the end)",
     )

@@ -48,7 +48,7 @@ def picture(surface: Surface, solid: Solid, touched: Array, title: str) -> Figur
     true_vertices, true_faces = true_mesh(solid)
     every = np.concatenate([surface.vertices, true_vertices])
     middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
-    reach = 0.8 * MM * float(np.linalg.norm(every - middle, axis=1).max())
+    reach = 0.9 * MM * float(np.linalg.norm(every - middle, axis=1).max())
     scale = Normalize(0.0, LIMIT)
     colours = CERTAINTY(scale(MM * surface.std[surface.faces].mean(axis=1)))[:, :3]
     grey = np.tile(to_rgb(TRUTH), (len(true_faces), 1))

@@ -21,7 +21,7 @@ from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns, unusual
 from haptic_lab.sweeps.tasks import files_of
 from haptic_lab.terminal import Parser, as_keys, as_path, refuse
-from haptic_lab.worlds import HANDS_OR_IDS
+from haptic_lab.worlds import HANDS_OR_IDS, as_shape
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
 from observer.variants import ABLATION, VARIANTS, WITHOUT_MAP
@@ -152,7 +152,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add(
         "--shapes",
         nargs="+",
-        type=as_path,
+        type=as_shape,
         default=list(shapes.SHAPES),
         help=f'what is explored, and the candidates: {", ".join(shapes.SHAPES)} (default these), "torus(0.4)" and such '
         f"({', '.join(shapes.FAMILIES)}), mesh files",
@@ -250,7 +250,7 @@ def _typed(name: str, value: Any, options: Options) -> Any:
     if not all(_is(kind, each) for each in values):
         raise ValueError(f"{name} must be {KINDS[kind]}{' or a list of such' if several else ''}, got {value!r}")
     try:
-        values = [as_path(each) if option.type is as_path else kind(each) for each in values]
+        values = [option.type(each) if option.type in (as_path, as_shape) else kind(each) for each in values]
     except argparse.ArgumentTypeError as error:
         raise ValueError(f"{name} {error}") from error
     except OverflowError as error:

@@ -145,6 +145,7 @@ def test_mujoco_sees_the_same_surface(solid):
         ("cube(size=0.04)", "cube(size=0.04)", (0.04, 0.04, 0.04)),
         ("pyramid(size=(0.04, 0.05, 0.06))", "pyramid(size=(0.04, 0.05, 0.06))", (0.04, 0.05, 0.06)),
         ("cuboid(x=2, y=1, z=1, size=0.08)", "cuboid(x=2, y=1, z=1, size=0.08)", (0.08, 0.04, 0.04)),
+        ("cube()", "cube", (0.05, 0.05, 0.05)),
         ("capsule()", "capsule", np.array([1, 1, 2]) * 0.05 / 2 ** (1 / 3)),
     ],
 )

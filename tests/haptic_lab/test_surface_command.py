@@ -7,9 +7,13 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from mpl_toolkits.mplot3d import proj3d
 
+from haptic_env import shapes
 from haptic_lab.commands.explore import main, parse
+from haptic_lab.exploration.surface_picture import picture
 from observer.surface import Surface
+from observer.surface.metrics import MM, true_mesh
 
 SHORT = ["--shape", "cube", "--seconds", "1.5", "--particles", "4", "--seed", "3"]
 
@@ -91,3 +95,19 @@ def test_mesh_beside_a_shape_or_where_there_is_none_is_the_surface(ball, tmp_pat
 def test_three_meshes_are_one_too_many(ball, tmp_path, capsys):
     arguments = ["--shape", ball, "--mesh", str(tmp_path / "a.ply"), "--save-mesh", str(tmp_path / "b.ply")]
     assert "one mesh too many" in _refused(capsys, arguments)
+
+
+@pytest.mark.parametrize("name", ["torus(0.4)", "cube", "capsule(4)"])
+@pytest.mark.parametrize("off", [0.0, 0.02])
+def test_nothing_is_cut_off_in_the_picture(name, off):
+    solid = shapes.make(name)
+    vertices, faces = true_mesh(solid)
+    felt = Surface(1.2 * vertices + off, faces, np.full(len(vertices), 0.002))
+    every = np.concatenate([felt.vertices, vertices])
+    figure = picture(felt, solid, vertices[:3], "a title\nof two lines")
+    figure.draw_without_rendering()
+    middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
+    for axes in figure.axes[:4]:
+        x, y, _ = proj3d.proj_transform(*(MM * (every - middle)).T, axes.get_proj())
+        shown = axes.transAxes.inverted().transform(axes.transData.transform(np.column_stack([x, y])))
+        assert ((shown > 0.0) & (shown < 1.0)).all()

@@ -132,3 +132,10 @@ def test_a_model_that_does_not_fit_is_refused_before_anything_runs(
     assert told in error
     assert error.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_a_shape_is_the_same_in_a_file_and_as_a_flag_however_it_is_written(tmp_path: Path) -> None:
+    path = tmp_path / "sweep.toml"
+    path.write_text('shapes = ["torus(0.40)", "cube( size=.04 )"]\n')
+    plans = [["--config", str(path)], ["--shapes", "torus( .4 )", "cube(size=0.040)"]]
+    assert {options.check(None, each).settings.shapes for each in plans} == {("torus(0.4)", "cube(size=0.04)")}
