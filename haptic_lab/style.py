@@ -28,7 +28,7 @@ RC: Any = {
     "savefig.dpi": 160,
 }
 
-SPARE = ("#56B4E9", "#F0E442", "#999999", "#882255", "#44AA99", "#AA4499")  # for shapes to come
+SPARE = ("#56B4E9", "#882255", "#44AA99", "#999999", "#AA4499", "#F0E442")  # for shapes to come, the most legible first
 LONGEST = 40  # letters of a title in a picture
 KNOWN = {"cube": "#0072B2", "sphere": "#D55E00", "pyramid": "#009E73", "cylinder": "#CC79A7"}
 

@@ -11,6 +11,9 @@ from haptic_lab.figures.paper_figure import WIDTH, PaperFigure
 from haptic_lab.style import as_drawn, colours_of, titles_of
 from haptic_lab.sweeps.results import names_in
 
+USUAL = len("cylinder")  # letters of a name that the height has room for
+LETTER = 0.07  # inches
+
 
 def table(rows: pd.DataFrame) -> pd.DataFrame:
     """Count what objects were named.
@@ -51,7 +54,8 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
     labels = list(dict.fromkeys(mine["named"]))
     colours, titles = colours_of(labels), titles_of(labels)
     ticks = {as_drawn(titles[each]): colours[each] for each in labels}
-    figure = Figure(figsize=(WIDTH, 0.9 + 1.35 * len(namers)), layout="constrained")
+    longer = max(0, max(map(len, ticks)) - USUAL)
+    figure = Figure(figsize=(WIDTH, 0.9 + 1.35 * len(namers) + LETTER * longer), layout="constrained")
     panels = figure.subplots(len(namers), len(sigmas), sharex=True, sharey=True, squeeze=False)
     for row, namer in enumerate(namers):
         for column, sigma in enumerate(sigmas):
