@@ -12,7 +12,7 @@ import numpy as np
 from numba import types
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env import validate
+from haptic_env import shapes, validate
 from haptic_env.arrays import Array
 from haptic_env.compiled import inner
 from haptic_env.grid import Grid
@@ -213,20 +213,32 @@ def _own(array: Array) -> Array:
     return array if array.flags.carray else array.copy()
 
 
-def candidates(given: object) -> None:
+def candidates(given: object, hand: Hand) -> Mapping[str, Sequence[Solid]]:
     """Check what an object may be.
 
     Args:
-        given: solids by label.
+        given: solids by label, or names of shapes.
+        hand: that explores.
+
+    Returns:
+        Solids by label; those of names of their default size, where the hand explores.
 
     Raises:
-        ValueError: unless labels are texts with one solid each at least.
+        ValueError: unless labels are texts with one solid each at least, and names those of shapes, each there once.
     """
     wrong: object = given
     if isinstance(given, Mapping) and given:
         wrong = next((pair for pair in given.items() if not isinstance(pair[0], str) or not _solids(pair[1])), None)
-    if wrong is not None:
-        raise ValueError(f"candidates must give each label at least one solid, got {validate.shown(wrong)}")
+        if wrong is None:
+            return given
+    elif isinstance(given, list | tuple) and given and all(isinstance(each, str) for each in given):
+        sizes = {shapes.check("candidate", name): shapes.default_size(name) for name in given}
+        if len(sizes) == len(given):
+            return {name: [shapes.make(name, size, hand.place(size))] for name, size in sizes.items()}
+    raise ValueError(
+        f"candidates must give each label at least one solid, got {validate.shown(wrong)}; or be a list of names of "
+        "shapes, each there once"
+    )
 
 
 def _solids(given: object) -> bool:

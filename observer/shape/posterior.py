@@ -64,7 +64,7 @@ class ShapePosterior:
     def __init__(
         self,
         hand: Hand,
-        candidates: Mapping[str, Sequence[Solid]] | None = None,
+        candidates: Mapping[str, Sequence[Solid]] | Sequence[str] | None = None,
         *,
         size_jitter: float = 0.0,
         yaw_jitter: float = 0.0,
@@ -84,8 +84,8 @@ class ShapePosterior:
 
         Args:
             hand: that explores.
-            candidates: the solids that each label may be, equally probable; None: the four shapes at their default size
-                at the grasp centre.
+            candidates: the solids that each label may be, equally probable; or names of shapes, each of default size
+                at the grasp centre; None: the four shapes.
             size_jitter: what is not known of the solids, as the environment's keyword argument of the same name.
             yaw_jitter: likewise.
             position_jitter: likewise.
@@ -108,7 +108,7 @@ class ShapePosterior:
         edge.world(hand=hand)
         if candidates is None:
             candidates = {name: [shapes.make(name, position=hand.grasp_centre)] for name in shapes.SHAPES}
-        edge.candidates(candidates)
+        candidates = edge.candidates(candidates, hand)
         self.none = validate.number("none", none, 0.0, 0.99)
         if self.none and NONE in candidates:
             raise ValueError(f"a candidate must not be called {NONE!r} where none > 0, got none={none!r}")

@@ -52,6 +52,33 @@ def test_uniform_before_anything_is_felt(two_finger):
     np.testing.assert_allclose(posterior.update(slam.reset(seed=0)), 1 / len(shapes.SHAPES))
 
 
+def test_candidates_may_be_names(two_finger):
+    names = ["torus( .4 )", "cube(size=0.04)", "sphere"]
+    posterior = ShapePosterior(two_finger, names, rotation_jitter=180, variants=2)
+    assert posterior.labels == ("torus(0.4)", "cube(size=0.04)", "sphere")
+    same = {name: [shapes.make(name, position=two_finger.grasp_centre)] for name in posterior.labels}
+    posterior.reset(seed=1)
+    other = ShapePosterior(two_finger, same, rotation_jitter=180, variants=2)
+    other.reset(seed=1)
+    for mine, theirs in zip(posterior.hypotheses.solids, other.hypotheses.solids, strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        (["cube", "trous(0.4)"], "unknown candidate 'trous\\(0.4\\)'"),
+        (["torus(7)"], "tube must be"),
+        (["torus(0.4)", "torus(0.40)"], "each there once"),
+        ([], "a list of names"),
+        ("cube", "a list of names"),
+    ],
+)
+def test_names_that_are_no_candidates_are_refused(two_finger, names, told):
+    with pytest.raises(ValueError, match=told):
+        ShapePosterior(two_finger, names)
+
+
 @pytest.mark.parametrize("shape", shapes.SHAPES)
 def test_the_shape_is_named_at_the_true_pose(explore, shape):
     trial = explore(shape, 500, sigma_deg=0.0, motor_noise=0.0)
