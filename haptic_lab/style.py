@@ -14,6 +14,7 @@ from matplotlib.colors import LinearSegmentedColormap, to_hex
 
 from haptic_env.shapes import SHAPES
 from haptic_env.shapes.mesh import is_path
+from observer.shape.posterior import NONE
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -116,8 +117,10 @@ def with_article(title: str) -> str:
         title: of an object.
 
     Returns:
-        The two, "an ellipsoid(1, 1, 1.3)".
+        The two, "an ellipsoid(1, 1, 1.3)"; of "none", that it is none of these.
     """
+    if title == NONE:
+        return "none of these"
     return f"{'an' if title[:1] in 'aeio' or title.startswith('L(') else 'a'} {title}"
 
 

@@ -14,6 +14,7 @@ from haptic_env.hand import Hand
 from haptic_env.shapes import Solid
 from haptic_env.shapes.names import parsed
 from haptic_lab.terminal import as_path
+from observer.shape.posterior import NONE
 
 
 def as_shape(text: str) -> str:
@@ -77,19 +78,22 @@ def candidates_of(
 Candidates = Mapping[str, list[Solid]]
 
 
-def truth_among(solid: Solid, candidates: Candidates) -> str:
+def truth_among(solid: Solid, candidates: Candidates, none: bool = False) -> str:
     """Find the object among candidates.
 
     Args:
         solid: the object.
         candidates: by label.
+        none: whether it may be none of them.
 
     Returns:
-        Its label; where it is none of them, that of the candidate that shares most with it (their common volume over
-        that of both together).
+        Its label; where it is none of them "none", or that of the candidate that shares most with it (their common
+        volume over that of both together).
     """
     if solid.name in candidates:
         return solid.name
+    if none:
+        return NONE
     reach = max(max(each.size) for several in candidates.values() for each in (*several, solid))
     points = Grid.around(solid.position, np.full(3, 1.1 * reach), reach / 30).centres()
     inside = solid.signed_distance(points) < 0

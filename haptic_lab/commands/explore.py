@@ -69,6 +69,9 @@ def parse(
     )
     written = "as --save-mesh, beside --shape or where there is no such file"
     add("--mesh", type=as_path, metavar="FILE", help=f"the object, from a mesh file; {written}")
+    named = "what the object may be, each at its own size (default: the four shapes, and --shape)"
+    add("--candidates", type=as_shape, nargs="+", metavar="SHAPE", help=named)
+    add("--none", type=float, default=0.0, help="prior probability that it is none of these (default 0)")
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
     conditions.add_flags(add, "as the environment's keyword; observers are told")
@@ -111,6 +114,7 @@ def parse(
             if found.felt is not None:
                 _refuse_noise(given)
             _refuse_wrist(given)
+            _refuse_candidates(given)
             # A preset is all that is believed, of which the recording's single values are no part.
             kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
             usual |= {name: value for name, value in found.settings.items() if name in kept}
@@ -125,6 +129,15 @@ def parse(
     except OSError as error:
         parser.error(f"--recording cannot be read: {error}")
     return settings, found
+
+
+def _refuse_candidates(given: Mapping[str, Any]) -> None:
+    """Raise `ValueError` for candidates that were asked for where a recording is of a shape among the four."""
+    for name in ("candidates", "none"):
+        if given[name]:
+            raise ValueError(
+                f"--{name} is for explorations: a recording's object is sought among the four shapes and --mesh"
+            )
 
 
 def _refuse_noise(given: Mapping[str, Any]) -> None:
@@ -199,7 +212,7 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     except ValueError as error:  # an object that this hand cannot hold
         tell_error(str(error))
         return 2
-    truth = worlds.truth_among(exploration.solid, session.candidates)
+    truth = worlds.truth_among(exploration.solid, session.candidates, none=settings.none > 0.0)
     summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, traces, summary)

@@ -48,8 +48,12 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
         **wrist,
     )
     hand = hand_of(env)
-    candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    namer = ShapePosterior(hand, candidates)
+    if settings.candidates is None:
+        candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
+    else:
+        names = [shapes.check("--candidates", name) for name in settings.candidates]
+        candidates = candidates_of(hand, names, scale=settings.scale)
+    namer = ShapePosterior(hand, candidates, none=settings.none)
     check_model(env, settings.policy, namer, settings.trust)
     return replay.ExplorationSession(env, settings.policy, candidates, namer)
 

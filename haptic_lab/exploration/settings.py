@@ -3,6 +3,7 @@ defaults. It is checked when it is made, by the names of the flags of `haptic-sl
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,6 +56,8 @@ class ExplorationSettings(Believed):
         patches_dead: likewise.
         save_offsets: path of a file for the offsets that are found, if they are to be kept.
         wrist: how the hand is held, "fixed" or "free"; None: as it usually is.
+        candidates: what the object may be, each at its own size; None: the four shapes, and `shape` at the mean of its.
+        none: prior probability that it is none of them; 0: it is one.
         save_mesh: path of a file for the surface of what was touched, if it is to be drawn.
 
     Raises:
@@ -84,6 +87,8 @@ class ExplorationSettings(Believed):
     save_offsets: str | None = None
     wrist: str | None = None
     save_mesh: str | None = None
+    candidates: Sequence[str] | None = None
+    none: float = 0.0
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
@@ -91,6 +96,9 @@ class ExplorationSettings(Believed):
             wrist.check(haptic_env.ENVIRONMENTS[self.env], self.wrist)
         if self.shape is not None:
             shapes.default_size(shapes.check("--shape", self.shape), self.scale)
+        for name in self.candidates or ():
+            shapes.default_size(shapes.check("--candidates", name), self.scale)
+        validate.number("--none", self.none, 0.0, 0.99)
         validate.number("--scale", self.scale, above=0.0, unit="m")
         validate.number("--sigma", self.sigma, 0.0, 90.0, unit="degrees")
         if self.seconds is not None:

@@ -82,6 +82,38 @@ def test_without_a_shape_the_object_is_hidden_until_the_end(tmp_path: Path, caps
     assert f"in truth it is                  │ a {summary['truth']}" in after
 
 
+@pytest.mark.parametrize(("shape", "named"), [("torus(0.4)", "none"), ("sphere", "sphere")])
+def test_an_object_may_be_none_of_the_candidates(
+    tmp_path: Path, capsys: pytest.CaptureFixture, shape: str, named: str
+) -> None:
+    told = ("--candidates", "cube", "sphere", "--none", "0.2", "--seconds", "8", "--particles", "1")
+    summary = run(tmp_path, "--shape", shape, *told, drawn=shape != "sphere")
+    assert set(summary["posterior"]) == {"cube", "sphere", "none"}
+    assert summary["truth"] == named
+    assert summary["correct"]
+    assert ("none of these (right)" in capsys.readouterr().out) == (named == "none")
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        (("--candidates", "cubee"), "unknown --candidates 'cubee' (did you mean 'cube'?)"),
+        (("--candidates",), "--candidates: expected at least one argument"),
+        (("--none", "1.5"), "--none must be a finite number in [0, 0.99], got 1.5"),
+        (("--none", "nan"), "--none must be"),
+    ],
+    ids=str,
+)
+def test_candidates_that_make_no_sense_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture, given: tuple[str, ...], why: str
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        run(tmp_path / "out", *given)
+    assert ended.value.code == 2
+    assert why in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_angles_may_be_exact(tmp_path: Path) -> None:
     summary = run(tmp_path, "--sigma", "0", drawn=True)
     assert summary["pose_error"]["raw angles"] == {"degrees": pytest.approx(0.0, abs=1e-4), "sigmas": None}
