@@ -25,7 +25,7 @@ from haptic_env.hands import wrist
 from haptic_env.recordings import ObserverInputs, Recording, Track, checks
 from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
-from haptic_env.shapes.mesh import Mesh
+from haptic_env.shapes.mesh import Mesh, is_path
 from haptic_lab.records import Exploration
 from haptic_lab.worlds import Candidates, candidates_of
 from observer import ContactModel, ShapePosterior
@@ -156,6 +156,8 @@ def _playback(settings: Any, recording: Recording) -> ExplorationSession:
     if moved:
         return ExplorationSession(env, policy, *_in_object_frame(hand, solid), recording)
     candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
+    if solid.name not in candidates and not is_path(solid.name):  # a mesh may lie elsewhere now
+        candidates |= candidates_of(hand, (solid.name,))
     simulated = SIMULATED.items() <= recording.settings.items()
     return ExplorationSession(env, policy, candidates, ShapePosterior(hand, candidates), simulated=simulated)
 

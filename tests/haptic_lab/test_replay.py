@@ -54,6 +54,15 @@ def test_an_exploration_is_played_back_to_the_same_belief(tmp_path: Path) -> Non
     same_beliefs(tmp_path / "a", tmp_path / "c")
 
 
+@pytest.mark.parametrize("said", ["ellipsoid(1, 1, 1.3)", "cube(size=0.04)"])
+@pytest.mark.parametrize("felt", ["torus(0.4)", "cube"])
+def test_what_was_felt_is_the_truth_whatever_shape_is_said(tmp_path: Path, felt: str, said: str) -> None:
+    run(tmp_path / "a", "--shape", felt, "--seconds", "0.3", "--particles", "1")
+    summary = run(tmp_path / "b", "--recording", str(tmp_path / "a" / "recording.npz"), "--shape", said)
+    assert summary["truth"] == felt
+    assert {felt, said} <= set(summary["posterior"])
+
+
 @pytest.mark.parametrize("hand", [["two_finger_arm"], ["adroit", "--wrist", "free"]], ids=str)
 def test_a_hand_on_a_wrist_that_moves_is_played_back(tmp_path: Path, hand: list[str]) -> None:
     run(tmp_path / "a", "--hand", *hand, "--shape", "cube", "--seconds", "0.3")
