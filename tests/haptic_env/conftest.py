@@ -12,6 +12,19 @@ import pytest
 
 import agents
 import haptic_env
+from haptic_env.hand import Hand
+from haptic_env.hands import two_finger
+
+PROBE = """
+<mujoco>
+  <worldbody>
+    <body name="probe">
+      <joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
+      <joint name="z" type="slide" axis="0 0 1"/><geom name="probe" type="sphere" size="0.004"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
 
 
 @pytest.fixture(params=list(haptic_env.ENVIRONMENTS))
@@ -75,3 +88,11 @@ def same() -> Any:
         return bool(first == second)
 
     return equal
+
+
+@pytest.fixture
+def probe() -> Hand:
+    """A ball of 4 mm that goes anywhere, in whose scene an object lies as in that of a hand."""
+    hand = two_finger.make()
+    object.__setattr__(hand, "xml", PROBE)
+    return hand

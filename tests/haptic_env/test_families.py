@@ -12,19 +12,8 @@ from scipy.spatial import ConvexHull, cKDTree
 
 from haptic_env import scene, shapes
 from haptic_env.grid import Grid
-from haptic_env.hands import two_finger
 from haptic_env.shapes import star_shaped
 
-PROBE = """
-<mujoco>
-  <worldbody>
-    <body name="probe">
-      <joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
-      <joint name="z" type="slide" axis="0 0 1"/><geom name="probe" type="sphere" size="0.004"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
 RADIUS = 0.004
 EXACT, FACETS, CONES, WILD = 2e-5, 3e-4, 5e-4, 8e-4  # m by which the physics may be off
 NAMES = {
@@ -114,12 +103,10 @@ def test_solid_fills_its_bounding_box_and_its_known_volume(solid):
         assert inside.sum() * 0.0014**3 == pytest.approx(VOLUMES[solid.name] * np.prod(solid.size), rel=0.03)
 
 
-def test_mujoco_sees_the_same_surface(solid):
+def test_mujoco_sees_the_same_surface(solid, probe):
     """A probe sphere touches where its centre is nearer than its radius, and as deep as the distance says."""
     tolerance = NAMES[solid.name]
-    hand = two_finger.make()
-    object.__setattr__(hand, "xml", PROBE)  # the scene around it is the one that a hand explores
-    model = scene.compose(hand, solid)
+    model = scene.compose(probe, solid)
     data = mujoco.MjData(model)
     scene.place(model, data, solid)
     points = _points(solid, 40_000, seed=4)

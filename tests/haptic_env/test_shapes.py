@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 
 from haptic_env import scene, shapes
 from haptic_env.grid import Grid
-from haptic_env.hands import two_finger
 from haptic_env.shapes.base import LARGEST, SMALLEST, rotation_matrix
 
 SIZES = {  # one that is not the default, for each
@@ -138,24 +137,10 @@ def test_known_distances(name, point, expected):
     assert shapes.make(name, (0.05, 0.05, 0.05)).signed_distance(point) == pytest.approx(expected, abs=1e-12)
 
 
-PROBE = """
-<mujoco>
-  <worldbody>
-    <body name="probe">
-      <joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
-      <joint name="z" type="slide" axis="0 0 1"/><geom name="probe" type="sphere" size="0.004"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
-
-
-def test_mujoco_sees_the_same_surface(solid):
+def test_mujoco_sees_the_same_surface(solid, probe):
     """A probe sphere touches exactly when its centre is nearer than its radius, and as deep as the distance says."""
     radius = 0.004
-    hand = two_finger.make()
-    object.__setattr__(hand, "xml", PROBE)  # the scene around it is the one that a hand explores
-    model = scene.compose(hand, solid)
+    model = scene.compose(probe, solid)
     data = mujoco.MjData(model)
     scene.place(model, data, solid)
     surface = _surface(solid, 300)
