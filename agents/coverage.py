@@ -23,6 +23,7 @@ from agents.policy import Guided, State
 from agents.wrist_motion import WristMotion
 from haptic_env import hand_env, validate
 from haptic_env.arrays import Array
+from haptic_env.shapes.sphere_points import directions
 from observer.kinematics import placed_points, tree_of
 
 OPENING = 0.2  # s: how long the hand opens, and turns, before it grasps anew
@@ -81,20 +82,12 @@ class Coverage(Guided):
         self._wrist, self._tree = WristMotion(self.hand), tree_of(self.hand)
         close, across, curl = kinematics.strokes(self.hand.rest_pose, self.hand.grasp_centre)
         self._strokes = close * kinematics.alone, across, curl
-        self._directions = cKDTree(_directions(DIRECTIONS))
-        self._moving = (
-            7 + 2 * kinematics.fingers
-        )  # about three axes, its own, along three; each finger across and curled
-        self.remembers = (
-            (),
-            (4,),
-            (3,),
-            (2, self._moving),
-            (DIRECTIONS,),
-            (PLACES, 3),
-            (),
-            (self.joints,),
-        )
+        self._directions = cKDTree(directions(DIRECTIONS))
+        # What moves: about three axes, its own, along three; each finger across and curled.
+        self._moving = 7 + 2 * kinematics.fingers
+        of_side = (4,), (3,)
+        of_record = (DIRECTIONS,), (PLACES, 3), ()
+        self.remembers = ((), *of_side, (2, self._moving), *of_record, (self.joints,))
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """Grasp, and move.
@@ -184,11 +177,3 @@ class Coverage(Guided):
         """(K,) the directions in which places `away` (K, 3) m from the centre lie."""
         distance = np.linalg.norm(away, axis=1, keepdims=True)
         return np.asarray(self._directions.query(away / np.maximum(distance, 1e-9))[1])
-
-
-def _directions(count: int) -> Array:
-    """(count, 3) unit vectors spread evenly: a Fibonacci lattice."""
-    index = np.arange(count) + 0.5
-    height, turn = 1.0 - 2.0 * index / count, np.pi * (1.0 + np.sqrt(5.0)) * index
-    level = np.sqrt(1.0 - height**2)
-    return np.stack([level * np.cos(turn), level * np.sin(turn), height], axis=1)

@@ -19,6 +19,21 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+def check_output(what: str, path: Path, out: Path) -> None:
+    """Check that a file of results can be written, in a folder of its own or in the one for all results.
+
+    Args:
+        what: tells of it, a flag.
+        path: of the file.
+        out: the folder for all results, which may be made yet.
+
+    Raises:
+        ValueError: where it cannot.
+    """
+    if path.parent.exists() or path.parent.resolve() != out.resolve():
+        check_writable(what, path)
+
+
 def write_table(folder: Path, name: str, table: pd.DataFrame, picture: Figure) -> list[str]:
     """Write a table, and a picture of it.
 

@@ -14,7 +14,7 @@ from matplotlib.colors import LinearSegmentedColormap, to_hex
 
 from haptic_env.shapes import SHAPES
 from haptic_env.shapes.mesh import is_path
-from observer.shape.posterior import NONE
+from haptic_env.shapes.names import NONE
 
 P = ParamSpec("P")
 R = TypeVar("R")

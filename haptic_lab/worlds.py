@@ -12,9 +12,8 @@ from haptic_env import shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.shapes import Solid
-from haptic_env.shapes.names import parsed
+from haptic_env.shapes.names import NONE, parsed
 from haptic_lab.terminal import as_path
-from observer.shape.posterior import NONE
 
 
 def as_shape(text: str) -> str:
@@ -62,17 +61,14 @@ def candidates_of(
         Solids by label.
     """
     if like is None or like in shapes.SHAPES:
-        sizes = {name: shapes.default_size(name, scale) for name in names}
-        return {name: [shapes.make(name, size, hand.place(size))] for name, size in sizes.items()}
-    size = shapes.default_size(like, scale)
-    place = hand.place(size)
-    kind = type(shapes.find(like))
+        return {name: [shapes.usual(name, hand, scale)] for name in names}
+    itself = shapes.usual(like, hand, scale)
     others = {
-        name: [shapes.make(name, np.full(3, size.mean()), place)]
+        name: [shapes.make(name, np.full(3, np.mean(itself.size)), itself.position)]
         for name in names
-        if type(shapes.find(name)) is not kind
+        if type(shapes.find(name)) is not type(itself.shape)
     }
-    return {like: [shapes.make(like, size, place)], **others}
+    return {like: [itself], **others}
 
 
 Candidates = Mapping[str, list[Solid]]

@@ -232,9 +232,9 @@ def candidates(given: object, hand: Hand) -> Mapping[str, Sequence[Solid]]:
         if wrong is None:
             return given
     elif isinstance(given, list | tuple) and given and all(isinstance(each, str) for each in given):
-        sizes = {shapes.check("candidate", name): shapes.default_size(name) for name in given}
-        if len(sizes) == len(given):
-            return {name: [shapes.make(name, size, hand.place(size))] for name, size in sizes.items()}
+        solids = {shapes.check("candidate", name): [shapes.usual(name, hand)] for name in given}
+        if len(solids) == len(given):
+            return solids
     raise ValueError(
         f"candidates must give each label at least one solid, got {validate.shown(wrong)}; or be a list of names of "
         "shapes, each there once"

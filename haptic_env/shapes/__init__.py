@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,9 @@ from haptic_env.shapes.sphere import Sphere
 from haptic_env.shapes.superquadric import Superquadric
 from haptic_env.shapes.torus import Torus
 
+if TYPE_CHECKING:
+    from haptic_env.hand import Hand
+
 SHAPES: dict[str, Shape] = {
     "cube": Cube(),
     "sphere": Sphere(),
@@ -45,7 +48,7 @@ FAMILIES: names.Families = {
     "torus": Torus,
 }
 
-__all__ = ["FAMILIES", "SHAPES", "Shape", "Solid", "check", "default_size", "find", "make"]
+__all__ = ["FAMILIES", "SHAPES", "Shape", "Solid", "check", "default_size", "find", "make", "usual"]
 
 
 def _made(name: Any) -> tuple[str, Shape] | None:
@@ -62,6 +65,20 @@ def _made(name: Any) -> tuple[str, Shape] | None:
     return None
 
 
+def _resolved(what: str, name: Any) -> tuple[str, Shape]:
+    """The name of a shape, as it is always written, and the shape; raises as `check`."""
+    if isinstance(name, str | Path) and mesh.is_path(name):
+        return str(name), mesh.load(str(name))
+    made = _made(name)
+    if made is not None:
+        return made
+    try:
+        return name, SHAPES[validate.choice(what, name, SHAPES)]
+    except ValueError as error:
+        families = ", ".join(names.signature(each, FAMILIES[each]) for each in FAMILIES)
+        raise ValueError(f"{error}, or {families}, or the path of a mesh ({', '.join(mesh.SUFFIXES)})") from None
+
+
 def check(what: str, name: Any) -> str:
     """Check that a shape can be explored.
 
@@ -76,17 +93,7 @@ def check(what: str, name: Any) -> str:
     Raises:
         ValueError: where it is neither, a parameter is out of range, or the mesh cannot be explored.
     """
-    if isinstance(name, str | Path) and mesh.is_path(name):
-        mesh.load(str(name))
-        return str(name)
-    made = _made(name)
-    if made is not None:
-        return made[0]
-    try:
-        return validate.choice(what, name, SHAPES)
-    except ValueError as error:
-        families = ", ".join(names.signature(each, FAMILIES[each]) for each in FAMILIES)
-        raise ValueError(f"{error}, or {families}, or the path of a mesh ({', '.join(mesh.SUFFIXES)})") from None
+    return _resolved(what, name)[0]
 
 
 def find(name: str) -> Shape:
@@ -101,11 +108,7 @@ def find(name: str) -> Shape:
     Raises:
         ValueError: where there is none.
     """
-    name = check("shape", name)
-    if name in SHAPES:
-        return SHAPES[name]
-    made = _made(name) if not mesh.is_path(name) else None
-    return made[1] if made is not None else mesh.load(name)
+    return _resolved("shape", name)[1]
 
 
 def default_size(name: str, scale: float = 1.0) -> NDArray[np.float64]:
@@ -124,6 +127,24 @@ def default_size(name: str, scale: float = 1.0) -> NDArray[np.float64]:
     scale = validate.number("scale", scale, above=0.0, unit="m")
     shape = find(name)
     return shape.size(scale) if isinstance(shape, mesh.Mesh) else np.asarray(shape.default_size)
+
+
+def usual(name: str, hand: Hand, scale: float = 1.0) -> Solid:
+    """Make a solid of default size where a hand explores.
+
+    Args:
+        name: as `check` takes it.
+        hand: that explores.
+        scale: metres that the unit of a mesh file is long.
+
+    Returns:
+        The solid.
+
+    Raises:
+        ValueError: as `default_size`.
+    """
+    size = default_size(name, scale)
+    return make(name, size, hand.place(size))
 
 
 def make(
@@ -146,8 +167,7 @@ def make(
     Raises:
         ValueError: for an unknown name, or a size or pose that is not possible.
     """
-    name = check("shape", name)
-    shape = find(name)
+    name, shape = _resolved("shape", name)
     extents = shape.check_size(size)
     place = validate.place("object position", position)
     turn = validate.quaternion("object quaternion", quaternion)

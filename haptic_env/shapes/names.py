@@ -19,6 +19,7 @@ from haptic_env.shapes.base import Shape
 
 Families = Mapping[str, Callable[..., Shape]]
 SIZE = "size"
+NONE = "none"  # what is said of an object that is none of the candidates
 LONGEST = 200  # letters
 
 

@@ -19,6 +19,7 @@ from haptic_env.arrays import Array
 from haptic_env.composer import mjcf
 from haptic_env.shapes.base import Shape
 from haptic_env.shapes.nearest_triangle import nearest_distance
+from haptic_env.shapes.sphere_points import directions
 
 FINE, COARSE = 12_000, 1_500  # directions in which the truth and the physics know the surface
 CHUNK = 2**14  # points at once
@@ -46,14 +47,14 @@ class StarShaped(Shape):
     @cached_property
     def _box(self) -> tuple[Array, Array]:
         """Middle (3,) and extents (3,) of the bounding box about the pole, in the unit of `radius`."""
-        rays = directions(FINE)[0]
+        rays = directions(FINE)
         surface = self.radius(rays)[:, None] * rays
         low, high = surface.min(axis=0), surface.max(axis=0)
         return (low + high) / 2, high - low
 
     @cached_property
     def content(self) -> str:
-        return f"star {hashlib.sha256(self.radius(directions(COARSE)[0]).tobytes()).hexdigest()}"
+        return f"star {hashlib.sha256(self.radius(directions(COARSE)).tobytes()).hexdigest()}"
 
     def surface(self, count: int, size: Array) -> tuple[Array, Index]:
         """Draw the surface.
@@ -65,7 +66,7 @@ class StarShaped(Shape):
         Returns:
             Corners (count, 3) m in the shape's frame, and triangles (F, 3).
         """
-        rays, faces = directions(count)
+        rays, faces = triangulated(count)
         middle, extents = self._box
         return (self.radius(rays)[:, None] * rays - middle) * (size / extents), faces
 
@@ -93,7 +94,7 @@ class StarShaped(Shape):
         else:  # cones from the pole, each as good as convex
             middle, extents = self._box
             pole = -middle * (size / extents)
-            which = cKDTree(directions(CONES)[0]).query(directions(COARSE)[0][faces].mean(axis=1))[1]
+            which = cKDTree(directions(CONES)).query(directions(COARSE)[faces].mean(axis=1))[1]
             pieces = [np.vstack([pole, corners[np.unique(faces[which == cone])]]) for cone in range(CONES)]
         return [
             {"type": "mesh", "mesh": root.asset.add("mesh", name=f"piece{number}", vertex=np.ravel(piece))}
@@ -102,23 +103,16 @@ class StarShaped(Shape):
 
 
 @lru_cache(maxsize=4)
-def directions(count: int) -> tuple[Array, Index]:
-    """Spread directions evenly: a golden spiral.
+def triangulated(count: int) -> tuple[Array, Index]:
+    """Cover a sphere with triangles.
 
     Args:
-        count: of them.
+        count: of corners.
 
     Returns:
-        Unit vectors (count, 3), and the triangles (F, 3) between neighbours.
-
-    References:
-        Swinbank & Purser 2006, Q. J. R. Meteorol. Soc. 132, 1769-1793.
+        Unit vectors (count, 3) spread evenly, and the triangles (F, 3) between neighbours.
     """
-    number = np.arange(count) + 0.5
-    up = 1 - 2 * number / count
-    turn = np.pi * (1 + 5**0.5) * number
-    out = np.sqrt(1 - up**2)
-    rays = np.stack([out * np.cos(turn), out * np.sin(turn), up], axis=1)
+    rays = directions(count)
     return rays, ConvexHull(rays).simplices.astype(np.int64)
 
 

@@ -116,24 +116,6 @@ def nearest(mesh: Triangles, places: Array) -> NearestPoints:
     return NearestPoints(np.sqrt(square), face, igl.barycentric_coordinates(foot, *corners))
 
 
-def inside(mesh: Triangles, places: Array) -> NDArray[np.bool_]:
-    """Tell which places lie inside a closed mesh.
-
-    Args:
-        mesh: closed.
-        places: (M, 3) m.
-
-    Returns:
-        (M,) which.
-
-    Raises:
-        ImportError: where the extra is missing.
-    """
-    igl = extras.load("igl", EXTRA, WHAT)
-    vertices, faces = (np.ascontiguousarray(each) for each in mesh)
-    return np.asarray(igl.fast_winding_number(vertices, faces, np.ascontiguousarray(places)) > 0.5)
-
-
 def encoded(mesh: Triangles, file_type: str, attributes: Mapping[str, Array], **options: object) -> bytes:
     """Write a mesh as the bytes of a file.
 

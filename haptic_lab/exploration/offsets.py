@@ -6,7 +6,6 @@ Shapes: T steps, J joints. Offsets are what felt angles are too large by, at the
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from rich.table import Table
 
 from haptic_env import validate
 from haptic_lab.exploration.patches import DEAD, STUCK, Found
-from haptic_lab.files import atomic, check_writable, write_text
+from haptic_lab.files import atomic, check_output, write_text
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import OUTLINE, as_drawn
 
@@ -61,8 +60,7 @@ def check(path: str, out: str, told: Mapping[str, Any]) -> None:
         raise ValueError(
             "--save-offsets needs an observer that believes in offsets: --bias-deg, --believed-bias-deg or --believed"
         )
-    if os.path.exists(Path(path).parent) or Path(path).parent.resolve() != Path(out).resolve():
-        check_writable("--save-offsets", Path(path))
+    check_output("--save-offsets", Path(path), Path(out))
 
 
 def found(exploration: Exploration, trace: BeliefTrace) -> dict[str, dict[str, float | None]]:

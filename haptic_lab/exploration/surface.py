@@ -14,7 +14,7 @@ from haptic_env import validate
 from haptic_env.shapes import triangles
 from haptic_env.shapes.mesh import is_path
 from haptic_lab.exploration.surface_picture import picture
-from haptic_lab.files import atomic
+from haptic_lab.files import atomic, check_output
 from haptic_lab.records import BeliefTrace, Exploration
 from observer import metrics
 from observer.surface import Surface, files
@@ -74,8 +74,7 @@ def check(path: str, out: str) -> None:
         triangles.check()
     except ImportError as error:
         raise ValueError(f"--save-mesh: {error}") from error
-    if os.path.exists(Path(path).parent) or Path(path).parent.resolve() != Path(out).resolve():
-        files.check("--save-mesh", Path(path))
+    check_output("--save-mesh", Path(path), Path(out))
 
 
 def write(path: Path, out: Path, exploration: Exploration, trace: BeliefTrace) -> dict[str, float]:

@@ -26,7 +26,8 @@ Field = NDArray[np.float32]
 FIELD_RESOLUTION = 0.0025
 AT_ONCE = 2**16  # points whose distance is asked for at once: a shape's own arrays stay small
 KEPT, LARGEST_KEPT = 64, 2**20  # fields and nodes of each: the next trial of a sweep has the shapes of the last
-LEVELS = ((4, np.inf), (2, 0.04), (1, 0.015))  # nodes so many apart are measured so near to the surface, m
+COARSEST = 4  # nodes so many apart are all measured
+LEVELS = ((2, 0.04), (1, 0.015))  # nodes so many apart, so near to the surface, m
 MADE = 1  # changes where fields are made otherwise: those on disk are of no use then
 STEP = 0.01  # m by which the reach of what is kept on disk is rounded up, so that other hands find it too
 
@@ -102,21 +103,20 @@ def near_surface(shape: Shape, size: tuple[float, float, float], grid: Grid) -> 
         (X, Y, Z) m.
     """
     axes, extents = _axes(grid), np.array(size)
-    known, result = axes, None
+    known, points = _every(COARSEST, axes)
+    result = _asked(shape, extents, points)
     for apart, reach in LEVELS:
-        nodes = [axis[_every(apart, len(axis))] for axis in axes]
-        points = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1)
-        between = None if result is None else RegularGridInterpolator(known, result)(points)
-        near = np.ones(points.shape[:-1], dtype=bool) if between is None else np.abs(between) <= reach
-        result = np.empty(near.shape) if between is None else between
+        nodes, points = _every(apart, axes)
+        result, known = RegularGridInterpolator(known, result)(points), nodes
+        near = np.abs(result) <= reach
         result[near] = _asked(shape, extents, points[near])
-        known = nodes
-    return np.asarray(result, dtype=np.float32)
+    return result.astype(np.float32)
 
 
-def _every(apart: int, length: int) -> NDArray[np.int64]:
-    """Each index that is a multiple of `apart`, and the last."""
-    return np.unique(np.append(np.arange(0, length, apart), length - 1))
+def _every(apart: int, axes: list[Array]) -> tuple[list[Array], Array]:
+    """Nodes so many apart, and the last: places along each of `axes`, and of all (X, Y, Z, 3)."""
+    nodes = [axis[np.unique(np.append(np.arange(0, len(axis), apart), len(axis) - 1))] for axis in axes]
+    return nodes, np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1)
 
 
 def _axes(grid: Grid) -> list[Array]:
@@ -126,6 +126,7 @@ def _axes(grid: Grid) -> list[Array]:
 
 
 def _asked(shape: Shape, extents: Array, points: Array) -> Array:
-    """Distances (M,) m of points (M, 3), some at a time."""
-    parts = [shape.signed_distance(points[at : at + AT_ONCE], extents) for at in range(0, len(points), AT_ONCE)]
-    return np.concatenate(parts)
+    """Distances (...) m of points (..., 3), some at a time."""
+    flat = points.reshape(-1, 3)
+    parts = [shape.signed_distance(flat[at : at + AT_ONCE], extents) for at in range(0, len(flat), AT_ONCE)]
+    return np.concatenate([np.empty(0), *parts]).reshape(points.shape[:-1])

@@ -5,7 +5,7 @@ Shapes: K solids, V variants of each, H = K·V hypotheses, solid k having those 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -167,6 +167,27 @@ class Variants:
         proposed = np.where(too_far[:, None], turns, near.as_quat())
         return np.where(anew[:, None], fresh, proposed)
 
+    def resampled(
+        self, log_evidence: Array, rng: np.random.Generator
+    ) -> Iterator[tuple[slice, Array, NDArray[np.int64]]]:
+        """Resample the variants of each solid of which fewer than half are effective.
+
+        Args:
+            log_evidence: (H,), made alike among a solid's variants, their sum staying.
+            rng: draws.
+
+        Yields:
+            Which hypotheses are the solid's variants, the weights (V,) that they had, and which of them are kept, (V,).
+        """
+        for first in range(0, self.hypotheses, self.count):
+            mine = slice(first, first + self.count)
+            total = np.logaddexp.reduce(log_evidence[mine])
+            weights = np.exp(log_evidence[mine] - total)
+            if resampling.effective_sample_size(weights) < 0.5 * self.count:
+                log_evidence[mine] = total - np.log(self.count)
+                kept = np.arange(self.count).repeat(resampling.systematic_counts(weights, rng.random()))
+                yield mine, weights, kept
+
     def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> NDArray[np.int64] | None:
         """Resample and move the variants of each solid of which fewer than half are effective.
 
@@ -184,22 +205,27 @@ class Variants:
         if self.count == 1:
             return None
         source = np.arange(len(units))
-        for first in range(0, len(units), self.count):
-            mine = slice(first, first + self.count)
-            total = np.logaddexp.reduce(log_evidence[mine])
-            weights = np.exp(log_evidence[mine] - total)
-            if resampling.effective_sample_size(weights) >= 0.5 * self.count:
-                continue
-            kept = np.repeat(np.arange(self.count), resampling.systematic_counts(weights, rng.random()))
+        for mine, weights, kept in self.resampled(log_evidence, rng):
             mean = weights @ units[mine]
             apart = units[mine] - mean
             spread = lower_factor((weights[:, None] * apart).T @ apart)
             noise = rng.standard_normal(apart.shape) @ spread.T
             moved = mean + SHRINK * apart[kept] + np.sqrt(1.0 - SHRINK**2) * noise
-            units[mine] = np.abs((moved + 3.0) % 4.0 - 2.0) - 1.0  # reflected at the ends of the range
-            log_evidence[mine] = total - np.log(self.count)
-            source[mine] = first + kept
+            units[mine] = reflected(moved)
+            source[mine] = mine.start + kept
         return None if np.array_equal(source, np.arange(len(units))) else source
+
+
+def reflected(units: Array) -> Array:
+    """Turn back at the ends of the range what has left it.
+
+    Args:
+        units: of any shape.
+
+    Returns:
+        The same in [-1, 1].
+    """
+    return np.abs((units + 3.0) % 4.0 - 2.0) - 1.0
 
 
 class Hypotheses(NamedTuple):

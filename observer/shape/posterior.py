@@ -29,6 +29,7 @@ from haptic_env import shapes, validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
+from haptic_env.shapes.names import NONE as NONE
 from observer import edge, memory
 from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
@@ -43,7 +44,6 @@ from observer.shape.rejuvenation import Look, Rejuvenation
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
 
-NONE = "none"
 FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step taken in
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
 LOOSEST = 0.05  # m: tolerance with which distances are told apart as far as a table may reach

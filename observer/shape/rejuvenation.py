@@ -19,11 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
-from observer import resampling
 from observer.kinematics import Tree
 from observer.shape.contact_likelihood import LEAST, PoseSamples, TouchModel, contact_likelihood
 from observer.shape.distance_fields import Solids
-from observer.shape.hypotheses import RANGES, Variants
+from observer.shape.hypotheses import RANGES, Variants, reflected
 from observer.shape.skin import Skin
 
 FEWEST, MOST, REPLAYED = 3, 10, 400  # moves each time that a solid's variants are resampled: many while looks are few
@@ -94,17 +93,10 @@ class Rejuvenation:
         Returns:
             Whether any has changed.
         """
-        count, changed = self._variants.count, False
-        for solid in range(len(self._due)):
-            mine = slice(solid * count, (solid + 1) * count)
-            total = np.logaddexp.reduce(log_evidence[mine])
-            weights = np.exp(log_evidence[mine] - total)
-            if resampling.effective_sample_size(weights) >= 0.5 * count:
-                continue
-            kept = mine.start + np.repeat(np.arange(count), resampling.systematic_counts(weights, rng.random()))
-            units[mine], self._fit[mine] = units[kept], self._fit[kept]
-            log_evidence[mine] = total - np.log(count)
-            self._due[solid] = np.clip(REPLAYED // len(self._looks), FEWEST, MOST)
+        changed = False
+        for mine, _, kept in self._variants.resampled(log_evidence, rng):
+            units[mine], self._fit[mine] = units[mine][kept], self._fit[mine][kept]
+            self._due[mine.start // self._variants.count] = np.clip(REPLAYED // len(self._looks), FEWEST, MOST)
             changed = True
         return changed
 
@@ -119,6 +111,8 @@ class Rejuvenation:
         Returns:
             Whether any has moved.
         """
+        if not self._due.any():
+            return False
         share = np.exp(log_evidence - np.logaddexp.reduce(log_evidence)).reshape(len(self._due), -1).sum(axis=1)
         self._due[share < WORTH] = 0
         cost, spent = self._variants.count * len(self._looks), 0
@@ -136,8 +130,7 @@ class Rejuvenation:
         mine = np.arange(solid * count, (solid + 1) * count)
         step = self._step[solid] * np.exp(VARIED * rng.standard_normal((count, 1)))
         proposed = units[mine]
-        shifted = proposed[:, :RANGES] + step * rng.standard_normal((count, RANGES))
-        proposed[:, :RANGES] = np.abs((shifted + 3.0) % 4.0 - 2.0) - 1.0  # reflected at the ends of the range
+        proposed[:, :RANGES] = reflected(proposed[:, :RANGES] + step * rng.standard_normal((count, RANGES)))
         anew = rng.random(count) < ANEW
         proposed[:, RANGES:] = self._variants.turned(proposed[:, RANGES:], step, anew, rng)
         least = self._fit[mine] + np.log(rng.random(count))

@@ -16,6 +16,7 @@ from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.shapes import triangles
 from haptic_env.shapes.base import Solid
+from haptic_env.shapes.pieces import inside_of
 from observer import edge
 from observer.surface.mesh import Surface
 
@@ -177,7 +178,7 @@ def _iou(surface: Surface, solid: Solid) -> float:
     corners = np.concatenate([surface.vertices, solid.position + 0.5 * np.linalg.norm(solid.size) * _CORNERS])
     low, high = corners.min(axis=0), corners.max(axis=0)
     places = Grid.around(0.5 * (low + high), high - low, float((high - low).max()) / FINE).centres().reshape(-1, 3)
-    mine, true = triangles.inside(surface.mesh, places), solid.signed_distance(places) < 0
+    mine, true = inside_of(*surface.mesh, places), solid.signed_distance(places) < 0
     return float((mine & true).sum() / (mine | true).sum())
 
 

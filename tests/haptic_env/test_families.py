@@ -13,6 +13,7 @@ from scipy.spatial import ConvexHull, cKDTree
 from haptic_env import scene, shapes
 from haptic_env.grid import Grid
 from haptic_env.shapes import star_shaped
+from haptic_env.shapes.sphere_points import directions
 
 RADIUS = 0.004
 EXACT, FACETS, CONES, WILD = 2e-5, 3e-4, 5e-4, 8e-4  # m by which the physics may be off
@@ -190,13 +191,13 @@ def test_names_that_are_none_are_refused_in_a_line(name, why):
 
 def test_noise_is_one_solid_for_each_seed():
     first, again, other = (shapes.FAMILIES["noise"](seed) for seed in (5, 5, 6))
-    rays = star_shaped.directions(500)[0]
+    rays = directions(500)
     np.testing.assert_array_equal(first.radius(rays), again.radius(rays))
     assert np.abs(np.log(first.radius(rays) / other.radius(rays))).max() > 0.1
 
 
 def test_noise_varies_as_much_as_its_amplitude_says():
-    rays = star_shaped.directions(2000)[0]
+    rays = directions(2000)
     spread = [np.std(np.log(shapes.FAMILIES["noise"](seed, 0.1).radius(rays))) for seed in range(40)]
     assert np.sqrt(np.mean(np.square(spread))) == pytest.approx(0.1, rel=0.25)
 
@@ -208,7 +209,7 @@ def test_superquadric_with_exponents_of_one_is_a_ball():
 
 
 def test_directions_are_even_and_their_triangles_close_the_ball():
-    rays, faces = star_shaped.directions(1500)
+    rays, faces = star_shaped.triangulated(1500)
     assert len(faces) == 2 * len(rays) - 4
     assert ConvexHull(rays).volume == pytest.approx(4 / 3 * np.pi, rel=0.01)
 

@@ -8,6 +8,7 @@ import trimesh
 
 from haptic_env import shapes
 from haptic_env.grid import Grid
+from haptic_env.shapes.sphere_points import directions
 from observer.surface.gaussian_process import AMPLITUDE, LENGTH, Field, Observations, Sphere
 from observer.surface.mesh import drawn
 from observer.surface.reconstruction import reconstruct
@@ -18,17 +19,9 @@ NOTHING = np.full(GRID.shape, 0.5)  # is known of any voxel
 RADIUS = 0.008  # m, of the fingertip that touches
 
 
-def _directions(count: int) -> np.ndarray:
-    """Evenly over a sphere (Fibonacci's lattice)."""
-    k = np.arange(count) + 0.5
-    z, turn = 1 - 2 * k / count, np.pi * (1 + 5**0.5) * k
-    flat = np.sqrt(1 - z * z)
-    return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
-
-
 def _touched(places: np.ndarray, normals: np.ndarray, std: float = 0.0) -> TouchedSkin:
     """Fingertips that touch at `places` (E, 3) where the solid's normals are `normals`: of each the whole tip."""
-    tip = _directions(60)
+    tip = directions(60)
     points, outward = [], []
     for place, normal in zip(places, normals, strict=True):
         skin = np.concatenate([[-normal], tip[tip @ normal < 0.9]])  # one point of it touches
@@ -44,7 +37,7 @@ def _surface(skin: TouchedSkin, occupancy: np.ndarray = NOTHING):
 
 
 def _ball(radius: float, count: int = 150, cap: float = -1.0, std: float = 0.0) -> TouchedSkin:
-    way = _directions(count)
+    way = directions(count)
     way = way[way[:, 2] >= cap]
     return _touched(radius * way, way, std)
 
@@ -60,7 +53,7 @@ def test_a_ball_touched_all_over_is_a_ball(radius):
 @pytest.mark.parametrize("shape", ["cube", "cylinder"])
 def test_a_solid_touched_all_over_is_that_solid(shape):
     solid = shapes.make(shape, (0.05, 0.05, 0.05))
-    way = _directions(3000)
+    way = directions(3000)
     low, high = np.zeros(len(way)), np.full(len(way), 0.06)
     for _ in range(40):  # where each ray leaves it
         middle = 0.5 * (low + high)
