@@ -195,3 +195,21 @@ def test_whole_hands_explore_real_objects(make, play, hand, name):
         pytest.skip(f"{name} is not here")
     record = play(make(hand, shape=path), 0, 250)
     assert sum(int(step[0]["contacts"].any()) for step in record) > 25
+
+
+def test_the_side_of_a_surface_is_not_that_of_a_needle_of_it(tmp_path, monkeypatch):
+    """Pseudonormals of triangles without width are any: what they say far from the surface is mended."""
+    path = _save(_box((0.05, 0.04, 0.03)), tmp_path / "box.stl")
+    points = np.random.default_rng(0).uniform(-0.05, 0.05, (2000, 3))
+    right = shapes.make(path).signed_distance(points)
+    real, wrong = mesh.distance_from, np.random.default_rng(1).random(len(points)) < 0.2
+    monkeypatch.setattr(mesh, "distance_from", lambda *told: np.where(wrong, -1.0, 1.0) * real(*told))
+    deep = np.abs(right) > 0.01 * 0.05
+    np.testing.assert_array_equal(shapes.make(path).signed_distance(points)[deep], right[deep])
+
+
+@pytest.mark.skipif(not OBJECTS.is_dir(), reason="the meshes of ../shared/objects are not there")
+def test_a_teapot_has_no_inside_far_outside():
+    teapot = shapes.make(str(OBJECTS / "teapot.stl"))
+    points = np.random.default_rng(0).uniform(-0.17, 0.17, (20_000, 3))
+    assert teapot.signed_distance(points).min() > -0.5 * min(teapot.size)
