@@ -22,6 +22,7 @@ class BenchSize:
         steps: of the recording.
         seconds: of the whole trial.
         megabytes: that are copied, to measure the memory.
+        candidates: of whoever names the object.
     """
 
     few: int = 200
@@ -31,9 +32,10 @@ class BenchSize:
     steps: int = 120
     seconds: float = 10.0
     megabytes: int = 256
+    candidates: int = 50
 
 
-QUICK = BenchSize(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16)
+QUICK = BenchSize(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16, candidates=6)
 
 
 @dataclass(frozen=True)

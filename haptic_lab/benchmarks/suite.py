@@ -12,7 +12,9 @@ import numpy as np
 from joblib import cpu_count
 from rich.console import Console
 
+from haptic_env.arrays import Array
 from haptic_lab.benchmarks import end_to_end, timings
+from haptic_lab.benchmarks.naming import naming_steps
 from haptic_lab.benchmarks.recording import BenchRecording, make_slam, record
 from haptic_lab.benchmarks.settings import QUICK, BenchSettings, BenchSize
 from haptic_lab.benchmarks.stages import stages
@@ -110,6 +112,7 @@ class Bench:
             self._stages,
             partial(end_to_end.whole_trial, *trial),
             lambda: {"decisions": end_to_end.decisions(*trial[:3], 0.5 * size.seconds, asked.seed, None)},
+            lambda: {"naming": naming_steps(asked.env, asked.sigma, size.seconds, asked.seed, size.candidates)},
             partial(end_to_end.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
             *(partial(self._observe, what, threads, busy) for what, threads, busy in self._observed()),
         ]
@@ -244,9 +247,17 @@ class Bench:
         return [
             *(BenchRow(f"new process: {part}", "ms", *spread(1e3 * found[part]), "kernels cached") for part in PROCESS),
             BenchRow(name, "ms", *spread(np.median(decided, axis=1)), told),
+            self._of_naming(1e3 * found["naming"]),
             BenchRow(f"HapticSLAM.map_now after {seconds:g} s", "ms", *spread(asked), f"N = {self.size.few}"),
             BenchRow(f"a whole trial of {seconds:g} s, one core", "s", *spread(trial), note),
         ]
+
+    def _of_naming(self, steps: Array) -> BenchRow:
+        """Its mean: most steps wait for those that do the work."""
+        told = (
+            f"any turn, size and place unknown; 90 % below {np.percentile(steps, 90):.0f} ms, at most {steps.max():.0f}"
+        )
+        return BenchRow(f"naming, {self.size.candidates} candidates", "ms", *spread(steps.mean(axis=1)), told)
 
 
 def _slam(recording: BenchRecording, slam: HapticSLAM, threads: int | None, busy: bool = False) -> str:

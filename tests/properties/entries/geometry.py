@@ -92,6 +92,11 @@ ENTRIES: dict[str, Entry] = {
     ),
     "haptic_env.shapes.find": Entry(lambda name: shapes.find(name).default_size, {"name": NAMED}, OBJECT),
     "haptic_env.shapes.default_size": Entry(shapes.default_size, {"name": NAMED, "scale": number(0.1, 2.0)}, OBJECT),
+    "haptic_env.shapes.usual": Entry(
+        lambda name, scale: shapes.usual(name, samples.hand(), scale).size,
+        {"name": NAMED, "scale": number(0.1, 2.0).always},
+        OBJECT,
+    ),
     **{
         f"haptic_env.shapes.SHAPES[{kind}]": Entry(
             partial(_solid, name=kind), {"size": SIZE, "position": PLACE, "quaternion": TURN}, OBJECT
