@@ -69,19 +69,20 @@ def normalise(log_weights):
     return total, weights, effective_sample_size(weights)
 
 
-def systematic_counts(weights: NDArray[np.float64], uniform: float) -> NDArray[np.int64]:
-    """Deal out copies: N·w expected of each particle, never a whole copy away from it.
+def systematic_counts(weights: NDArray[np.float64], uniform: float, copies: int | None = None) -> NDArray[np.int64]:
+    """Deal out copies: C·w expected of each particle, never a whole copy away from it.
 
     Args:
         weights: (N,), whose sum is 1.
         uniform: random number in [0, 1).
+        copies: C; None: as many as there are particles.
 
     Returns:
-        (N,) copies, whose sum is N.
+        (N,) copies, whose sum is C.
     """
-    edges = np.cumsum(weights) * len(weights)
-    upto = np.clip(np.ceil(edges - uniform), 0, len(weights)).astype(np.int64)
-    upto[-1] = len(weights)  # whatever the rounding, all N are dealt out
+    copies = len(weights) if copies is None else copies
+    upto = np.clip(np.ceil(np.cumsum(weights) * copies - uniform), 0, copies).astype(np.int64)
+    upto[-1] = copies  # whatever the rounding, all are dealt out
     return np.diff(upto, prepend=0)
 
 

@@ -168,25 +168,35 @@ class Variants:
         return np.where(anew[:, None], fresh, proposed)
 
     def resampled(
-        self, log_evidence: Array, rng: np.random.Generator
-    ) -> Iterator[tuple[slice, Array, NDArray[np.int64]]]:
-        """Resample the variants of each solid of which fewer than half are effective.
+        self,
+        log_evidence: Array,
+        rng: np.random.Generator,
+        awake: NDArray[np.int64] | None = None,
+        wanted: NDArray[np.int64] | None = None,
+    ) -> Iterator[tuple[int, Array, NDArray[np.int64]]]:
+        """Resample the variants of each solid of which fewer than half are effective, or not as many as wanted.
 
         Args:
-            log_evidence: (H,), made alike among a solid's variants, their sum staying.
+            log_evidence: (H,), made alike among a solid's variants, their sum staying; -inf behind as many as wanted.
             rng: draws.
+            awake: (K,) how many of each solid's variants, the first ones, there are; None: all V.
+            wanted: (K,) how many there are to be; None: all V.
 
         Yields:
-            Which hypotheses are the solid's variants, the weights (V,) that they had, and which of them are kept, (V,).
+            Each solid that has changed, the weights that its variants had, and which hypotheses they are copies of.
         """
-        for first in range(0, self.hypotheses, self.count):
-            mine = slice(first, first + self.count)
+        every = np.full(self.hypotheses // self.count, self.count)
+        awake = every if awake is None else awake.copy()
+        for solid, (now, then) in enumerate(zip(awake, every if wanted is None else wanted, strict=True)):
+            first = solid * self.count
+            mine = slice(first, first + now)
             total = np.logaddexp.reduce(log_evidence[mine])
             weights = np.exp(log_evidence[mine] - total)
-            if resampling.effective_sample_size(weights) < 0.5 * self.count:
-                log_evidence[mine] = total - np.log(self.count)
-                kept = np.arange(self.count).repeat(resampling.systematic_counts(weights, rng.random()))
-                yield mine, weights, kept
+            if now != then or resampling.effective_sample_size(weights) < 0.5 * now:
+                log_evidence[first : first + self.count] = -np.inf
+                log_evidence[first : first + then] = total - np.log(then)
+                copies = resampling.systematic_counts(weights, rng.random(), then)
+                yield solid, weights, first + np.arange(now).repeat(copies)
 
     def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> NDArray[np.int64] | None:
         """Resample and move the variants of each solid of which fewer than half are effective.
@@ -205,14 +215,15 @@ class Variants:
         if self.count == 1:
             return None
         source = np.arange(len(units))
-        for mine, weights, kept in self.resampled(log_evidence, rng):
+        for solid, weights, kept in self.resampled(log_evidence, rng):
+            mine = slice(solid * self.count, (solid + 1) * self.count)
             mean = weights @ units[mine]
             apart = units[mine] - mean
             spread = lower_factor((weights[:, None] * apart).T @ apart)
             noise = rng.standard_normal(apart.shape) @ spread.T
-            moved = mean + SHRINK * apart[kept] + np.sqrt(1.0 - SHRINK**2) * noise
+            moved = mean + SHRINK * apart[kept - mine.start] + np.sqrt(1.0 - SHRINK**2) * noise
             units[mine] = reflected(moved)
-            source[mine] = mine.start + kept
+            source[mine] = kept
         return None if np.array_equal(source, np.arange(len(units))) else source
 
 

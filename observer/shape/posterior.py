@@ -37,10 +37,11 @@ from observer.jacobians import link_spread
 from observer.kinematics import link_frames, placed, tree_of
 from observer.novelty import LITTLE, LinkHistory, note
 from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, resample, weigh
+from observer.shape.felt import Look
 from observer.shape.hypotheses import Hypotheses, Variants, far_of
 from observer.shape.misfit import Misfit
 from observer.shape.null_model import NullModel
-from observer.shape.rejuvenation import Look, Rejuvenation
+from observer.shape.rejuvenation import Rejuvenation
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
 
@@ -163,7 +164,7 @@ class ShapePosterior:
         self._rng = np.random.default_rng(validate.seed(seed))
         self._units = self.variants.draw(self._rng)
         self._solids = self.variants.place(self._units)
-        self._rejuvenation = Rejuvenation(self.variants, self._skin, len(self._parts.column), self.temper)
+        self._rejuvenation = Rejuvenation(self.variants, self._skin, self.temper)
         # Of each hypothesis: the share of its solid that it stands for times its likelihood.
         self._log_evidence = np.full(len(self._units), -np.log(self.variants.count))
         self._poses = np.tile(self.hand.rest_pose[self._parts.joint], (self.samples, 1)).astype(np.float64)
@@ -230,36 +231,38 @@ class ShapePosterior:
         tree = placed(self._tree, root)
         spread = link_spread(tree, self._lengths, now.mean, covariance)
         near = np.hypot(self.tolerance, np.minimum(spread, WIDEST))
+        frames = link_frames(tree, now.mean)
         if self.alike:
-            frames = link_frames(tree, now.mean)
             note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news)
         if self.none:
             self._habit.update(contacts, self._news[self.hand.patches.link])
-        look = Look(
-            tree,
-            PoseSamples(self._poses, self._parts.column),
-            contacts,
-            self._news,
-            TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise),
-        )
-        contact_likelihood(tree, self._skin, self._solids, *look[1:], self._likelihood)
+        model = TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise)
         before = self._log_evidence.copy()
-        weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
+        if self.variants.most_turned:
+            self._rejuvenation.take(Look(*frames, contacts, self._news, model), self._solids, self._log_evidence)
+        else:
+            felt = PoseSamples(self._poses, self._parts.column), contacts, self._news, model
+            contact_likelihood(tree, self._skin, self._solids, *felt, self._likelihood)
+            weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
         likeliest = self._log_evidence.argmax()
         self._misfit.update((self._log_evidence[likeliest] - before[likeliest]) / self.temper)
-        share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
-        uniform = self._rng.random(len(self._weights))
-        resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)
+        self._follow()
+        self._posterior = self._share()
+        return self.posterior
+
+    def _follow(self) -> None:
+        """Let samples and variants go where the evidence is."""
         if self.variants.most_turned:
-            self._rejuvenation.take(look, self._log_evidence - before)
             if self._rejuvenation.resample(self._units, self._log_evidence, self._rng):
                 self._solids = self.variants.place(self._units)
             self._move()
-        elif (source := self.variants.move(self._units, self._log_evidence, self._rng)) is not None:
+            return
+        share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
+        uniform = self._rng.random(len(self._weights))
+        resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)
+        if (source := self.variants.move(self._units, self._log_evidence, self._rng)) is not None:
             self._weights = np.ascontiguousarray(self._weights[:, source])
             self._solids = self.variants.place(self._units)
-        self._posterior = self._share()
-        return self.posterior
 
     def _move(self) -> None:
         """Let hypotheses that lie any way find what fits better."""

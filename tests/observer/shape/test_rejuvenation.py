@@ -59,6 +59,7 @@ def test_evidence_is_that_of_enumeration(two_finger, felt, monkeypatch):
     """Log evidence of each label: after many moves as among very many hypotheses that never move."""
     few = np.array([_named(two_finger, felt, seed, variants=300).log_likelihood for seed in range(3)])
     monkeypatch.setattr(rejuvenation, "WORTH", 2.0)
+    monkeypatch.setattr(rejuvenation, "FEW", 5_000)
     many = _named(two_finger, felt, variants=5_000).log_likelihood
     none = np.array([_named(two_finger, felt, seed, variants=300).log_likelihood for seed in range(3)])
     np.testing.assert_allclose(few.mean(axis=0), many, atol=0.5)
@@ -69,7 +70,7 @@ def test_moves_keep_what_hypotheses_explain(two_finger, felt):
     """What each one is said to explain is what it does, all looks again."""
     posterior = _named(two_finger, felt, variants=40)
     kept = posterior._rejuvenation
-    np.testing.assert_allclose(kept._fit, kept._replay(posterior._solids), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(kept._fit, kept._felt.log_likelihood(posterior._solids, posterior.temper)[0], rtol=1e-9, atol=1e-9)
 
 
 def test_turns_are_proposed_as_probably_there_as_back(two_finger):

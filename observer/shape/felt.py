@@ -1,0 +1,176 @@
+"""All that links have felt so far, to be held against hypotheses again: one record for each link and look.
+
+Shapes: N records, T looks, H hypotheses, L links, P patches. Lengths in metres.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+from haptic_env.compiled import kernel
+from observer.shape.contact_likelihood import LEAST, TouchModel, WeighedTouch, link_likelihood
+from observer.shape.distance_fields import Solids
+from observer.shape.skin import Skin
+
+FIRST_ROOM = 1024  # records; room is doubled where it runs out
+
+
+class Look(NamedTuple):
+    """What was felt at one step.
+
+    Attributes:
+        position: (L, 3) m, of each link's frame.
+        rotation: (L, 3, 3).
+        contacts: (P,).
+        exponent: (L,) with which counts what each link says; 0: it says nothing.
+        model: of touch, with a tolerance for each link.
+    """
+
+    position: Array
+    rotation: Array
+    contacts: NDArray[np.bool_]
+    exponent: Array
+    model: TouchModel
+
+
+class Records(NamedTuple):
+    """What links felt.
+
+    Attributes:
+        link: (N,) index of each.
+        look: (N,) row of `contacts`.
+        position: (N, 3) m, of the link's frame.
+        rotation: (N, 3, 3).
+        touches: (N,) how many of its patches felt contact.
+        exponent: (N,) with which counts what it says.
+        tolerance: (N,) m.
+        contacts: (T, P).
+    """
+
+    link: NDArray[np.int64]
+    look: NDArray[np.int64]
+    position: Array
+    rotation: Array
+    touches: NDArray[np.int64]
+    exponent: Array
+    tolerance: Array
+    contacts: NDArray[np.bool_]
+
+
+class Felt:
+    """The records of a trial."""
+
+    def __init__(self, skin: Skin) -> None:
+        """Begin before the first look.
+
+        Args:
+            skin: of the hand.
+        """
+        self.looks, self._first_of_last, self._count = 0, 0, 0
+        self._skin = skin
+        self._model = TouchModel(0.0, 0.0, 0.0)
+        links, room, patches = len(skin.body), FIRST_ROOM, skin.first_patch[-1]
+        self._records = Records(
+            np.empty(room, dtype=np.int64),
+            np.empty(room, dtype=np.int64),
+            np.empty((room, 3)),
+            np.empty((room, 3, 3)),
+            np.empty(room, dtype=np.int64),
+            np.empty(room),
+            np.empty(room),
+            np.empty((room // links + 1, patches), dtype=np.bool_),
+        )
+
+    def take(self, look: Look) -> None:
+        """Take note of what was felt.
+
+        Args:
+            look: copied.
+        """
+        said = np.flatnonzero(look.exponent > 0.0)
+        upto = self._count + len(said)
+        rows = [upto] * (len(self._records) - 1) + [self.looks + 1]
+        self._records = Records(*map(_with_room, self._records, rows))
+        records, mine = self._records, slice(self._count, upto)
+        records.link[mine], records.look[mine] = said, self.looks
+        records.position[mine], records.rotation[mine] = look.position[said], look.rotation[said]
+        touched = np.concatenate([[0], np.cumsum(look.contacts)])
+        records.touches[mine] = np.diff(touched[self._skin.first_patch])[said]
+        records.exponent[mine], records.tolerance[mine] = look.exponent[said], np.asarray(look.model.tolerance)[said]
+        records.contacts[self.looks] = look.contacts
+        self._model, self.looks = look.model, self.looks + 1
+        self._first_of_last, self._count = self._count, upto
+
+    def log_likelihood(self, solids: Solids, temper: float, least: Array | None = None) -> tuple[Array, int]:
+        """Tell how probable all that was felt is.
+
+        No record adds to it, so that those that tell most refuse most hypotheses at once.
+
+        Args:
+            solids: H hypotheses.
+            temper: exponent.
+            least: (H,) what is of no use if it is not exceeded; None: all is.
+
+        Returns:
+            (H,), -inf where it is of no use; and how many records were looked at.
+        """
+        least = np.full(len(solids.scale), -np.inf) if least is None else least
+        told = self._records.exponent[: self._count] * (1 + self._records.touches[: self._count])
+        return self._held_against(solids, np.argsort(-told, kind="stable"), temper, least)
+
+    def last(self, solids: Solids, temper: float) -> Array:
+        """Tell how probable what was felt last is.
+
+        Args:
+            solids: H hypotheses.
+            temper: exponent.
+
+        Returns:
+            (H,) log likelihood.
+        """
+        least = np.full(len(solids.scale), -np.inf)
+        return self._held_against(solids, np.arange(self._first_of_last, self._count), temper, least)[0]
+
+    def _held_against(self, solids: Solids, which: NDArray[np.int64], temper: float, least: Array) -> tuple[Array, int]:
+        out = np.empty(len(solids.scale))
+        model = self._model.press, self._model.surprise, temper
+        return out, _replayed(self._skin, solids, self._records, which, model, least, out)
+
+
+def _with_room(array: NDArray[Any], rows: int) -> NDArray[Any]:
+    """The array, or one of twice its rows where it has fewer than `rows`."""
+    if rows <= len(array):
+        return array
+    return np.concatenate([array, np.empty((max(len(array), rows - len(array)), *array.shape[1:]), array.dtype)])
+
+
+@kernel(fastmath=True)
+def _replayed(skin, solids, records, order, model, least, out):
+    """Fill `out` (H,) with the log likelihood of the records, in this `order`; -inf as soon as it is not above `least`
+    (H,). The `model` is press, surprise and the exponent.
+
+    Returns:
+        How many records were looked at.
+    """
+    press, surprise, temper = model
+    gaps = np.empty(records.contacts.shape[1])
+    looked = 0
+    for h in range(len(out)):
+        total = 0.0
+        for n in order:
+            frame = records.position[n], records.rotation[n]
+            felt = WeighedTouch(records.contacts[records.look[n]], records.touches[n], records.exponent[n])
+            of_link = TouchModel(records.tolerance[n], press, surprise)
+            likelihood = link_likelihood(solids, h, skin, records.link[n], frame, felt, of_link, gaps)
+            looked += 1
+            if likelihood < 1.0:
+                total += temper * np.log(max(likelihood, LEAST))
+                if total <= least[h]:
+                    total = -np.inf
+                    break
+        out[h] = total
+    return looked
