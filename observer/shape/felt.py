@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
-from observer.shape.contact_likelihood import LEAST, TouchModel, WeighedTouch, link_likelihood
+from observer.shape.contact_likelihood import CLEAR, LEAST, TouchModel, WeighedTouch, link_likelihood
 from observer.shape.distance_fields import Solids
 from observer.shape.skin import Skin
 
@@ -64,12 +64,15 @@ class Records(NamedTuple):
 class Felt:
     """The records of a trial."""
 
-    def __init__(self, skin: Skin) -> None:
+    def __init__(self, skin: Skin, middle: Array, reach: Array) -> None:
         """Begin before the first look.
 
         Args:
             skin: of the hand.
+            middle: (K, 3) m, of balls outside which no hypothesis reaches.
+            reach: (K,) m, their radii.
         """
+        self._middle, self._reach = middle, reach
         self.looks, self._first_of_last, self._count = 0, 0, 0
         self._skin = skin
         self._model = TouchModel(0.0, 0.0, 0.0)
@@ -91,19 +94,26 @@ class Felt:
         Args:
             look: copied.
         """
-        said = np.flatnonzero(look.exponent > 0.0)
+        touched = np.concatenate([[0], np.cumsum(look.contacts)])
+        touches = np.diff(touched[self._skin.first_patch])
+        said = np.flatnonzero((look.exponent > 0.0) & ((touches > 0) | self._near(look)))
         upto = self._count + len(said)
         rows = [upto] * (len(self._records) - 1) + [self.looks + 1]
         self._records = Records(*map(_with_room, self._records, rows))
         records, mine = self._records, slice(self._count, upto)
         records.link[mine], records.look[mine] = said, self.looks
         records.position[mine], records.rotation[mine] = look.position[said], look.rotation[said]
-        touched = np.concatenate([[0], np.cumsum(look.contacts)])
-        records.touches[mine] = np.diff(touched[self._skin.first_patch])[said]
+        records.touches[mine] = touches[said]
         records.exponent[mine], records.tolerance[mine] = look.exponent[said], np.asarray(look.model.tolerance)[said]
         records.contacts[self.looks] = look.contacts
         self._model, self.looks = look.model, self.looks + 1
         self._first_of_last, self._count = self._count, upto
+
+    def _near(self, look: Look) -> NDArray[np.bool_]:
+        """(L,) which links any hypothesis may come near: the others are as they would be without it."""
+        ball = look.position + self._skin.middle[:, None] * look.rotation[:, :, 2]
+        apart = np.linalg.norm(ball[:, None] - self._middle, axis=2) - self._reach
+        return np.asarray(apart.min(axis=1) < self._skin.ball + CLEAR * look.model.tolerance)
 
     def log_likelihood(self, solids: Solids, temper: float, least: Array | None = None) -> tuple[Array, int]:
         """Tell how probable all that was felt is.
@@ -122,7 +132,7 @@ class Felt:
         told = self._records.exponent[: self._count] * (1 + self._records.touches[: self._count])
         return self._held_against(solids, np.argsort(-told, kind="stable"), temper, least)
 
-    def last(self, solids: Solids, temper: float) -> Array:
+    def last(self, solids: Solids, temper: float) -> tuple[Array, int]:
         """Tell how probable what was felt last is.
 
         Args:
@@ -130,10 +140,10 @@ class Felt:
             temper: exponent.
 
         Returns:
-            (H,) log likelihood.
+            (H,) log likelihood; and how many records were looked at.
         """
         least = np.full(len(solids.scale), -np.inf)
-        return self._held_against(solids, np.arange(self._first_of_last, self._count), temper, least)[0]
+        return self._held_against(solids, np.arange(self._first_of_last, self._count), temper, least)
 
     def _held_against(self, solids: Solids, which: NDArray[np.int64], temper: float, least: Array) -> tuple[Array, int]:
         out = np.empty(len(solids.scale))

@@ -103,6 +103,7 @@ class Variants:
         self.hypotheses = self.count * len(solids)
         memory.check(f"variants={self.count} of {len(solids)} solids", memory.of_hypotheses(1, self.hypotheses, 1))
         self._nominal = solids_of(solids, far / (1.0 - size))
+        self._radius = np.array([0.5 * float(np.linalg.norm(solid.size)) for solid in solids])
         self._solid_of = np.repeat(np.arange(len(solids)), self.count)
 
     def draw(self, rng: np.random.Generator) -> Array:
@@ -148,6 +149,15 @@ class Variants:
             rotation=turn @ nominal.rotation[of],
             position=nominal.position[of] + np.stack(offset, axis=1),
         )
+
+    def balls(self) -> tuple[Array, Array]:
+        """Find what no variant reaches out of.
+
+        Returns:
+            The middles (K, 3) m and radii (K,) m of a ball for each solid.
+        """
+        size, _, *offset = self.ranges
+        return self._nominal.position, (1.0 + size) * self._radius + float(np.linalg.norm(offset))
 
     def turned(self, turns: Array, step: Array, anew: NDArray[np.bool_], rng: np.random.Generator) -> Array:
         """Propose other turns, as probably from one to the other as back.

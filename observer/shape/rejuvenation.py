@@ -43,7 +43,8 @@ class Rejuvenation:
             temper: exponent of the evidence of a look.
         """
         self._variants, self._temper = variants, temper
-        self._felt = Felt(skin)
+        self._felt = Felt(skin, *variants.balls())
+        self._spent = 0  # records held against hypotheses in this step
         self._fit = np.zeros(variants.hypotheses)  # the log likelihood of all looks, of each hypothesis where it now is
         solids = variants.hypotheses // variants.count
         self._step = np.full(solids, FIRST_STEP)
@@ -60,7 +61,7 @@ class Rejuvenation:
         """
         self._felt.take(look)
         awake = np.flatnonzero(log_evidence > -np.inf)
-        gained = self._felt.last(solids.of(awake), self._temper)
+        gained, self._spent = self._felt.last(solids.of(awake), self._temper)
         log_evidence[awake] += gained
         self._fit[awake] += gained
 
@@ -103,16 +104,17 @@ class Rejuvenation:
         Returns:
             Whether any has moved.
         """
+        changed, spent, self._spent = False, self._spent, 0
         if not self._due.any():
             return False
         share = self._share(log_evidence)
         self._due[share < WORTH] = 0
-        spent = 0
         while self._due.any() and spent < AT_A_STEP:
             solid = int(np.argmax(np.where(self._due > 0, share, -1.0)))
             spent += self._metropolis(units, solid, rng)
             self._due[solid] -= 1
-        return spent > 0
+            changed = True
+        return changed
 
     def _metropolis(self, units: Array, solid: int, rng: np.random.Generator) -> int:
         """Propose one move to each variant of a solid, by steps of chance in all that is not known, and make it where
