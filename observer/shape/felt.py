@@ -14,9 +14,11 @@ from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from observer.shape.contact_likelihood import CLEAR, LEAST, TouchModel, WeighedTouch, link_likelihood
 from observer.shape.distance_fields import Solids
+from observer.shape.registration import Touched
 from observer.shape.skin import Skin
 
 FIRST_ROOM = 1024  # records; room is doubled where it runs out
+MOST_POINTS, MOST_BALLS = 64, 96  # of what was felt, in the search for places where a solid would explain it
 
 
 class Look(NamedTuple):
@@ -73,7 +75,11 @@ class Felt:
             reach: (K,) m, their radii.
         """
         self._middle, self._reach = middle, reach
+        self._centres = np.stack(
+            [skin.points[skin.patch == patch].mean(axis=0) for patch in range(skin.first_patch[-1])]
+        )
         self.looks, self._first_of_last, self._count = 0, 0, 0
+        self.touched_so_far = 0.0  # patches, each with its exponent
         self._skin = skin
         self._model = TouchModel(0.0, 0.0, 0.0)
         links, room, patches = len(skin.body), FIRST_ROOM, skin.first_patch[-1]
@@ -104,6 +110,7 @@ class Felt:
         records.link[mine], records.look[mine] = said, self.looks
         records.position[mine], records.rotation[mine] = look.position[said], look.rotation[said]
         records.touches[mine] = touches[said]
+        self.touched_so_far += float(touches @ look.exponent)
         records.exponent[mine], records.tolerance[mine] = look.exponent[said], np.asarray(look.model.tolerance)[said]
         records.contacts[self.looks] = look.contacts
         self._model, self.looks = look.model, self.looks + 1
@@ -145,10 +152,49 @@ class Felt:
         least = np.full(len(solids.scale), -np.inf)
         return self._held_against(solids, np.arange(self._first_of_last, self._count), temper, least)
 
+    def touched(self, temper: float, rng: np.random.Generator) -> Touched:
+        """Put all that was felt into the world, as points that touch and balls that do not.
+
+        Args:
+            temper: exponent.
+            rng: chooses, where there is more than enough.
+
+        Returns:
+            At most `MOST_POINTS` and `MOST_BALLS`; together they count as much as all.
+        """
+        skin, told = (
+            self._skin,
+            Records(*(array[: self._count] for array in self._records[:-1]), self._records.contacts),
+        )
+        owner = np.repeat(np.arange(len(skin.body)), np.diff(skin.first_patch))
+        n, patch = np.nonzero(told.contacts[told.look] & (owner == told.link[:, None]))
+        worth = temper * told.exponent / told.tolerance**2
+        n, patch, share = _chosen(worth[n], MOST_POINTS, rng, n, patch)
+        points = told.position[n] + np.einsum("nij,nj->ni", told.rotation[n], self._centres[patch])
+        silent = np.flatnonzero(told.touches == 0)
+        beads = np.diff(skin.first_bead)[told.link[silent]]
+        m = silent.repeat(beads)
+        bead = np.arange(len(m)) - np.repeat(np.cumsum(beads) - beads, beads) + skin.first_bead[told.link[m]]
+        balls = told.position[m] + skin.along[bead, None] * told.rotation[m, :, 2]
+        near = (np.linalg.norm(balls[:, None] - self._middle, axis=2) - self._reach).min(axis=1) < skin.radius[bead]
+        m, bead, balls = m[near], bead[near], balls[near]
+        which, cost = np.arange(len(m)), worth[m]
+        which, _, much = _chosen(cost, MOST_BALLS, rng, which, bead)
+        m, bead, balls = m[which], bead[which], balls[which]
+        return Touched(points, share, balls, skin.radius[bead] - told.tolerance[m], much)
+
     def _held_against(self, solids: Solids, which: NDArray[np.int64], temper: float, least: Array) -> tuple[Array, int]:
         out = np.empty(len(solids.scale))
         model = self._model.press, self._model.surprise, temper
         return out, _replayed(self._skin, solids, self._records, which, model, least, out)
+
+
+def _chosen(worth: Array, most: int, rng: np.random.Generator, *rows: NDArray[np.int64]) -> tuple[NDArray[Any], ...]:
+    """At most so many of the `rows`, those of more worth more probably, and the worth (M,) that each stands for."""
+    if len(worth) <= most:
+        return *rows, worth
+    kept = rng.choice(len(worth), most, replace=False, p=worth / worth.sum())
+    return *(row[kept] for row in rows), np.full(most, worth.sum() / most)
 
 
 def _with_room(array: NDArray[Any], rows: int) -> NDArray[Any]:

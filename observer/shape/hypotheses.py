@@ -20,6 +20,7 @@ from observer.gaussian import lower_factor
 from observer.shape.contact_likelihood import CLEAR
 from observer.shape.distance_fields import Solids, farthest, solids_of
 from observer.shape.drawn_fields import FIELD_RESOLUTION
+from observer.shape.registration import Ranges
 
 MOST_JITTER = 0.5  # of the size
 RANGES = 5  # size, yaw and three of position, each in units of its range
@@ -120,7 +121,7 @@ class Variants:
         units = rng.uniform(-1.0, 1.0, units.shape) if self.unknown else units
         if not self.most_turned:
             return units
-        return np.concatenate([units, rotation.drawn(rng, self.most_turned, len(units)).as_quat()], axis=1)
+        return np.concatenate([units, self.any_turn(len(units), rng)], axis=1)
 
     def place(self, units: Array, which: NDArray[np.int64] | None = None) -> Solids:
         """Make the solids of what was drawn.
@@ -159,6 +160,66 @@ class Variants:
         size, _, *offset = self.ranges
         return self._nominal.position, (1.0 + size) * self._radius + float(np.linalg.norm(offset))
 
+    def bounds(self, solid: int) -> Ranges:
+        """Tell what a solid may be.
+
+        Args:
+            solid: index.
+
+        Returns:
+            Its ranges.
+        """
+        scale, middle = self._nominal.scale[solid], self._nominal.position[solid]
+        size, offset = self.ranges[0], self.ranges[2:]
+        return Ranges(
+            (scale * (1 - size), scale * (1 + size)), middle - offset, middle + offset, bool(self.most_turned)
+        )
+
+    def units_of(self, solids: Solids, solid: int) -> Array:
+        """Tell how hypotheses differ from a solid: the inverse of `place`, for any turn.
+
+        Args:
+            solids: M hypotheses.
+            solid: index, of which they are variants.
+
+        Returns:
+            (M, 9) as of `draw`.
+        """
+        nominal, known = self._nominal, np.maximum(self.ranges, np.finfo(float).tiny)
+        units = np.zeros((len(solids.scale), RANGES + 4))
+        units[:, 0] = (solids.scale / nominal.scale[solid] - 1.0) / known[0]
+        units[:, 2:RANGES] = (solids.position - nominal.position[solid]) / known[2:]
+        units[:, RANGES:] = Rotation.from_matrix(solids.rotation @ nominal.rotation[solid].T).as_quat()
+        return np.where(np.append(self.ranges == 0.0, [False] * 4), 0.0, units)
+
+    @property
+    def share_of_turns(self) -> float:
+        """Of all turns, how many a solid may have."""
+        return float((self.most_turned - np.sin(self.most_turned)) / np.pi)
+
+    def any_turn(self, count: int, rng: np.random.Generator) -> Array:
+        """Draw turns.
+
+        Args:
+            count: M.
+            rng: draws.
+
+        Returns:
+            (M, 4) quaternions xyzw.
+        """
+        return np.asarray(rotation.drawn(rng, self.most_turned, count).as_quat())
+
+    def allowed(self, turns: Array) -> NDArray[np.bool_]:
+        """Tell which turns a solid may have.
+
+        Args:
+            turns: (M, 4) quaternions xyzw.
+
+        Returns:
+            (M,).
+        """
+        return np.asarray(Rotation.from_quat(turns).magnitude() <= self.most_turned + 1e-9)
+
     def turned(self, turns: Array, step: Array, anew: NDArray[np.bool_], rng: np.random.Generator) -> Array:
         """Propose other turns, as probably from one to the other as back.
 
@@ -171,10 +232,10 @@ class Variants:
         Returns:
             (M, 4); one that would be turned too far stays.
         """
-        fresh = rotation.drawn(rng, self.most_turned, len(turns)).as_quat()
+        fresh = self.any_turn(len(turns), rng)
         near = Rotation.from_rotvec(step * rng.standard_normal((len(turns), 3))) * Rotation.from_quat(turns)
-        too_far = near.magnitude() > self.most_turned + 1e-9
-        proposed = np.where(too_far[:, None], turns, near.as_quat())
+        close = near.as_quat()
+        proposed = np.where(self.allowed(close)[:, None], close, turns)
         return np.where(anew[:, None], fresh, proposed)
 
     def resampled(

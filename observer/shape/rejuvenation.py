@@ -19,12 +19,15 @@ from haptic_env.arrays import Array
 from observer.shape.distance_fields import Solids
 from observer.shape.felt import Felt, Look
 from observer.shape.hypotheses import RANGES, Variants, reflected
+from observer.shape.mode_search import AGAIN, ModeSearch
 from observer.shape.skin import Skin
 
 FEWEST, MOST, REPLAYED = 3, 10, 400  # moves each time that a solid's variants are resampled: many while looks are few
 AT_A_STEP = 40_000  # records held against hypotheses after which moves wait for the next step: some ten milliseconds
 WORTH = 1e-3  # share of the posterior below which a solid's variants are resampled and not moved
 FEW = 60  # variants of such a solid
+FEWEST_TOUCHES, GROWN = 3.0, 1.5  # before modes are searched for; times as many before they are again
+MISSED = 1.0  # nats by which modes must be better than what there is
 FIRST_STEP, SHORTEST, LONGEST = 0.3, 0.006, 0.6  # of a range, and rad, of a move
 VARIED = 0.7  # SD of the log of a step's length: short and long ones at any time
 ANEW = 0.15  # of the moves: any turn at all
@@ -50,6 +53,8 @@ class Rejuvenation:
         self._step = np.full(solids, FIRST_STEP)
         self._due = np.zeros(solids, dtype=np.int64)  # moves of each solid
         self._awake = np.full(solids, variants.count)
+        self._search = ModeSearch(variants, temper)
+        self._searched = np.zeros(solids)  # how much had been touched when modes of each were last searched for
 
     def take(self, look: Look, solids: Solids, log_evidence: Array) -> None:
         """Take in what was felt.
@@ -104,9 +109,9 @@ class Rejuvenation:
         Returns:
             Whether any has moved.
         """
-        changed, spent, self._spent = False, self._spent, 0
+        changed, spent, self._spent = self._look_for_modes(units, log_evidence, rng), self._spent, 0
         if not self._due.any():
-            return False
+            return changed
         share = self._share(log_evidence)
         self._due[share < WORTH] = 0
         while self._due.any() and spent < AT_A_STEP:
@@ -115,6 +120,34 @@ class Rejuvenation:
             self._due[solid] -= 1
             changed = True
         return changed
+
+    def _look_for_modes(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> bool:
+        """Search for modes of the one solid for which most was touched since; where its variants have missed them, draw
+        them anew, and their evidence.
+
+        Returns:
+            Whether that was so.
+        """
+        grown = self._felt.touched_so_far / np.maximum(self._searched, FEWEST_TOUCHES / GROWN)
+        solid = int(np.argmax(grown))
+        if grown[solid] < GROWN:
+            return False
+        self._searched[solid] = self._felt.touched_so_far
+        first, awake = solid * self._variants.count, self._awake[solid]
+        fit = self._fit[first : first + awake]
+        modes = self._search.modes(self._felt, solid, units[first + np.argsort(-fit)[:AGAIN]], rng)
+        evidence = np.logaddexp.reduce(log_evidence[first : first + awake])
+        if modes.fit.max() < max(fit.max(), evidence) + MISSED:
+            return False
+        draws = min(FEW, self._variants.count)
+        found = self._search.posterior(self._felt, solid, modes, rng, draws)
+        if np.logaddexp.reduce(found.log_weight) < evidence + MISSED:
+            return False
+        mine = slice(first, first + draws)
+        units[mine], self._fit[mine], self._awake[solid] = found.units, found.fit, draws
+        log_evidence[first : first + self._variants.count] = -np.inf
+        log_evidence[mine] = found.log_weight
+        return True
 
     def _metropolis(self, units: Array, solid: int, rng: np.random.Generator) -> int:
         """Propose one move to each variant of a solid, by steps of chance in all that is not known, and make it where

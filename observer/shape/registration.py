@@ -1,0 +1,224 @@
+"""Where a solid would have to lie to be what was touched: registration of touches to its surface, compiled.
+
+Shapes: S starts, N points that touch, B balls that feel nothing. Lengths in metres.
+
+Touches lie on the surface, balls of skin that feel nothing lie outside of it. What departs from that is made least by
+Levenberg and Marquardt's steps in size, place and turn, down the slopes of the solid's distance field.
+
+References:
+    Fitzgibbon 2003, Image Vision Comput. 21, 1145-1153 (registration by Levenberg-Marquardt on a distance field).
+    Besl & McKay 1992, IEEE PAMI 14, 239-256.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from haptic_env.arrays import Array
+from haptic_env.compiled import inner, kernel
+from observer.shape.distance_fields import distance_from, way_out
+
+UNKNOWNS = 7  # log size, place, and a small turn about each axis of the world
+STEPS = 12
+FIRST_DAMPING = 1e-2
+OUTLIER = 0.006  # m: a touch so far away pulls no more than in proportion to its distance
+FURTHEST = 0.02, 0.5  # m and rad, at most in one step
+
+
+class Touched(NamedTuple):
+    """What was felt where, in the world.
+
+    Attributes:
+        points: (N, 3) m, of skin that felt contact.
+        weight: (N,) 1/m², of the square of the distance of each from the surface.
+        balls: (B, 3) m, middles of balls of skin that felt nothing.
+        radius: (B,) m.
+        cost: (B,) 1/m², of the square of how deep each lies inside.
+    """
+
+    points: Array
+    weight: Array
+    balls: Array
+    radius: Array
+    cost: Array
+
+
+class Ranges(NamedTuple):
+    """What a solid may be.
+
+    Attributes:
+        scale: the least and the largest.
+        low: (3,) m, of its place.
+        high: (3,) m.
+        turns: whether it may be turned.
+    """
+
+    scale: tuple[float, float]
+    low: Array
+    high: Array
+    turns: bool
+
+
+@inner()
+def _gap(solids, s, x, y, z, slope):
+    """Fill `slope` (3,) with the derivative of the distance of a point of the world from start `s` by the point; of
+    those far off it is the way from the middle.
+
+    Returns:
+        The distance, m.
+    """
+    gap = distance_from(solids, s, x, y, z)
+    if gap < solids.scale[s] * solids.far:
+        way_out(solids, s, x, y, z, 0.5 * solids.resolution, slope)
+        return gap
+    at = solids.position[s]
+    dx, dy, dz = x - at[0], y - at[1], z - at[2]
+    apart = math.sqrt(dx * dx + dy * dy + dz * dz)
+    slope[0], slope[1], slope[2] = dx / apart, dy / apart, dz / apart
+    return gap
+
+
+@inner()
+def _add(weight, off, gap, slope, rx, ry, rz, normal, right):
+    """Add a residual `off` m, which changes as a gap with `slope` (3,) at `r` from the middle does, to the normal
+    equations (7, 7) and (7,)."""
+    row = (
+        gap - slope[0] * rx - slope[1] * ry - slope[2] * rz,
+        -slope[0],
+        -slope[1],
+        -slope[2],
+        -(ry * slope[2] - rz * slope[1]),
+        -(rz * slope[0] - rx * slope[2]),
+        -(rx * slope[1] - ry * slope[0]),
+    )
+    for i in range(UNKNOWNS):
+        right[i] -= weight * row[i] * off
+        for j in range(i + 1):
+            normal[i, j] += weight * row[i] * row[j]
+
+
+@inner()
+def _equations(solids, s, touched, slope, normal, right):
+    """Fill the normal equations (7, 7), their lower triangle, and (7,); returns what is to be made least."""
+    total = 0.0
+    for i in range(UNKNOWNS):
+        right[i] = 0.0
+        for j in range(UNKNOWNS):
+            normal[i, j] = 0.0
+    at = solids.position[s]
+    for n in range(len(touched.points)):
+        x, y, z = touched.points[n, 0], touched.points[n, 1], touched.points[n, 2]
+        gap = _gap(solids, s, x, y, z, slope)
+        size = abs(gap)
+        weight = touched.weight[n] * (1.0 if size < OUTLIER else OUTLIER / size)
+        total += weight * size * (size if size < OUTLIER else 2.0 * size - OUTLIER)
+        _add(weight, gap, gap, slope, x - at[0], y - at[1], z - at[2], normal, right)
+    for n in range(len(touched.balls)):
+        x, y, z = touched.balls[n, 0], touched.balls[n, 1], touched.balls[n, 2]
+        if distance_from(solids, s, x, y, z) < touched.radius[n]:
+            gap = _gap(solids, s, x, y, z, slope)
+            off = gap - touched.radius[n]
+            size = -off
+            weight = touched.cost[n] * (1.0 if size < OUTLIER else OUTLIER / size)
+            total += weight * size * (size if size < OUTLIER else 2.0 * size - OUTLIER)
+            _add(weight, off, gap, slope, x - at[0], y - at[1], z - at[2], normal, right)
+    return total
+
+
+@inner()
+def _solve(normal, right, damping, free, factor, step):
+    """Fill `step` (7,) by Cholesky's factor; what is not `free` (7,) stays."""
+    for i in range(UNKNOWNS):
+        for j in range(i + 1):
+            value = normal[i, j] if free[i] and free[j] else 0.0
+            if i == j:
+                value = value * (1.0 + damping) + 1e-9 if free[i] else 1.0
+            for k in range(j):
+                value -= factor[i, k] * factor[j, k]
+            if i == j:
+                factor[i, i] = math.sqrt(max(value, 1e-12))
+            else:
+                factor[i, j] = value / factor[j, j]
+    for i in range(UNKNOWNS):
+        value = right[i] if free[i] else 0.0
+        for k in range(i):
+            value -= factor[i, k] * step[k]
+        step[i] = value / factor[i, i]
+    for i in range(UNKNOWNS - 1, -1, -1):
+        value = step[i]
+        for k in range(i + 1, UNKNOWNS):
+            value -= factor[k, i] * step[k]
+        step[i] = value / factor[i, i]
+
+
+@inner()
+def _moved(solids, s, scale, place, turn, step, ranges):
+    """Put start `s` a step (7,) away from where it was: within its ranges, and no step too far."""
+    smallest, largest = ranges.scale
+    solids.scale[s] = min(max(scale * math.exp(min(max(step[0], -0.1), 0.1)), smallest), largest)
+    length = math.sqrt(step[1] ** 2 + step[2] ** 2 + step[3] ** 2)
+    share = min(1.0, FURTHEST[0] / max(length, 1e-12))
+    for i in range(3):
+        solids.position[s, i] = min(max(place[i] + share * step[1 + i], ranges.low[i]), ranges.high[i])
+    angle = math.sqrt(step[4] ** 2 + step[5] ** 2 + step[6] ** 2)
+    if angle < 1e-12:
+        for i in range(3):
+            for j in range(3):
+                solids.rotation[s, i, j] = turn[i, j]
+        return
+    x, y, z = step[4] / angle, step[5] / angle, step[6] / angle
+    angle = min(angle, FURTHEST[1])
+    sine, versine = math.sin(angle), 1.0 - math.cos(angle)
+    for j in range(3):
+        a, b, c = turn[0, j], turn[1, j], turn[2, j]
+        along = x * a + y * b + z * c
+        # Rodrigues' formula: v + sin k×v + (1 - cos) k×(k×v).
+        solids.rotation[s, 0, j] = a + sine * (y * c - z * b) + versine * (x * along - a)
+        solids.rotation[s, 1, j] = b + sine * (z * a - x * c) + versine * (y * along - b)
+        solids.rotation[s, 2, j] = c + sine * (x * b - y * a) + versine * (z * along - c)
+
+
+@kernel()
+def register(solids, touched, ranges, cost, information):
+    """Move starts to where they explain touches.
+
+    Args:
+        solids: of S starts; scale, position and rotation are changed.
+        touched: the `Touched`.
+        ranges: the `Ranges`.
+        cost: (S,) filled with what is left to be explained, half of which is a negative log likelihood.
+        information: (S, 7, 7) filled with the normal equations there.
+    """
+    slope, right, step = np.empty(3), np.empty(UNKNOWNS), np.zeros(UNKNOWNS)
+    normal, trial = np.empty((UNKNOWNS, UNKNOWNS)), np.empty((UNKNOWNS, UNKNOWNS))
+    factor, wrong = np.empty((UNKNOWNS, UNKNOWNS)), np.empty(UNKNOWNS)
+    free = np.ones(UNKNOWNS, dtype=np.bool_)
+    free[0] = ranges.scale[0] < ranges.scale[1]
+    for i in range(3):
+        free[1 + i] = ranges.low[i] < ranges.high[i]
+        free[4 + i] = ranges.turns
+    for s in range(len(cost)):
+        damping = FIRST_DAMPING
+        best = _equations(solids, s, touched, slope, normal, right)
+        for _ in range(STEPS):
+            scale, place, turn = solids.scale[s], solids.position[s].copy(), solids.rotation[s].copy()
+            _solve(normal, right, damping, free, factor, step)
+            _moved(solids, s, scale, place, turn, step, ranges)
+            total = _equations(solids, s, touched, slope, trial, wrong)
+            if total < best:
+                gained, best, damping = best - total, total, max(0.2 * damping, 1e-6)
+                normal[:], right[:] = trial, wrong
+                if gained < 1e-3 * best + 1e-3:
+                    break
+            else:
+                solids.scale[s], solids.position[s], solids.rotation[s] = scale, place, turn
+                damping *= 8.0
+                if damping > 1e4:
+                    break
+        cost[s] = best
+        for i in range(UNKNOWNS):
+            for j in range(UNKNOWNS):
+                information[s, i, j] = normal[max(i, j), min(i, j)]
