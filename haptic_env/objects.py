@@ -98,7 +98,7 @@ class ObjectPrior(NamedTuple):
 
         Args:
             rng: gives the draws.
-            hand: in whose workspace it must lie.
+            hand: in whose workspace a place that is told must lie; one that is not has the near side within reach.
             options: as `ExploreEnv.reset`'s; what they tell is not drawn.
 
         Returns:
@@ -129,9 +129,8 @@ class ObjectPrior(NamedTuple):
             hand.place(told) + shift if position is None else position,
             turn if quaternion is None else quaternion,
         )
-        offset = np.abs(np.asarray(solid.position) - hand.grasp_centre)
         reach = hand.workspace / 2
-        if (offset > reach).any():
+        if position is not None and (np.abs(np.asarray(solid.position) - hand.grasp_centre) > reach).any():
             low, high = hand.grasp_centre - reach, hand.grasp_centre + reach
             raise ValueError(
                 f"object position {solid.position} m is out of reach; choose it between {low.tolist()} and "

@@ -18,7 +18,7 @@ from observer.shape.registration import Touched
 from observer.shape.skin import Skin
 
 FIRST_ROOM = 1024  # records; room is doubled where it runs out
-MOST_POINTS, MOST_BALLS = 64, 96  # of what was felt, in the search for places where a solid would explain it
+MOST_PATCHES, MOST_BALLS = 64, 96  # of what was felt, in the search for places where a solid would explain it
 
 
 class Look(NamedTuple):
@@ -75,9 +75,7 @@ class Felt:
             reach: (K,) m, their radii.
         """
         self._middle, self._reach = middle, reach
-        self._centres = np.stack(
-            [skin.points[skin.patch == patch].mean(axis=0) for patch in range(skin.first_patch[-1])]
-        )
+        self._points = [skin.points[skin.patch == patch] for patch in range(skin.first_patch[-1])]
         self.looks, self._first_of_last, self._count = 0, 0, 0
         self.touched_so_far = 0.0  # patches, each with its exponent
         self._skin = skin
@@ -119,8 +117,7 @@ class Felt:
     def _near(self, look: Look) -> NDArray[np.bool_]:
         """(L,) which links any hypothesis may come near: the others are as they would be without it."""
         ball = look.position + self._skin.middle[:, None] * look.rotation[:, :, 2]
-        apart = np.linalg.norm(ball[:, None] - self._middle, axis=2) - self._reach
-        return np.asarray(apart.min(axis=1) < self._skin.ball + CLEAR * look.model.tolerance)
+        return np.asarray(self._apart(ball) < self._skin.ball + CLEAR * look.model.tolerance)
 
     def log_likelihood(self, solids: Solids, temper: float, least: Array | None = None) -> tuple[Array, int]:
         """Tell how probable all that was felt is.
@@ -160,28 +157,35 @@ class Felt:
             rng: chooses, where there is more than enough.
 
         Returns:
-            At most `MOST_POINTS` and `MOST_BALLS`; together they count as much as all.
+            At most `MOST_PATCHES` and `MOST_BALLS`; together they count as much as all.
         """
-        skin, told = (
-            self._skin,
-            Records(*(array[: self._count] for array in self._records[:-1]), self._records.contacts),
-        )
+        skin, all_of = self._skin, slice(self._count)
+        link, look, position, rotation, touches, exponent, tolerance, contacts = self._records
+        link, position, rotation = link[all_of], position[all_of], rotation[all_of]
+        worth = temper * exponent[all_of] / tolerance[all_of] ** 2
         owner = np.repeat(np.arange(len(skin.body)), np.diff(skin.first_patch))
-        n, patch = np.nonzero(told.contacts[told.look] & (owner == told.link[:, None]))
-        worth = temper * told.exponent / told.tolerance**2
-        n, patch, share = _chosen(worth[n], MOST_POINTS, rng, n, patch)
-        points = told.position[n] + np.einsum("nij,nj->ni", told.rotation[n], self._centres[patch])
-        silent = np.flatnonzero(told.touches == 0)
-        beads = np.diff(skin.first_bead)[told.link[silent]]
+        n, patch = np.nonzero(contacts[look[all_of]] & (owner == link[:, None]))
+        n, patch, share = _chosen(worth[n], MOST_PATCHES, rng, n, patch)
+        begin = np.concatenate([[0], np.cumsum([len(self._points[each]) for each in patch])])
+        points = np.concatenate(
+            [
+                np.zeros((0, 3)),
+                *(self._points[each] @ rotation[m].T + position[m] for m, each in zip(n, patch, strict=True)),
+            ]
+        )
+        silent = np.flatnonzero(touches[all_of] == 0)
+        beads = np.diff(skin.first_bead)[link[silent]]
         m = silent.repeat(beads)
-        bead = np.arange(len(m)) - np.repeat(np.cumsum(beads) - beads, beads) + skin.first_bead[told.link[m]]
-        balls = told.position[m] + skin.along[bead, None] * told.rotation[m, :, 2]
-        near = (np.linalg.norm(balls[:, None] - self._middle, axis=2) - self._reach).min(axis=1) < skin.radius[bead]
-        m, bead, balls = m[near], bead[near], balls[near]
-        which, cost = np.arange(len(m)), worth[m]
-        which, _, much = _chosen(cost, MOST_BALLS, rng, which, bead)
-        m, bead, balls = m[which], bead[which], balls[which]
-        return Touched(points, share, balls, skin.radius[bead] - told.tolerance[m], much)
+        bead = np.arange(len(m)) - np.repeat(np.cumsum(beads) - beads, beads) + skin.first_bead[link[m]]
+        balls = position[m] + skin.along[bead, None] * rotation[m, :, 2]
+        near = np.flatnonzero(self._apart(balls) < skin.radius[bead])
+        near, cost = _chosen(worth[m[near]], MOST_BALLS, rng, near)
+        radius = skin.radius[bead[near]] - tolerance[m[near]]
+        return Touched(points, begin, share, balls[near], radius, cost)
+
+    def _apart(self, points: Array) -> Array:
+        """(M,) m, from points (M, 3) to where any hypothesis reaches."""
+        return np.asarray((np.linalg.norm(points[:, None] - self._middle, axis=2) - self._reach).min(axis=1))
 
     def _held_against(self, solids: Solids, which: NDArray[np.int64], temper: float, least: Array) -> tuple[Array, int]:
         out = np.empty(len(solids.scale))

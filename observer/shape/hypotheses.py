@@ -21,6 +21,7 @@ from observer.shape.contact_likelihood import CLEAR
 from observer.shape.distance_fields import Solids, farthest, solids_of
 from observer.shape.drawn_fields import FIELD_RESOLUTION
 from observer.shape.registration import Ranges
+from observer.shape.turns import Turns
 
 MOST_JITTER = 0.5  # of the size
 RANGES = 5  # size, yaw and three of position, each in units of its range
@@ -62,7 +63,7 @@ class Variants:
 
     Attributes:
         ranges: (5,) of size (fraction), yaw (rad) and place (m), plus or minus.
-        most_turned: rad, the largest angle of a turn about any axis.
+        turns: about any axis.
         unknown: whether any is not 0.
         count: V; 1 where all is known.
         hypotheses: H.
@@ -97,9 +98,9 @@ class Variants:
         yaw = validate.number("yaw_jitter", yaw_jitter, 0.0, 180.0, unit="degrees")
         offset = validate.number("position_jitter", position_jitter, 0.0, 0.05, unit="m")
         self.ranges = np.array([size, np.deg2rad(yaw), offset, offset, offset])
-        self.most_turned = np.deg2rad(rotation.jitter(rotation_jitter, yaw))
+        self.turns = Turns(rotation.jitter(rotation_jitter, yaw))
         count = validate.integer("variants", variants, 1, edge.COUNT)
-        self.unknown = bool(self.ranges.any() or self.most_turned)
+        self.unknown = bool(self.ranges.any() or self.turns.most)
         self.count = count if self.unknown else 1
         self.hypotheses = self.count * len(solids)
         memory.check(f"variants={self.count} of {len(solids)} solids", memory.of_hypotheses(1, self.hypotheses, 1))
@@ -119,9 +120,9 @@ class Variants:
         """
         units = np.zeros((self.hypotheses, RANGES))
         units = rng.uniform(-1.0, 1.0, units.shape) if self.unknown else units
-        if not self.most_turned:
+        if not self.turns.most:
             return units
-        return np.concatenate([units, self.any_turn(len(units), rng)], axis=1)
+        return np.concatenate([units, self.turns.draw(len(units), rng)], axis=1)
 
     def place(self, units: Array, which: NDArray[np.int64] | None = None) -> Solids:
         """Make the solids of what was drawn.
@@ -134,7 +135,7 @@ class Variants:
             The tables.
         """
         size, yaw, *offset = (units[:, :RANGES] * self.ranges).T
-        if self.most_turned:
+        if self.turns.most:
             turn = Rotation.from_quat(units[:, RANGES:]).as_matrix()
         else:
             turn = np.zeros((len(units), 3, 3))
@@ -171,9 +172,7 @@ class Variants:
         """
         scale, middle = self._nominal.scale[solid], self._nominal.position[solid]
         size, offset = self.ranges[0], self.ranges[2:]
-        return Ranges(
-            (scale * (1 - size), scale * (1 + size)), middle - offset, middle + offset, bool(self.most_turned)
-        )
+        return Ranges((scale * (1 - size), scale * (1 + size)), middle - offset, middle + offset, bool(self.turns.most))
 
     def units_of(self, solids: Solids, solid: int) -> Array:
         """Tell how hypotheses differ from a solid: the inverse of `place`, for any turn.
@@ -191,52 +190,6 @@ class Variants:
         units[:, 2:RANGES] = (solids.position - nominal.position[solid]) / known[2:]
         units[:, RANGES:] = Rotation.from_matrix(solids.rotation @ nominal.rotation[solid].T).as_quat()
         return np.where(np.append(self.ranges == 0.0, [False] * 4), 0.0, units)
-
-    @property
-    def share_of_turns(self) -> float:
-        """Of all turns, how many a solid may have."""
-        return float((self.most_turned - np.sin(self.most_turned)) / np.pi)
-
-    def any_turn(self, count: int, rng: np.random.Generator) -> Array:
-        """Draw turns.
-
-        Args:
-            count: M.
-            rng: draws.
-
-        Returns:
-            (M, 4) quaternions xyzw.
-        """
-        return np.asarray(rotation.drawn(rng, self.most_turned, count).as_quat())
-
-    def allowed(self, turns: Array) -> NDArray[np.bool_]:
-        """Tell which turns a solid may have.
-
-        Args:
-            turns: (M, 4) quaternions xyzw.
-
-        Returns:
-            (M,).
-        """
-        return np.asarray(Rotation.from_quat(turns).magnitude() <= self.most_turned + 1e-9)
-
-    def turned(self, turns: Array, step: Array, anew: NDArray[np.bool_], rng: np.random.Generator) -> Array:
-        """Propose other turns, as probably from one to the other as back.
-
-        Args:
-            turns: (M, 4) quaternions xyzw.
-            step: (M, 1) rad, SD of a small turn about each axis.
-            anew: (M,) which to draw anew instead.
-            rng: draws.
-
-        Returns:
-            (M, 4); one that would be turned too far stays.
-        """
-        fresh = self.any_turn(len(turns), rng)
-        near = Rotation.from_rotvec(step * rng.standard_normal((len(turns), 3))) * Rotation.from_quat(turns)
-        close = near.as_quat()
-        proposed = np.where(self.allowed(close)[:, None], close, turns)
-        return np.where(anew[:, None], fresh, proposed)
 
     def resampled(
         self,

@@ -24,10 +24,11 @@ from scipy.special import logsumexp
 from haptic_env.arrays import Array
 from observer.shape.felt import Felt
 from observer.shape.hypotheses import RANGES, Variants
-from observer.shape.registration import UNKNOWNS, register
+from observer.shape.registration import UNKNOWNS, Touched, register
 
 STARTS, AGAIN = 24, 4  # turns at random, and variants there are that explain most
 MODES = 6
+NEWER = 1.03  # times as much touched as when it was last put into the world
 APART = 0.003, 0.2  # m and rad by which modes differ
 WIDER = 1.5  # times as wide as the touches say, lest the tails be missed
 WIDEST_TURN = 0.7  # rad, SD about each axis; wider ones go around
@@ -77,6 +78,8 @@ class ModeSearch:
         self._variants, self._temper = variants, temper
         self._ranges = variants.ranges[SIZE_AND_PLACE]
         self._free = np.append(self._ranges > 0.0, [True] * 3)
+        self._touched: Touched
+        self._so_far = 0.0
 
     def modes(self, felt: Felt, solid: int, known: Array, rng: np.random.Generator) -> Modes:
         """Find where a solid explains what was felt.
@@ -93,12 +96,12 @@ class ModeSearch:
         count = STARTS + len(known)
         units = np.zeros((count, RANGES + 4))
         units[:STARTS, SIZE_AND_PLACE] = rng.uniform(-0.5, 0.5, (STARTS, 4)) * self._free[:4]
-        units[:STARTS, RANGES:] = self._variants.any_turn(STARTS, rng)
+        units[:STARTS, RANGES:] = self._variants.turns.draw(STARTS, rng)
         units[STARTS:] = known
         which = np.full(count, solid * self._variants.count)
         starts = self._variants.place(units, which)
         cost, information = np.empty(count), np.empty((count, UNKNOWNS, UNKNOWNS))
-        register(starts, felt.touched(self._temper, rng), self._variants.bounds(solid), cost, information)
+        register(starts, self._felt_by_now(felt, rng), self._variants.bounds(solid), cost, information)
         units = self._variants.units_of(starts, solid)
         kept: list[int] = []
         turns = Rotation.from_quat(units[:, RANGES:])
@@ -111,6 +114,12 @@ class ModeSearch:
                 break
         fit, _ = felt.log_likelihood(starts.of(np.array(kept)), self._temper)
         return Modes(units[kept], self._spread(information[kept], units[kept]), fit)
+
+    def _felt_by_now(self, felt: Felt, rng: np.random.Generator) -> Touched:
+        """What was touched, made anew only where that has become more since."""
+        if felt.touched_so_far > NEWER * self._so_far:
+            self._touched, self._so_far = felt.touched(self._temper, rng), felt.touched_so_far
+        return self._touched
 
     def _spread(self, information: Array, units: Array) -> Array:
         """(M, 7, 7) covariances of size and place in units and of a turn in rad; 0 of what is known."""
@@ -145,8 +154,10 @@ class ModeSearch:
         units[:, SIZE_AND_PLACE] += off[:, :4] * self._free[:4]
         anew = rng.random(draws) < ANY_TURN
         turns = Rotation.from_rotvec(off[:, 4:]) * Rotation.from_quat(units[:, RANGES:])
-        units[:, RANGES:] = np.where(anew[:, None], self._variants.any_turn(draws, rng), turns.as_quat())
-        inside = np.all(np.abs(units[:, SIZE_AND_PLACE]) <= 1.0, axis=1) & self._variants.allowed(units[:, RANGES:])
+        units[:, RANGES:] = np.where(anew[:, None], self._variants.turns.draw(draws, rng), turns.as_quat())
+        inside = np.all(np.abs(units[:, SIZE_AND_PLACE]) <= 1.0, axis=1) & self._variants.turns.allowed(
+            units[:, RANGES:]
+        )
         log_weight, explained = np.full(draws, -np.inf), np.full(draws, -np.inf)
         mine = np.full(draws, solid * self._variants.count)[inside]
         least = np.full(len(mine), fit.max() - WORSE)
@@ -157,7 +168,7 @@ class ModeSearch:
 
     def _log_prior(self) -> float:
         """The log density of any size and place, in units, and of any turn, by the share of all turns."""
-        return float(-np.log(2.0) * self._free[:4].sum() - np.log(self._variants.share_of_turns))
+        return float(-np.log(2.0) * self._free[:4].sum() - np.log(self._variants.turns.share))
 
     def _log_proposal(self, units: Array, modes: Array, spread: Array, share: Array) -> Array:
         """(D,) log density with which `posterior` draws, in the measure of `_log_prior`."""
@@ -168,7 +179,7 @@ class ModeSearch:
             turn = (Rotation.from_quat(units[:, RANGES:]) * Rotation.from_quat(mode[RANGES:]).inv()).as_rotvec()
             off = np.concatenate([(units - mode)[:, SIZE_AND_PLACE], turn], axis=1)
             about = _log_normal(off[:, every], wide[np.ix_(every, every)]) - _log_of_turns(turn)
-            any_turn = _log_normal(off[:, place], wide[np.ix_(place, place)]) - np.log(self._variants.share_of_turns)
+            any_turn = _log_normal(off[:, place], wide[np.ix_(place, place)]) - np.log(self._variants.turns.share)
             parts += [about + np.log(much * (1 - ANY_TURN)), any_turn + np.log(much * ANY_TURN)]
         return np.asarray(logsumexp(parts, axis=0))
 

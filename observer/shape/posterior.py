@@ -134,7 +134,7 @@ class ShapePosterior:
         )
         needed = memory.of_hypotheses(hand.joints, self.variants.hypotheses, self.samples)
         memory.check(f"samples={self.samples}", needed)
-        if self.variants.most_turned and self.samples > 1:
+        if self.variants.turns.most and self.samples > 1:
             raise ValueError(f"rotation_jitter above 0 needs samples=1, the mean pose, got samples={self.samples}")
         if self.none and self.variants.unknown:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
@@ -238,7 +238,7 @@ class ShapePosterior:
             self._habit.update(contacts, self._news[self.hand.patches.link])
         model = TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise)
         before = self._log_evidence.copy()
-        if self.variants.most_turned:
+        if self.variants.turns.most:
             self._rejuvenation.take(Look(*frames, contacts, self._news, model), self._solids, self._log_evidence)
         else:
             felt = PoseSamples(self._poses, self._parts.column), contacts, self._news, model
@@ -252,7 +252,7 @@ class ShapePosterior:
 
     def _follow(self) -> None:
         """Let samples and variants go where the evidence is."""
-        if self.variants.most_turned:
+        if self.variants.turns.most:
             if self._rejuvenation.resample(self._units, self._log_evidence, self._rng):
                 self._solids = self.variants.place(self._units)
             self._move()

@@ -1,6 +1,6 @@
 """Where a solid would have to lie to be what was touched: registration of touches to its surface, compiled.
 
-Shapes: S starts, N points that touch, B balls that feel nothing. Lengths in metres.
+Shapes: S starts, N patches that touch, M points of them, B balls that feel nothing. Lengths in metres.
 
 Touches lie on the surface, balls of skin that feel nothing lie outside of it. What departs from that is made least by
 Levenberg and Marquardt's steps in size, place and turn, down the slopes of the solid's distance field.
@@ -16,6 +16,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.compiled import inner, kernel
@@ -32,14 +33,16 @@ class Touched(NamedTuple):
     """What was felt where, in the world.
 
     Attributes:
-        points: (N, 3) m, of skin that felt contact.
-        weight: (N,) 1/m², of the square of the distance of each from the surface.
+        points: (M, 3) m, of skin.
+        begin: (N + 1,) those of patch n, which felt contact, are `begin[n]` up to `begin[n + 1]`.
+        weight: (N,) 1/m², of the square of the distance of the nearest of each from the surface.
         balls: (B, 3) m, middles of balls of skin that felt nothing.
         radius: (B,) m.
         cost: (B,) 1/m², of the square of how deep each lies inside.
     """
 
     points: Array
+    begin: NDArray[np.int64]
     weight: Array
     balls: Array
     radius: Array
@@ -109,8 +112,13 @@ def _equations(solids, s, touched, slope, normal, right):
         for j in range(UNKNOWNS):
             normal[i, j] = 0.0
     at = solids.position[s]
-    for n in range(len(touched.points)):
-        x, y, z = touched.points[n, 0], touched.points[n, 1], touched.points[n, 2]
+    for n in range(len(touched.weight)):
+        nearest, least = touched.begin[n], np.inf
+        for k in range(touched.begin[n], touched.begin[n + 1]):
+            gap = distance_from(solids, s, touched.points[k, 0], touched.points[k, 1], touched.points[k, 2])
+            if gap < least:
+                nearest, least = k, gap
+        x, y, z = touched.points[nearest, 0], touched.points[nearest, 1], touched.points[nearest, 2]
         gap = _gap(solids, s, x, y, z, slope)
         size = abs(gap)
         weight = touched.weight[n] * (1.0 if size < OUTLIER else OUTLIER / size)

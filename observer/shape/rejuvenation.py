@@ -162,7 +162,7 @@ class Rejuvenation:
         proposed = units[mine]
         proposed[:, :RANGES] = reflected(proposed[:, :RANGES] + step * rng.standard_normal((count, RANGES)))
         anew = rng.random(count) < ANEW
-        proposed[:, RANGES:] = self._variants.turned(proposed[:, RANGES:], step, anew, rng)
+        proposed[:, RANGES:] = self._variants.turns.propose(proposed[:, RANGES:], step, anew, rng)
         least = self._fit[mine] + np.log(rng.random(count))
         fit, looked = self._felt.log_likelihood(self._variants.place(proposed, mine), self._temper, least)
         accepted = fit > least

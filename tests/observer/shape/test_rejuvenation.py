@@ -11,8 +11,8 @@ from haptic_env import shapes
 from haptic_env.shapes.base import Solid
 from observer.pose_only import PoseOnly
 from observer.shape import rejuvenation
-from observer.shape.hypotheses import RANGES, Variants
 from observer.shape.posterior import ShapePosterior
+from observer.shape.turns import Turns
 
 FREE = {"rotation_jitter": 180.0, "size_jitter": 0.1, "position_jitter": 0.004}
 
@@ -74,16 +74,13 @@ def test_moves_keep_what_hypotheses_explain(two_finger, felt):
     np.testing.assert_allclose(kept._fit, again, rtol=1e-9, atol=1e-9)
 
 
-def test_turns_are_proposed_as_probably_there_as_back(two_finger):
+def test_turns_are_proposed_as_probably_there_as_back():
     """Moves that are always made leave uniform turns uniform, of a restricted range too."""
-    solids = [shapes.make("cube", position=two_finger.grasp_centre)]
     limit = 60.0
-    told = {"size_jitter": 0.1, "yaw_jitter": 0.0, "position_jitter": 0.0, "rotation_jitter": limit, "far": 0.03}
-    variants = Variants(solids, 4000, **told)
-    rng = np.random.default_rng(0)
-    turns = variants.draw(rng)[:, RANGES:]
+    allowed, rng = Turns(limit), np.random.default_rng(0)
+    turns = allowed.draw(4000, rng)
     for _ in range(20):
-        turns = variants.turned(turns, np.full((len(turns), 1), 0.3), rng.random(len(turns)) < 0.15, rng)
+        turns = allowed.propose(turns, np.full((len(turns), 1), 0.3), rng.random(len(turns)) < 0.15, rng)
     angle = Rotation.from_quat(turns).magnitude()
     most = np.deg2rad(limit)
     assert angle.max() <= most + 1e-6
