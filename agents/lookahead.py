@@ -76,7 +76,7 @@ def _feel(skin, solids, world, told, log_likelihood, scratch):
     for link in range(len(skin.body)):
         frame = position[skin.body[link]], rotation[skin.body[link]]
         first, end = skin.first_patch[link], skin.first_patch[link + 1]
-        near = patch_gaps(solids, world, skin, link, frame, clear, felt)
+        near = patch_gaps(solids, world, skin, link, frame, clear, felt) < clear
         touches = 0
         for patch in range(first, end):
             if near and felt[patch] < FELT:

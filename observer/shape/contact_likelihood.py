@@ -17,6 +17,7 @@ from observer.kinematics import body_frames
 from observer.shape.distance_fields import box_of, field_distance, in_field
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
+THIN = 0.002  # m by which flesh must be deeper inside than any patch: points of the skin are some way apart
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
 
 
@@ -76,7 +77,8 @@ def patch_gaps(solids, h, skin, link, frame, clear, gaps):
         gaps: (P,) m, filled for the patches of the link if any is less than `clear`, with `clear` where it is not.
 
     Returns:
-        Whether any is less.
+        How far the flesh about the bone is from the hypothesis, m, or `clear` where it is farther: negative where it
+        would have to be inside, as where a thin wall cuts through it that no patch lies in.
     """
     position, rotation = frame
     nodes, box, resolution, far = solids.nodes, box_of(solids, solids.drawn_in[h]), solids.resolution, solids.far
@@ -87,12 +89,12 @@ def patch_gaps(solids, h, skin, link, frame, clear, gaps):
     s = skin.middle[link]
     gap = scale * field_distance(nodes, box, resolution, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
     if gap - skin.ball[link] >= clear:
-        return False
+        return clear
     a0, a1, a2 = in_field(turn, scale, rotation[0, 0], rotation[1, 0], rotation[2, 0])
     b0, b1, b2 = in_field(turn, scale, rotation[0, 1], rotation[1, 1], rotation[2, 1])
     for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
         gaps[patch] = clear
-    near = False
+    flesh = clear
     bead, last = skin.first_bead[link], skin.first_bead[link + 1]
     while bead < last:
         s, radius = skin.along[bead], skin.radius[bead]
@@ -103,7 +105,7 @@ def patch_gaps(solids, h, skin, link, frame, clear, gaps):
             while bead < last and skin.along[bead] < upto and skin.radius[bead] <= radius:
                 bead += 1
             continue
-        near = True
+        flesh = min(flesh, gap - radius)
         k, end = skin.begin[bead], skin.begin[bead + 1]
         while k < end:
             x, y, z = skin.points[k, 0], skin.points[k, 1], skin.points[k, 2]
@@ -115,7 +117,7 @@ def patch_gaps(solids, h, skin, link, frame, clear, gaps):
             while k < end and skin.travel[k] < upto:
                 k += 1
         bead += 1
-    return near
+    return flesh
 
 
 @part(fastmath=True)
@@ -142,7 +144,8 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, gaps):
     contacts, touches, exponent = felt
     tolerance, press, surprise = model
     clear = CLEAR * tolerance
-    if not patch_gaps(solids, h, skin, link, frame, clear, gaps):
+    flesh = patch_gaps(solids, h, skin, link, frame, clear, gaps)
+    if flesh >= clear:
         return surprise ** (exponent * touches) if touches > 0 else 1.0
     told, touched, silent = 1.0, clear, clear
     for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
@@ -154,6 +157,8 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, gaps):
         ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / tolerance
         fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
         told *= surprise + (1.0 - surprise) * fit
+    if flesh < min(silent, touched) - THIN:
+        silent = flesh
     ratio = silent / tolerance
     if touches > 0:
         ratio += 1.0 + (press - touched) / tolerance

@@ -150,7 +150,7 @@ class Felt:
         return self._held_against(solids, np.arange(self._first_of_last, self._count), temper, least)
 
     def touched(self, temper: float, rng: np.random.Generator) -> Touched:
-        """Put all that was felt into the world, as points that touch and balls that do not.
+        """Put all that was felt into the world, as points that touch and balls of flesh that lie outside.
 
         Args:
             temper: exponent.
@@ -160,7 +160,7 @@ class Felt:
             At most `MOST_PATCHES` and `MOST_BALLS`; together they count as much as all.
         """
         skin, all_of = self._skin, slice(self._count)
-        link, look, position, rotation, touches, exponent, tolerance, contacts = self._records
+        link, look, position, rotation, _, exponent, tolerance, contacts = self._records
         link, position, rotation = link[all_of], position[all_of], rotation[all_of]
         worth = temper * exponent[all_of] / tolerance[all_of] ** 2
         owner = np.repeat(np.arange(len(skin.body)), np.diff(skin.first_patch))
@@ -173,9 +173,8 @@ class Felt:
                 *(self._points[each] @ rotation[m].T + position[m] for m, each in zip(n, patch, strict=True)),
             ]
         )
-        silent = np.flatnonzero(touches[all_of] == 0)
-        beads = np.diff(skin.first_bead)[link[silent]]
-        m = silent.repeat(beads)
+        beads = np.diff(skin.first_bead)[link]
+        m = np.arange(self._count).repeat(beads)
         bead = np.arange(len(m)) - np.repeat(np.cumsum(beads) - beads, beads) + skin.first_bead[link[m]]
         balls = position[m] + skin.along[bead, None] * rotation[m, :, 2]
         near = np.flatnonzero(self._apart(balls) < skin.radius[bead])

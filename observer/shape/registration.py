@@ -1,8 +1,8 @@
 """Where a solid would have to lie to be what was touched: registration of touches to its surface, compiled.
 
-Shapes: S starts, N patches that touch, M points of them, B balls that feel nothing. Lengths in metres.
+Shapes: S starts, N patches that touch, M points of them, B balls of flesh. Lengths in metres.
 
-Touches lie on the surface, balls of skin that feel nothing lie outside of it. What departs from that is made least by
+Touches lie on the surface, balls of flesh outside of it. What departs from that is made least by
 Levenberg and Marquardt's steps in size, place and turn, down the slopes of the solid's distance field.
 
 References:
@@ -36,7 +36,7 @@ class Touched(NamedTuple):
         points: (M, 3) m, of skin.
         begin: (N + 1,) those of patch n, which felt contact, are `begin[n]` up to `begin[n + 1]`.
         weight: (N,) 1/m², of the square of the distance of the nearest of each from the surface.
-        balls: (B, 3) m, middles of balls of skin that felt nothing.
+        balls: (B, 3) m, middles of balls of flesh.
         radius: (B,) m.
         cost: (B,) 1/m², of the square of how deep each lies inside.
     """

@@ -33,7 +33,7 @@ def _distance(solids, h, x, y, z):
 
 @numba.njit
 def _gaps(solids, h, skin, link, position, rotation, clear, gaps):
-    return patch_gaps(solids, h, skin, link, (position, rotation), clear, gaps)
+    return patch_gaps(solids, h, skin, link, (position, rotation), clear, gaps) < clear
 
 
 def _told(posterior: ShapePosterior, beliefs, seed: int = 0) -> np.ndarray:
