@@ -75,7 +75,7 @@ class Library(Mapping[str, FeltObject]):
         """Names of all objects, in order, those that cannot be read among them."""
         try:
             found = [each.name.removesuffix(ENDING) for each in self.path.iterdir() if each.suffix == ENDING]
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):
             return ()
         return tuple(sorted(name for name in found if _possible(name)))
 
@@ -238,10 +238,12 @@ def _checked(surface: Surface) -> Surface:
     faces: NDArray[Any] = np.asarray(surface.faces)
     count = len(vertices) if vertices.ndim else 0
     if vertices.shape != (count, 3) or std.shape != (count,) or (std < 0.0).any():
-        raise ValueError(f"vertices (V, 3) and std (V,), not below 0, must go together, got {vertices.shape}, {std.shape}")
+        raise ValueError(
+            f"vertices (V, 3) and std (V,), not below 0, must go together, got {vertices.shape}, {std.shape}"
+        )
     if faces.dtype.kind not in "iu" or faces.ndim != 2 or faces.shape[1] != 3:
         raise ValueError(f"faces must be whole numbers (F, 3), got {faces.dtype} {faces.shape}")
-    if faces.size and not (0 <= faces.min() and faces.max() < count):
+    if faces.size and not (faces.min() >= 0 and faces.max() < count):
         raise ValueError(f"faces must be indices of {count} vertices, got {faces.min()} to {faces.max()}")
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     if (np.unique(edges, axis=0, return_counts=True)[1] % 2).any():

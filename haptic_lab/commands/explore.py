@@ -15,13 +15,13 @@ import agents
 import haptic_env
 from haptic_env import hand_env, recordings, shapes
 from haptic_env.recordings import Recording
-from haptic_lab import believed, conditions, replay, worlds
+from haptic_lab import believed, conditions, replay
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import offsets, patches, surface
+from haptic_lab.exploration import learnt, offsets, patches, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
-from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
+from haptic_lab.exploration.settings import DEFAULTS, JITTER, OBSERVER, ExplorationSettings
 from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
@@ -44,6 +44,7 @@ def parse(
     recording: str = "--recording",
     description: str | None = __doc__,
     example: str = EXAMPLE,
+    learning: bool = False,
 ) -> tuple[ExplorationSettings, Recording | None]:
     """Read and check the command line, and the recording that it names; ends the program with code 2 where either makes
     no sense.
@@ -53,12 +54,16 @@ def parse(
         recording: how the command is told of the recording: a flag, or the name of a positional argument.
         description: of the command, for its help.
         example: for its help.
+        learning: whether the object is learnt under a name.
 
     Returns:
         What is explored, and the recording that the hand repeats, if it does.
     """
     parser = Parser(description=description, epilog=example, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
+    if learning:
+        add("name", metavar="NAME", help="what the object is called")
+        add("--replace", action="store_true", help="in place of what is called so in the library")
     add("--env", "--hand", help=f"{HANDS_OR_IDS} (default two_finger, or the one that the recording is of)")
     add("--wrist", help="fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)")
     add(
@@ -72,11 +77,18 @@ def parse(
     named = "what the object may be, each at its own size (default: the four shapes, and --shape)"
     add("--candidates", type=as_shape, nargs="+", metavar="SHAPE", help=named)
     add("--none", type=float, default=0.0, help="prior probability that it is none of these (default 0)")
+    recognised = "where it is kept (default objects)" if learning else "what it may be besides: objects learnt before"
+    add("--library", type=as_path, metavar="DIR", default="objects" if learning else None, help=recognised)
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
+    add("--size-jitter", type=float, help="how the object's size varies, a fraction (default 0)")
+    add("--position-jitter", type=float, help="how far it is off the grasp centre, in m (default 0)")
+    add("--yaw-jitter", type=float, help="how far it is turned, in degrees (default 0)")
+    add("--rotation-jitter", type=float, help="or about any axis; 180: any way (default 0, with --library 180)")
     conditions.add_flags(add, "as the environment's keyword; observers are told")
     believed.add_flags(add)
-    add("--seconds", type=float, help="how long to explore (default 10, or as long as the recording)")
+    seconds = 20 if learning else 10
+    add("--seconds", type=float, help=f"how long to explore (default {seconds}, or as long as the recording)")
     add("--particles", type=int, help="hypotheses of the observer (default 200)")
     add(
         "--policy",
@@ -100,13 +112,15 @@ def parse(
         f"write the surface that was felt ({', '.join(files.WRITERS)}), and its picture, {surface.PICTURE}, to --out"
     )
     add("--save-mesh", type=as_path, metavar="FILE", help=written)
-    add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
+    out = "out/learn" if learning else "out/explore"
+    add("--out", type=as_path, default=out, help=f"folder for the results (default {out})")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
     found: Recording | None = None
-    usual = dict(DEFAULTS)
+    usual = {**DEFAULTS, **dict.fromkeys(JITTER, 0.0)}
     try:
         surface.resolve(given, recorded=source[0] is not None)
+        learnt.resolve(given)
         if given["env"] is not None:
             given["env"] = environment(given["env"])
         if source[0] is not None:
@@ -114,7 +128,7 @@ def parse(
             if found.felt is not None:
                 _refuse_noise(given)
             _refuse_wrist(given)
-            _refuse_candidates(given)
+            _refuse_candidates(given, learning)
             # A preset is all that is believed, of which the recording's single values are no part.
             kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
             usual |= {name: value for name, value in found.settings.items() if name in kept}
@@ -122,6 +136,8 @@ def parse(
                 usual["env"] = replay.environment_of(found)
         elif any(source):
             parser.error("--part and --glove-calibration say how to read a --recording, which is not given")
+        elif given["seconds"] is None:
+            given["seconds"] = float(seconds)
         told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
         settings = ExplorationSettings(**told)
     except ValueError as error:
@@ -131,13 +147,17 @@ def parse(
     return settings, found
 
 
-def _refuse_candidates(given: Mapping[str, Any]) -> None:
-    """Raise `ValueError` for candidates that were asked for where a recording is of a shape among the four."""
-    for name in ("candidates", "none"):
+def _refuse_candidates(given: Mapping[str, Any], learning: bool) -> None:
+    """Raise `ValueError` for candidates, or an object that varies, that were asked for where a recording tells."""
+    for name in ("candidates", "none", *([] if learning else ["library"])):
         if given[name]:
             raise ValueError(
                 f"--{name} is for explorations: a recording's object is sought among the four shapes and --mesh"
             )
+    for name in JITTER:
+        if given[name]:
+            flag = name.replace("_", "-")
+            raise ValueError(f"--{flag} is for explorations: a recording's object lay as it was recorded")
 
 
 def _refuse_noise(given: Mapping[str, Any]) -> None:
@@ -212,13 +232,18 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     except ValueError as error:  # an object that this hand cannot hold
         tell_error(str(error))
         return 2
-    truth = worlds.truth_among(exploration.solid, session.candidates, none=settings.none > 0.0)
+    truth = learnt.truth(settings, exploration, session.candidates)
     summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, traces, summary)
     save_trace(out / "explore.npz", exploration, traces)
     if settings.save_mesh is not None:
         summary["mesh"] = surface.write(Path(settings.save_mesh), out, exploration, traces[OBSERVER])
+    said: str | None
+    if settings.name is not None:
+        said = learnt.keep(settings, exploration, traces[OBSERVER])
+    else:
+        said = learnt.verdict(settings, summary["named"], summary["posterior"][summary["named"]])
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
         kept = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
@@ -235,6 +260,8 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
         offsets.save(Path(settings.save_offsets), summary["joint_offset"], source, summary.get("patches", {}))
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
+    if said is not None:
+        console.print(said, highlight=False)
     if stopped:
         console.print("Stopped early: this is what was explored until then.", highlight=False)
     return 130 if stopped else 0

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import haptic_env
-from haptic_env import shapes, validate
+from haptic_env import rotation, shapes, validate
 from haptic_env.hands import wrist
 from haptic_lab import conditions
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.conditions import check_policy
-from haptic_lab.exploration import offsets, surface
+from haptic_lab.exploration import learnt, offsets, surface
 
+JITTER = ("size_jitter", "position_jitter", "yaw_jitter", "rotation_jitter")
 OBSERVER, RAW = "haptic_slam", "floor"
 SECONDS = 10.0
 DEFAULTS: dict[str, Any] = {
@@ -59,6 +60,13 @@ class ExplorationSettings(Believed):
         candidates: what the object may be, each at its own size; None: the four shapes, and `shape` at the mean of its.
         none: prior probability that it is none of them; 0: it is one.
         save_mesh: path of a file for the surface of what was touched, if it is to be drawn.
+        size_jitter: how the object varies, as the environment's, and what is not known of the candidates.
+        position_jitter: m, the same.
+        yaw_jitter: degrees, the same.
+        rotation_jitter: degrees, the same.
+        library: folder of a library of objects, all of which are candidates; with `name`, to which this one is added.
+        name: that the object is called by in it.
+        replace: whether one that is called so gives way.
 
     Raises:
         ValueError: for a value out of its range.
@@ -89,6 +97,13 @@ class ExplorationSettings(Believed):
     save_mesh: str | None = None
     candidates: Sequence[str] | None = None
     none: float = 0.0
+    size_jitter: float = 0.0
+    position_jitter: float = 0.0
+    yaw_jitter: float = 0.0
+    rotation_jitter: float = 0.0
+    library: str | None = None
+    name: str | None = None
+    replace: bool = False
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
@@ -114,6 +129,16 @@ class ExplorationSettings(Believed):
             offsets.check(self.save_offsets, self.out, self.believed_noise)
         if self.save_mesh is not None:
             surface.check(self.save_mesh, self.out)
+        validate.number("--size-jitter", self.size_jitter, 0.0, 0.5)
+        validate.number("--position-jitter", self.position_jitter, 0.0, 0.05, unit="m")
+        validate.number("--yaw-jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
+        rotation.jitter(self.rotation_jitter, self.yaw_jitter)
+        learnt.check(self)
+
+    @property
+    def jitter(self) -> dict[str, Any]:
+        """How the object varies: keyword arguments of the environment and of `ShapePosterior`."""
+        return {name: getattr(self, name) for name in JITTER}
 
     @property
     def noise(self) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from haptic_env.shapes.pieces import distance_from
 from observer.surface.mesh import Surface
 
 TOLERANCE = 0.002  # m, SD of the gap between skin and surface, about, that hands which explore are sure of
+KNOWN = 0.003  # m, SD of a surface up to which it counts as known
 UNDECIDED = 1.25 * TOLERANCE  # m, a gap at which touch and silence tell about as little
 
 
