@@ -25,7 +25,7 @@ from observer.surface.mesh import Surface
 
 TOLERANCE = 0.002  # m, SD of the gap between skin and surface, about, that hands which explore are sure of
 KNOWN = 0.003  # m, SD of a surface up to which it counts as known
-UNDECIDED = 1.25 * TOLERANCE  # m, a gap at which touch and silence tell about as little
+UNDECIDED = 2.0 * TOLERANCE  # m, a gap at which touch and silence tell about as little
 
 
 class FeltShape(Shape):
@@ -71,7 +71,7 @@ class FeltShape(Shape):
         scale = size[0] / self.default_size[0]
         places = np.asarray(points, dtype=np.float64).reshape(-1, 3) / scale
         distance = distance_from(self.surface.vertices, self.surface.faces, places)
-        known = TOLERANCE**2 / (TOLERANCE**2 + self._std(places) ** 2)
+        known = TOLERANCE / np.hypot(TOLERANCE, self._std(places))
         return scale * (known * distance + (1.0 - known) * UNDECIDED).reshape(np.shape(points)[:-1])
 
     def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> NoReturn:

@@ -51,6 +51,8 @@ def flags(command: str) -> frozenset[str]:
         return frozenset({"--help", "--config", *(flag for each in found.values() for flag in each.option_strings)})
     if command == "replay":  # the recording of explore is an argument here
         return flags("explore") - {"--recording"}
+    if command == "learn":  # explores, to learn
+        return flags("explore")
     place = ROOT / "haptic_lab"
     text = (place / "commands" / f"{command.replace('-', '_')}.py").read_text()
     if command in ("explore", "figures", "train"):

@@ -34,7 +34,7 @@ def test_where_it_is_known_the_distance_is_that_of_the_solid(shift):
 
 def test_where_it_is_not_known_nothing_is_said():
     told = FeltShape(_surface(1.0)).signed_distance(AROUND, np.array([0.04, 0.05, 0.06]))
-    np.testing.assert_allclose(told, UNDECIDED, atol=1e-5)
+    np.testing.assert_allclose(told, UNDECIDED, atol=2e-4)
 
 
 def test_the_surer_the_nearer_to_the_distance():
