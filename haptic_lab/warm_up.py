@@ -47,18 +47,22 @@ def told_on(console: Console) -> Iterator[None]:
     Yields:
         Nothing.
     """
-    with _bars(console) as bar:
-        tasks: dict[str, TaskID] = {}
+    bar, tasks = _bars(console), dict[str, TaskID]()
 
-        def tell(what: str, done: int, total: int) -> None:
-            if what not in tasks:
-                tasks[what] = bar.add_task(what, total=total)
-                if not console.is_terminal:
-                    console.print(f"{what} …")
-            bar.update(tasks[what], completed=done, total=total)
+    def tell(what: str, done: int, total: int) -> None:
+        if what not in tasks:
+            bar.start()  # not before: where all is there already, nothing is printed
+            tasks[what] = bar.add_task(what, total=total)
+            if not console.is_terminal:
+                console.print(f"{what} …")
+        bar.update(tasks[what], completed=done, total=total)
 
+    try:
         with notice.heard_by(tell):
             yield
+    finally:
+        if tasks:
+            bar.stop()
 
 
 def _bars(console: Console) -> Progress:

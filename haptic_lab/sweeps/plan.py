@@ -24,6 +24,7 @@ from observer import ShapePosterior
 from observer.variants import FULL
 
 MOST_CONDITIONS = 10_000
+FLAGS = {"among": "candidates"}  # of settings that are called otherwise there
 
 
 @dataclass(frozen=True)
@@ -63,14 +64,14 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     Raises:
         ValueError: for what makes no sense.
     """
-    told = {each.name: getattr(given, each.name) for each in fields(SweepSettings)}
+    told = {each.name: getattr(given, FLAGS.get(each.name, each.name)) for each in fields(SweepSettings)}
     told["env"] = environment(given.env)
     if given.objects is not None and given.shapes is not None:
         raise ValueError("--objects says what is explored, and so does --shapes: say one of them")
     explored = given.shapes if given.objects is None else shapes.read_set(given.objects)
     told["shapes"] = expanded(shapes.SHAPES if explored is None else explored, trust=given.trust)
     if given.candidates is not None:
-        told["candidates"] = expanded(given.candidates, trust=given.trust)
+        told["among"] = expanded(given.candidates, trust=given.trust)
     told["none"] = given.none or None
     told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
     settings = SweepSettings(**told)

@@ -98,7 +98,7 @@ def constants(settings: SweepSettings) -> dict[str, str]:
     # What observers believe is told where it is not what is so.
     given = {name: value for name, value in asdict(settings).items() if value is not None}
     told = {name: listed(value) if isinstance(value, tuple) else str(value) for name, value in given.items()}
-    told = {("candidates" if name == "shapes" else name): value for name, value in told.items()}
+    told = {("candidates" if name in ("shapes", "among") else name): value for name, value in told.items()}
     return told | versions()
 
 

@@ -43,7 +43,7 @@ class SweepSettings(Believed):
         rotation_jitter: degrees, the same; None: 0, of which no table tells.
         believed_sigma: observers are told so many times the true sigma.
         trust: whether policies whose files may run code are read.
-        candidates: what the object may be; None: what is explored.
+        among: candidates, what the object may be; None: what is explored.
         none: prior probability that it is none of them; None: 0, of which no table tells.
 
     Raises:
@@ -64,7 +64,7 @@ class SweepSettings(Believed):
     rotation_jitter: float | None = None
     believed_sigma: float = 1.0
     trust: bool = False
-    candidates: tuple[str, ...] | None = None
+    among: tuple[str, ...] | None = None
     none: float | None = None
 
     def __post_init__(self) -> None:
@@ -83,7 +83,7 @@ class SweepSettings(Believed):
         validate.number("--scale", self.scale, above=0.0, unit="m")
         for name in self.shapes:
             shapes.default_size(shapes.check("--shapes", name), self.scale)
-        for name in self.candidates or ():
+        for name in self.among or ():
             shapes.default_size(shapes.check("--candidates", name), self.scale)
         validate.number("--none", self.none or 0.0, 0.0, 0.99)
         for name in self.observers:
@@ -104,7 +104,7 @@ class SweepSettings(Believed):
     @property
     def known(self) -> tuple[str, ...]:
         """What the object may be, for all that observers know."""
-        return self.shapes if self.candidates is None else self.candidates
+        return self.shapes if self.among is None else self.among
 
     @property
     def labels(self) -> tuple[str, ...]:
