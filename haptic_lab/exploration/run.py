@@ -42,7 +42,7 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
     wrist: dict[str, Any] = {} if settings.wrist is None else {"wrist": settings.wrist}
     env = gym.make(
         settings.env,
-        shape=settings.shape,
+        shape=settings.shape if settings.shape or settings.objects is None else shapes.read_set(settings.objects),
         scale=settings.scale,
         **settings.noise,
         **settings.jitter,
@@ -59,8 +59,8 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
 def _namer(settings: ExplorationSettings, hand: Hand) -> tuple[ShapePosterior, Candidates]:
     """Who names the object, and what it may be."""
     felt = learnt.candidates(settings, hand)
-    if settings.candidates is not None:
-        names = [shapes.check("--candidates", name) for name in settings.candidates]
+    if settings.among is not None:
+        names = [shapes.check("--candidates", name) for name in settings.among]
         known = candidates_of(hand, names, scale=settings.scale)
     elif felt:  # what they are, in the simulation, is not known
         known = candidates_of(hand, [name for name in shapes.SHAPES if name not in learnt.sources(settings).values()])

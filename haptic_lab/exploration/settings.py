@@ -58,6 +58,7 @@ class ExplorationSettings(Believed):
         save_offsets: path of a file for the offsets that are found, if they are to be kept.
         wrist: how the hand is held, "fixed" or "free"; None: as it usually is.
         candidates: what the object may be, each at its own size; None: the four shapes, and `shape` at the mean of its.
+        objects: a set in place of these, of which the object is drawn where no shape is said.
         none: prior probability that it is none of them; 0: it is one.
         save_mesh: path of a file for the surface of what was touched, if it is to be drawn.
         size_jitter: how the object varies, as the environment's, and what is not known of the candidates.
@@ -104,6 +105,7 @@ class ExplorationSettings(Believed):
     library: str | None = None
     name: str | None = None
     replace: bool = False
+    objects: str | None = None
 
     def __post_init__(self) -> None:
         validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
@@ -111,7 +113,7 @@ class ExplorationSettings(Believed):
             wrist.check(haptic_env.ENVIRONMENTS[self.env], self.wrist)
         if self.shape is not None:
             shapes.default_size(shapes.check("--shape", self.shape), self.scale)
-        for name in self.candidates or ():
+        for name in self.among or ():
             shapes.default_size(shapes.check("--candidates", name), self.scale)
         validate.number("--none", self.none, 0.0, 0.99)
         validate.number("--scale", self.scale, above=0.0, unit="m")
@@ -139,6 +141,11 @@ class ExplorationSettings(Believed):
     def jitter(self) -> dict[str, Any]:
         """How the object varies: keyword arguments of the environment and of `ShapePosterior`."""
         return {name: getattr(self, name) for name in JITTER}
+
+    @property
+    def among(self) -> Sequence[str] | None:
+        """Names of what the object may be; None: as usual."""
+        return self.candidates if self.objects is None else shapes.read_set(self.objects)
 
     @property
     def noise(self) -> dict[str, Any]:
