@@ -193,14 +193,14 @@ def chosen(settings: Any, hand: Hand) -> Candidates:
         hand: that explores.
 
     Returns:
-        Solids by label: those of `candidates`, each at its own size; where none are named, the four shapes and `shape`.
+        Solids by label: those that are named, each at its own size; where none are named, the four shapes and `shape`.
 
     Raises:
         ValueError: for a name that is none.
     """
-    if settings.candidates is None:
+    if settings.among is None:
         return candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    names = [shapes.check("--candidates", name) for name in settings.candidates]
+    names = [shapes.check("--candidates", name) for name in settings.among]
     return candidates_of(hand, names, scale=settings.scale)
 
 
@@ -239,7 +239,8 @@ def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> 
         known = f" ({recording.mesh})" if recording.mesh else ""
         raise ValueError(f"{recording.source}: say what was held{known}: --mesh FILE or --shape NAME")
     shape = shapes.find(settings.shape)
-    own = shape.centre * settings.scale if isinstance(shape, Mesh) else np.zeros(3)  # its middle, in its file's frame
+    # The middle of a mesh, in its file's frame.
+    own = shape.centre * shape.scale(settings.scale) if isinstance(shape, Mesh) else np.zeros(3)
     solid = shapes.make(settings.shape, shapes.default_size(settings.shape, settings.scale), own)
     env = KinematicReplay(
         haptic_env.ENVIRONMENTS[settings.env],

@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium as gym
 from rich.console import Console
 
-from haptic_env import hand_env, hand_of
+from haptic_env import hand_env, hand_of, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
 from haptic_lab import replay
 from haptic_lab.exploration.screen import Screen
@@ -39,7 +39,7 @@ def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | 
     wrist: dict[str, Any] = {} if settings.wrist is None else {"wrist": settings.wrist}
     env = gym.make(
         settings.env,
-        shape=settings.shape,
+        shape=settings.shape if settings.shape or settings.objects is None else shapes.read_set(settings.objects),
         scale=settings.scale,
         **settings.noise,
         episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
