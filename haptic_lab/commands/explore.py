@@ -14,14 +14,14 @@ from typing import Any
 import agents
 import haptic_env
 from haptic_env import hand_env, recordings, shapes
-from haptic_env.recordings import Recording
-from haptic_lab import believed, conditions, replay
+from haptic_env.recordings import MeasuredTouch, Recording
+from haptic_lab import believed, conditions, kept, replay
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import learnt, offsets, patches, surface
+from haptic_lab.exploration import learnt, measured, offsets, patches, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
-from haptic_lab.exploration.settings import DEFAULTS, JITTER, OBSERVER, ExplorationSettings
+from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
 from haptic_lab.exploration.summary import summarise, table
 from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
@@ -33,10 +33,11 @@ from observer.surface import files
 
 EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --seed 3 --out out/pyramid
           haptic-slam replay inspect.npz --mesh cube.stl
-          haptic-slam replay glove.txt --hand adroit --shape sphere"""
+          haptic-slam replay glove.txt --hand adroit --object sphere
+          haptic-slam replay glove.csv --hand adroit --columns map.toml"""
 
 FILES = ("explore.png", "explore.json", "explore.npz", "recording.npz", surface.PICTURE)
-RECORDING = "let the hand repeat this recording: .npz, or the .txt of a CyberGlove"
+RECORDING = f"let the hand repeat this recording: the .txt of a CyberGlove, or {', '.join(recordings.FOREIGN)}"
 
 
 def parse(
@@ -45,7 +46,7 @@ def parse(
     description: str | None = __doc__,
     example: str = EXAMPLE,
     learning: bool = False,
-) -> tuple[ExplorationSettings, Recording | None]:
+) -> tuple[ExplorationSettings, Recording | MeasuredTouch | None]:
     """Read and check the command line, and the recording that it names; ends the program with code 2 where either makes
     no sense.
 
@@ -61,13 +62,11 @@ def parse(
     """
     parser = Parser(description=description, epilog=example, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    if learning:
-        add("name", metavar="NAME", help="what the object is called")
-        add("--replace", action="store_true", help="in place of what is called so in the library")
     add("--env", "--hand", help=f"{HANDS_OR_IDS} (default two_finger, or the one that the recording is of)")
     add("--wrist", help="fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)")
     add(
         "--shape",
+        "--object",
         type=typed_shape,
         help=f'{", ".join(shapes.SHAPES)}, "ellipsoid(1, 1, 1.3)" and such ({", ".join(shapes.FAMILIES)}), a mesh, '
         "a name of --objects, or module:Class (default: drawn at random, hidden until the end)",
@@ -78,14 +77,9 @@ def parse(
     add("--candidates", type=typed_shape, nargs="+", metavar="SHAPE", help=named)
     add("--objects", type=as_path, metavar="SET", help=f"what it may be, and what is drawn from: {SETS}")
     add("--none", type=float, default=0.0, help="prior probability that it is none of these (default 0)")
-    recognised = "where it is kept (default objects)" if learning else "what it may be besides: objects learnt before"
-    add("--library", type=as_path, metavar="DIR", default="objects" if learning else None, help=recognised)
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
-    add("--size-jitter", type=float, help="how the object's size varies, a fraction (default 0)")
-    add("--position-jitter", type=float, help="how far it is off the grasp centre, in m (default 0)")
-    add("--yaw-jitter", type=float, help="how far it is turned, in degrees (default 0)")
-    add("--rotation-jitter", type=float, help="or about any axis; 180: any way (default 0, with --library 180)")
+    learnt.add_flags(add, learning)
     conditions.add_flags(add, "as the environment's keyword; observers are told")
     believed.add_flags(add)
     seconds = 20 if learning else 10
@@ -107,6 +101,8 @@ def parse(
         metavar="FILE",
         help="TOML: what the sensors of a glove mean (default: as for GraspDB14)",
     )
+    meaning = "TOML: which column is which joint, and which taxel which patch (docs/recordings.md)"
+    add("--columns", type=as_path, metavar="FILE", help=meaning)
     add("--calibration", dest="glove_calibration", type=as_path, action=Renamed, help=argparse.SUPPRESS)
     add("--save-offsets", type=as_path, metavar="FILE", help="keep the offsets of felt angles that were found, as TOML")
     written = (
@@ -117,8 +113,9 @@ def parse(
     add("--out", type=as_path, default=out, help=f"folder for the results (default {out})")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
-    found: Recording | None = None
-    usual = {**DEFAULTS, **dict.fromkeys(JITTER, 0.0)}
+    columns = given.pop("columns")
+    found: Recording | MeasuredTouch | None = None
+    usual = {**DEFAULTS, **dict.fromkeys(learnt.JITTER, 0.0)}
     try:
         surface.resolve(given, recorded=source[0] is not None)
         learnt.resolve(given)
@@ -126,25 +123,20 @@ def parse(
             given["env"] = environment(given["env"])
         _resolve_objects(given)
         if source[0] is not None:
-            found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]))
-            if found.felt is not None:
-                _refuse_noise(given)
+            found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]), columns)
             _refuse_wrist(given)
-            _refuse_candidates(given, learning)
-            if given["trust"]:
-                shapes.allow(_names_in(found))
-            # A preset is all that is believed, of which the recording's single values are no part.
-            kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
-            usual |= {name: value for name, value in found.settings.items() if name in kept}
-            if given["env"] is None and "env" not in found.settings:
-                usual["env"] = replay.environment_of(found)
-        elif any(source):
-            parser.error("--part and --glove-calibration say how to read a --recording, which is not given")
+            if isinstance(found, MeasuredTouch):
+                _refuse_noise(given)
+                usual["env"] = environment(found.hand.name)
+            else:
+                usual |= _told_by(found, given)
+        elif any(source) or columns:
+            parser.error("--part, --columns and --glove-calibration say how to read a --recording, which is not given")
         elif learning and given["seconds"] is None:
             given["seconds"] = float(seconds)
         told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
         settings = ExplorationSettings(**told)
-    except ValueError as error:
+    except (ValueError, ImportError) as error:
         parser.error(str(error))
     except OSError as error:
         parser.error(f"--recording cannot be read: {error}")
@@ -163,6 +155,21 @@ def _resolve_objects(given: dict[str, Any]) -> None:
         given["candidates"] = expanded(given["candidates"], trust=given["trust"])
 
 
+def _told_by(recording: Recording, given: Mapping[str, Any]) -> dict[str, Any]:
+    """What a recording says of the settings with which it is replayed, where they are not `given`."""
+    if recording.felt is not None:
+        _refuse_noise(given)
+    _refuse_candidates(given)
+    if given["trust"]:
+        shapes.allow(_names_in(recording))
+    # A preset is all that is believed, of which the recording's single values are no part.
+    kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
+    told = {name: value for name, value in recording.settings.items() if name in kept}
+    if given["env"] is None and "env" not in recording.settings:
+        told["env"] = replay.environment_of(recording)
+    return told
+
+
 def _names_in(recording: Recording) -> list[str]:
     """The shapes that a recording names."""
     told = recording.settings.get("object")
@@ -170,17 +177,14 @@ def _names_in(recording: Recording) -> list[str]:
     return [name for name in names if isinstance(name, str)]
 
 
-def _refuse_candidates(given: Mapping[str, Any], learning: bool) -> None:
+def _refuse_candidates(given: Mapping[str, Any]) -> None:
     """Raise `ValueError` for candidates, or an object that varies, that were asked for where a recording tells."""
-    for name in ("candidates", "objects", "none", *([] if learning else ["library"])):
+    learnt.refuse(given)
+    for name in ("candidates", "objects", "none"):
         if given[name]:
             raise ValueError(
                 f"--{name} is for explorations: a recording's object is sought among the four shapes and --mesh"
             )
-    for name in JITTER:
-        if given[name]:
-            flag = name.replace("_", "-")
-            raise ValueError(f"--{flag} is for explorations: a recording's object lay as it was recorded")
 
 
 def _refuse_noise(given: Mapping[str, Any]) -> None:
@@ -215,7 +219,7 @@ def main(arguments: list[str] | None = None) -> int:
         return run(settings, recording)
 
 
-def run(settings: ExplorationSettings, recording: Recording | None) -> int:
+def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | None) -> int:
     """Explore, and write what came of it to the folder of the settings, which is claimed.
 
     Args:
@@ -234,8 +238,9 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
         tell_error(str(error))
         return 2
-    told = recording is None or (recording.felt is not None and session.told.get("motion") != "kinematic")
-    if settings.save_offsets is not None and not told:
+    played = isinstance(recording, Recording) and recording.felt is not None
+    found = recording is None or (played and session.told.get("motion") != "kinematic")
+    if settings.save_offsets is not None and not found:
         tell_error("--save-offsets: a recording without torques and what was felt tells nothing of its offsets")
         return 2
     get_ready(console, session.hand)
@@ -251,6 +256,8 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     seconds = base.episode_steps / base.control_hz
     how = f", as in {recording.source}" if recording else ""
     console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
+    if session.measured is not None:
+        console.print(f"Touch was measured: {session.measured.coverage}.", highlight=False)
     if session.simulated:
         console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
     try:
@@ -258,6 +265,10 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     except ValueError as error:  # an object that this hand cannot hold
         tell_error(str(error))
         return 2
+    if session.measured is not None:
+        measured.finish(settings, exploration, traces, took, session.measured, console)
+        learnt.tell(console, settings, exploration, traces[OBSERVER])
+        return 130 if stopped else 0
     truth = learnt.truth(settings, exploration, session.candidates)
     summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
@@ -265,15 +276,10 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     save_trace(out / "explore.npz", exploration, traces)
     if settings.save_mesh is not None:
         summary["mesh"] = surface.write(Path(settings.save_mesh), out, exploration, traces[OBSERVER])
-    said: str | None
-    if settings.name is not None:
-        said = learnt.keep(settings, exploration, traces[OBSERVER])
-    else:
-        said = learnt.verdict(settings, summary["named"], summary["posterior"][summary["named"]])
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
-        kept = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
-        recordings.write(place, replay.as_recording(exploration, kept, session.followed))
+        told = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
+        recordings.write(place, kept.as_recording(exploration, told, session.followed))
     console.print(table(summary))
     if "joint_offset" in summary:
         console.print(offsets.table(summary["joint_offset"]))
@@ -286,8 +292,7 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
         offsets.save(Path(settings.save_offsets), summary["joint_offset"], source, summary.get("patches", {}))
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
-    if said is not None:
-        console.print(said, highlight=False)
+    learnt.tell(console, settings, exploration, traces[OBSERVER])
     if stopped:
         console.print("Stopped early: this is what was explored until then.", highlight=False)
     return 130 if stopped else 0

@@ -3,25 +3,70 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from haptic_env import validate
+from rich.console import Console
+
+from haptic_env import shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.shapes import triangles
 from haptic_env.shapes.names import NONE
 from haptic_lab.records import BeliefTrace, Exploration
-from haptic_lab.terminal import tell
+from haptic_lab.terminal import as_path
+from haptic_lab.terminal import tell as tell_at_once
 from haptic_lab.worlds import Candidates, truth_among
+from observer import ShapePosterior
 from observer.library import DamagedEntry, Library
+from observer.surface import Surface
 from observer.surface.felt_shape import KNOWN
 
 if TYPE_CHECKING:
     from haptic_lab.exploration.settings import ExplorationSettings
 
+JITTER = ("size_jitter", "position_jitter", "yaw_jitter", "rotation_jitter")
 SHAPE = "shape"  # of an object that was learnt in the simulation: what it is there
 OFF = 0.02  # m, by which the middle of what was felt may be off that of the object
 ANY_WAY = 180.0  # degrees
+
+
+def add_flags(add: Callable[..., Any], learning: bool) -> None:
+    """Let a command take a library, and an object that varies.
+
+    Args:
+        add: adds an argument to its parser.
+        learning: whether it adds to the library.
+    """
+    if learning:
+        add("name", metavar="NAME", help="what the object is called")
+        add("--replace", action="store_true", help="in place of what is called so in the library")
+    kept = "where it is kept (default objects)" if learning else "what it may be besides: objects learnt before"
+    add("--library", type=as_path, metavar="DIR", default="objects" if learning else None, help=kept)
+    add("--size-jitter", type=float, help="how the object's size varies, a fraction (default 0)")
+    add("--position-jitter", type=float, help="how far it is off the grasp centre, in m (default 0)")
+    add("--yaw-jitter", type=float, help="how far it is turned, in degrees (default 0)")
+    any_way = "0" if learning else "0, with --library 180"
+    add("--rotation-jitter", type=float, help=f"or about any axis; 180: any way (default {any_way})")
+
+
+def refuse(given: Mapping[str, Any]) -> None:
+    """Refuse what makes no sense of the recording of an exploration.
+
+    Args:
+        given: the flags.
+
+    Raises:
+        ValueError: for an object that varies, and for a library in which it would be sought.
+    """
+    for name in JITTER:
+        if given[name]:
+            flag = name.replace("_", "-")
+            raise ValueError(f"--{flag} is for explorations: a recording's object lay as it was recorded")
+    if given["library"] is not None and given.get("name") is None:
+        raise ValueError(
+            "--library is for explorations and measured touch: the object of another recording is sought among the "
+            "four shapes and --mesh"
+        )
 
 
 def resolve(given: dict[str, Any]) -> None:
@@ -76,31 +121,45 @@ def candidates(settings: ExplorationSettings, hand: Hand) -> Candidates:
         warnings.simplefilter("always", DamagedEntry)
         found = Library(settings.library).candidates(hand)
     for each in caught:
-        tell("warning", str(each.message))
+        tell_at_once("warning", str(each.message))
     if not found:
         raise ValueError(f"--library {validate.shown(settings.library)}: none of its objects can be read")
     return found
 
 
-def both(known: Candidates, learnt: Candidates) -> Candidates:
-    """Put candidates together.
+def naming(
+    settings: ExplorationSettings, hand: Hand, known: Candidates, **keywords: float
+) -> tuple[ShapePosterior, Candidates]:
+    """Make who names the object.
 
     Args:
-        known: shapes by name.
-        learnt: objects of a library.
+        settings: of an exploration.
+        hand: that explores.
+        known: what the object may be, beside what was learnt, which takes the place of the shape that it is in the
+            simulation where nobody has named candidates.
+        **keywords: of the namer.
 
     Returns:
-        All.
+        The namer, and its candidates.
 
     Raises:
-        ValueError: where two are called the same.
+        ValueError: where none of the library can be read, and for an object that is called like another candidate.
     """
-    twice = [name for name in learnt if name in known]
-    if twice:
-        raise ValueError(
-            f"{validate.listed(twice)} of the library and of the other candidates: say by --candidates which others"
-        )
-    return {**known, **learnt}
+    told: dict[str, Any] = {**keywords, **settings.jitter}
+    felt = candidates(settings, hand)
+    if felt:
+        told["position_jitter"] = max(settings.position_jitter, OFF)
+        if settings.among is None:
+            known = {
+                name: each for name, each in known.items() if name in {*shapes.SHAPES} - {*sources(settings).values()}
+            }
+        twice = [name for name in felt if name in known]
+        if twice:
+            raise ValueError(
+                f"{validate.listed(twice)} of the library and of the other candidates: say by --candidates which others"
+            )
+    everything = {**known, **felt}
+    return ShapePosterior(hand, everything, none=settings.none, **told), everything
 
 
 def sources(settings: ExplorationSettings) -> dict[str, str]:
@@ -138,47 +197,40 @@ def truth(settings: ExplorationSettings, exploration: Exploration, among: Candid
     return truth_among(solid, among, none=settings.none > 0.0)
 
 
-def keep(settings: ExplorationSettings, exploration: Exploration, trace: BeliefTrace) -> str:
-    """Add what was felt to the library.
+def tell(console: Console, settings: ExplorationSettings, exploration: Exploration, trace: BeliefTrace) -> None:
+    """Add what was felt to the library, or say what was recognised; where nothing of a library is asked for, neither.
 
     Args:
-        settings: of the exploration, with a name.
+        console: that it is told on.
+        settings: of the exploration.
         exploration: what happened.
         trace: what the observer believed.
-
-    Returns:
-        What to tell of it.
     """
-    assert settings.library is not None
+    if settings.library is None:
+        return
+    library, named = Library(settings.library), trace.name
+    sure = float(trace.posterior[-1][trace.labels.index(named)])
+    if settings.name is not None:
+        console.print(_added(library, settings, exploration, trace.belief.surface()), highlight=False)
+    elif named == NONE:
+        console.print(f"Never felt this, {sure:.2f}.", highlight=False)
+    elif named in library:
+        console.print(f"This is what you called {named}, {sure:.2f}.", highlight=False)
+
+
+def _added(library: Library, settings: ExplorationSettings, exploration: Exploration, surface: Surface) -> str:
+    """Add a surface to the library, and tell how much of it is known."""
     assert settings.name is not None
-    surface = trace.belief.surface()
     if surface.empty:
         return f"Nothing was touched: {settings.name} is not learnt."
+    solid = exploration.solid
     about: Mapping[str, Any] = {
         "hand": settings.env,
         "seconds": float(exploration.seconds[-1]),
         "sigma_deg": settings.sigma,
         "seed": settings.seed,
-        SHAPE: exploration.solid.name,
+        **({} if solid is None else {SHAPE: solid.name}),
     }
-    Library(settings.library).add(settings.name, surface, about, replace=settings.replace)
+    library.add(settings.name, surface, about, replace=settings.replace)
     share = float((surface.std < KNOWN).mean())
     return f"Learnt {settings.name}: {share:.0%} of its surface is known to {1e3 * KNOWN:g} mm, the rest is a guess."
-
-
-def verdict(settings: ExplorationSettings, named: str, sure: float) -> str | None:
-    """Say what an exploration has recognised.
-
-    Args:
-        settings: of the exploration.
-        named: what the object was called.
-        sure: its probability.
-
-    Returns:
-        What to tell; None where it was called neither after an object of a library nor "none".
-    """
-    if settings.library is None:
-        return None
-    if named == NONE:
-        return f"Never felt this, {sure:.2f}."
-    return f"This is what you called {named}, {sure:.2f}." if named in Library(settings.library) else None

@@ -11,20 +11,17 @@ import gymnasium as gym
 from rich.console import Console
 
 from haptic_env import hand_env, hand_of, shapes
-from haptic_env.hand import Hand
-from haptic_env.recordings import Recording
+from haptic_env.recordings import MeasuredTouch, Recording
 from haptic_lab import replay
 from haptic_lab.exploration import learnt
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.trial import Trial, check_model, guided, make_observers
-from haptic_lab.worlds import Candidates, candidates_of
-from observer import ShapePosterior
 from observer.variants import Observer
 
 
-def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.ExplorationSession:
+def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | None) -> replay.ExplorationSession:
     """Set up an exploration.
 
     Args:
@@ -51,26 +48,9 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
         **wrist,
     )
     hand = hand_of(env)
-    namer, candidates = _namer(settings, hand)
+    namer, candidates = learnt.naming(settings, hand, replay.chosen(settings, hand))
     check_model(env, settings.policy, namer, settings.trust)
     return replay.ExplorationSession(env, settings.policy, candidates, namer)
-
-
-def _namer(settings: ExplorationSettings, hand: Hand) -> tuple[ShapePosterior, Candidates]:
-    """Who names the object, and what it may be."""
-    felt = learnt.candidates(settings, hand)
-    if settings.among is not None:
-        names = [shapes.check("--candidates", name) for name in settings.among]
-        known = candidates_of(hand, names, scale=settings.scale)
-    elif felt:  # what they are, in the simulation, is not known
-        known = candidates_of(hand, [name for name in shapes.SHAPES if name not in learnt.sources(settings).values()])
-    else:
-        known = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    jitter = settings.jitter
-    if felt:
-        jitter["position_jitter"] = max(jitter["position_jitter"], learnt.OFF)
-    candidates = learnt.both(known, felt)
-    return ShapePosterior(hand, candidates, none=settings.none, **jitter), candidates
 
 
 def make_trial(settings: ExplorationSettings, session: replay.ExplorationSession) -> Trial:

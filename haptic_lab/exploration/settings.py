@@ -15,7 +15,6 @@ from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.conditions import check_policy
 from haptic_lab.exploration import learnt, offsets, surface
 
-JITTER = ("size_jitter", "position_jitter", "yaw_jitter", "rotation_jitter")
 OBSERVER, RAW = "haptic_slam", "floor"
 SECONDS = 10.0
 DEFAULTS: dict[str, Any] = {
@@ -140,7 +139,7 @@ class ExplorationSettings(Believed):
     @property
     def jitter(self) -> dict[str, Any]:
         """How the object varies: keyword arguments of the environment and of `ShapePosterior`."""
-        return {name: getattr(self, name) for name in JITTER}
+        return {name: getattr(self, name) for name in learnt.JITTER}
 
     @property
     def among(self) -> Sequence[str] | None:
