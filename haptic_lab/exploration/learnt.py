@@ -58,15 +58,15 @@ def refuse(given: Mapping[str, Any]) -> None:
     Raises:
         ValueError: for an object that varies, and for a library in which it would be sought.
     """
-    for name in JITTER:
-        if given[name]:
-            flag = name.replace("_", "-")
-            raise ValueError(f"--{flag} is for explorations: a recording's object lay as it was recorded")
     if given["library"] is not None and given.get("name") is None:
         raise ValueError(
             "--library is for explorations and measured touch: the object of another recording is sought among the "
             "four shapes and --mesh"
         )
+    for name in JITTER:
+        if given[name]:
+            flag = name.replace("_", "-")
+            raise ValueError(f"--{flag} is for explorations: a recording's object lay as it was recorded")
 
 
 def resolve(given: dict[str, Any]) -> None:
