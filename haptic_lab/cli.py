@@ -25,6 +25,7 @@ COMMANDS = {
     "figures": "draw the figures of the paper, and those beyond it",
     "train": "train a policy to name what the hand touches",
     "bench": "measure how fast it is",
+    "check-hand": "draw a hand with its patches, list its joints, and say what is wrong with it",
     "picture-recording": "draw a recorded hand, and the map that it built",
     "scaling": "measure how the time of a step grows",
     "scheduling": "measure what a sweep costs beyond its trials",

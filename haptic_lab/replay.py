@@ -18,7 +18,7 @@ import haptic_env
 from agents.follow_recording import LEAD_SECONDS, FollowRecording
 from agents.policy import Policy
 from agents.repeat_torques import RepeatTorques
-from haptic_env import hand_of, hands, recordings, shapes, validate
+from haptic_env import hand_of, hands, recordings, registration, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.hands import wrist
@@ -149,7 +149,7 @@ def session(settings: Any, recording: Recording, render_mode: str | None = None)
 
 def _playback(settings: Any, recording: Recording) -> ExplorationSession:
     free = {"wrist": "free"} if {*wrist.NAMES} <= {*recording.joint_names} else {}  # as the hand explored
-    hand = hands.make(haptic_env.ENVIRONMENTS[settings.env], **free)
+    hand = hands.make(registration.hand_name(settings.env), **free)
     solid, moved = _explored(recording)
     env = Playback(hand, recording, solid)
     policy = RepeatTorques(env, recording.felt.torques[1:, recording.columns_of(hand)])  # type: ignore[union-attr]
@@ -185,7 +185,7 @@ def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> 
     own = shape.centre * settings.scale if isinstance(shape, Mesh) else np.zeros(3)  # its middle, in its file's frame
     solid = shapes.make(settings.shape, shapes.default_size(settings.shape, settings.scale), own)
     env = KinematicReplay(
-        haptic_env.ENVIRONMENTS[settings.env],
+        registration.hand_name(settings.env),
         recording,
         solid,
         **settings.noise,
@@ -213,7 +213,7 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
             f"{recording.source}: it has joint angles alone, and does not tell of an object; name the one with which "
             "contacts are to be simulated: --shape NAME or --mesh FILE"
         )
-    env = gym.make(
+    env = registration.make(
         settings.env,
         shape=settings.shape,
         scale=settings.scale,

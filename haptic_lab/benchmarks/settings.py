@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import haptic_env
-from haptic_env import shapes, validate
+from haptic_env import registration, shapes, validate
 from haptic_lab.files import check_writable
 
 
@@ -64,7 +63,7 @@ class BenchSettings:
     json: str | None
 
     def __post_init__(self) -> None:
-        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        registration.check("--env", self.env)
         validate.choice("--shape", self.shape, shapes.SHAPES)
         validate.number("--sigma", self.sigma, high=90.0, above=0.0, unit="degrees")
         validate.integer("--seed", self.seed, 0, 2**32 - 1)

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import agents
-import haptic_env
-from haptic_env import hand_env, recordings, shapes
+from haptic_env import hand_env, recordings, registration, shapes
 from haptic_env.recordings import Recording
 from haptic_lab import believed, conditions, replay, worlds
 from haptic_lab.believed import BELIEVED
@@ -110,7 +109,7 @@ def parse(
         if given["env"] is not None:
             given["env"] = environment(given["env"])
         if source[0] is not None:
-            found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]))
+            found = replay.load(*source, given["env"] and registration.hand_name(given["env"]))
             if found.felt is not None:
                 _refuse_noise(given)
             _refuse_wrist(given)

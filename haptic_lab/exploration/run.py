@@ -7,10 +7,9 @@ import signal
 import time
 from typing import Any
 
-import gymnasium as gym
 from rich.console import Console
 
-from haptic_env import hand_env, hand_of, shapes
+from haptic_env import hand_env, hand_of, registration, shapes
 from haptic_env.recordings import Recording
 from haptic_lab import replay
 from haptic_lab.exploration.screen import Screen
@@ -38,7 +37,7 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
     if recording is not None:
         return replay.session(settings, recording)
     wrist: dict[str, Any] = {} if settings.wrist is None else {"wrist": settings.wrist}
-    env = gym.make(
+    env = registration.make(
         settings.env,
         shape=settings.shape,
         scale=settings.scale,

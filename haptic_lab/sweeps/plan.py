@@ -10,11 +10,9 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any
 
-import gymnasium as gym
-
 import agents
 from agents.sb3 import Sb3
-from haptic_env import hand_of, validate
+from haptic_env import hand_of, registration, validate
 from haptic_lab.conditions import CONTACTS, FACTORS, Condition, check_contacts, check_policy
 from haptic_lab.sweeps.tasks import SweepSettings
 from haptic_lab.trial import check_model
@@ -115,7 +113,7 @@ def _check_fit(settings: SweepSettings, policy: str) -> None:
     if not issubclass(agents.find(policy), Sb3):
         return
     try:
-        env = gym.make(settings.env)
+        env = registration.make(settings.env)
         hand = hand_of(env)
     except ImportError as error:
         raise ValueError(str(error)) from error

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import agents
-import haptic_env
-from haptic_env import rotation, shapes, validate
+from haptic_env import hands, registration, rotation, shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.shapes import mesh
 from haptic_lab.believed import Believed
@@ -65,7 +64,7 @@ class SweepSettings(Believed):
     trust: bool = False
 
     def __post_init__(self) -> None:
-        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        registration.check("--env", self.env)
         validate.integer("--particles", self.particles, 1, 100_000)
         validate.integer("--exemplars", self.exemplars, 1, 1000)
         validate.integer("--first-seed", self.first_seed, 0, EXEMPLAR_SEED - 1)
@@ -179,13 +178,17 @@ def exemplar_tasks(settings: SweepSettings, condition: Condition) -> list[list[S
 
 
 def files_of(settings: SweepSettings) -> dict[str, str]:
-    """Tell mesh files by what is in them: another content under the same name is another object.
+    """Tell files by what is in them: another content under the same name is another object, or another hand.
 
     Args:
-        settings: with the shapes.
+        settings: with the shapes, and the hand.
 
     Returns:
-        A digest of each mesh file.
+        A digest of each mesh file, and of the hand that a file describes.
     """
     meshes = [name for name in settings.shapes if mesh.is_path(name)]
-    return {f"file {name}": hashlib.sha256(Path(name).read_bytes()).hexdigest()[:12] for name in meshes}
+    content = {name: Path(name).read_bytes() for name in meshes}
+    if registration.is_file(settings.env):
+        hand = hands.make(settings.env)
+        content[settings.env] = repr((hand.xml, hand.patches.names, hand.rest_pose.tolist())).encode()
+    return {f"file {name}": hashlib.sha256(each).hexdigest()[:12] for name, each in content.items()}
