@@ -135,6 +135,12 @@ class Patches:
     def __len__(self) -> int:
         return self.count
 
+    @property
+    def numb(self) -> NDArray[np.bool_]:
+        """(L,) the links that have skin which feels nothing."""
+        cells = np.split(self.layout.patch, self.layout.cell[1:])
+        return np.array([bool((each < 0).any()) for each in cells])
+
     def locate(self, link: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.int64]:
         """Find the patches that hold points of the skin.
 

@@ -80,9 +80,12 @@ def capsules_of(model: mujoco.MjModel, geom: int) -> list[FittedCapsule]:
     else:
         radius = max(box[short], box[width] / count)
         shifts = np.linspace(-1.0, 1.0, count) * (box[width] - radius)
-    centre = place + turn @ middle
+    centre, halves = place + turn @ middle, np.full(count, box[long])
+    if kind == GEOM.mjGEOM_CYLINDER and count > 1:  # a disc, whose chords are shorter the farther out they lie
+        halves = np.sqrt(box[long] ** 2 - shifts**2)
     return [
-        _along(centre + shift * turn[:, width], turn[:, long], box[long] - radius, float(radius)) for shift in shifts
+        _along(centre + shift * turn[:, width], turn[:, long], half - radius, float(radius))
+        for shift, half in zip(shifts, halves, strict=True)
     ]
 
 
@@ -153,7 +156,7 @@ def _surface(model: mujoco.MjModel, geom: int) -> Array:
         mesh = model.geom_dataid[geom]
         first = model.mesh_vertadr[mesh]
         return np.asarray(model.mesh_vert[first : first + model.mesh_vertnum[mesh]], dtype=np.float64)
-    steps = np.linspace(-1.0, 1.0, 9)
+    steps = np.linspace(-1.0, 1.0, 5)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     box, faces = model.geom_aabb[geom, 3:], cube[np.abs(cube).max(axis=1) == 1.0]
     if kind == GEOM.mjGEOM_BOX:

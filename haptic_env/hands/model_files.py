@@ -49,7 +49,8 @@ def load(path: Path, packages: Mapping[str, Path]) -> mujoco.MjModel:
             raise ValueError(f"it begins with <{root.tag[:40]}>; a model is MJCF, <mujoco>, or URDF, <robot>")
         return spec.compile()
     except OSError as error:
-        raise ValueError(f"model {path} cannot be read: {error.strerror or error}") from error
+        place = error.filename or path
+        raise ValueError(f"model {place} cannot be read: {error.strerror or error}") from error
     except (ValueError, RuntimeError, mujoco.FatalError) as error:  # MuJoCo's own are of several lines
         told = "; ".join(line.strip() for line in str(error).splitlines() if line.strip())
         raise ValueError(f"model {path}: {told}") from error

@@ -1,6 +1,6 @@
 """The joints of a hand of one's own: their ranges, where they rest and what drives them.
 
-A joint of which no torque is told is driven as gently as a human finger is: see `gentle`.
+A joint of which no torque is told is driven as gently as that of a human finger: see `gentle`.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from haptic_env.hands.drives import Drive
 from haptic_env.hands.own_model import OwnModel
 
 MOST_JOINTS = 64
-SLOWEST = 0.02  # s in which a joint comes to its speed
-DAMPING = 0.004  # N·m·s/rad at least
-SPEED, GIVE = 4.4, 1.6  # rad/s at full torque, and rad that full torque holds against the spring
+FORCE, SPEED = 0.45, 4.4  # N at the end of what a joint moves, and rad/s, at full torque
+GIVE = 1.6  # rad from where it rests, at most, that full torque holds against the spring
+SHORTEST, USUAL_REACH = 0.01, 0.05  # m from a joint's axis: at least, and that at which slides are as fast as turns
 STROKE = 0.5 * np.pi  # rad that the range of a slide is, where no lever arm is told
 TURN = (-np.pi, np.pi)  # rad, range of a joint that has none
 MOST = {"torque": 1e3, "damping": 1e4, "stiffness": 1e5}
@@ -84,24 +84,37 @@ def drives_of(hand: Hand, joints: Mapping[str, OwnJoint]) -> dict[str, Drive]:
     Raises:
         ValueError: for a value out of its range.
     """
-    inertia = dict(zip(hand.joint_names, hand.model.dof_M0, strict=True))
-    return {name: _drive(name, each, float(inertia[name])) for name, each in joints.items()}
+    data = mujoco.MjData(hand.model)
+    data.qpos[:] = hand.rest_pose
+    mujoco.mj_kinematics(hand.model, data)
+    mujoco.mj_comPos(hand.model, data)  # axes of joints
+    length = np.array([link.length for link in hand.links])[:, None]
+    ends = data.xpos[hand.link_bodies] + length * data.xmat[hand.link_bodies].reshape(-1, 3, 3)[:, :, 2]
+    found = {}
+    for index, (name, moved) in enumerate(zip(hand.joint_names, hand.moves.T, strict=True)):
+        arms = np.cross(data.xaxis[index], ends[moved] - data.xanchor[index])
+        found[name] = _drive(name, joints[name], float(np.linalg.norm(arms, axis=1).max(initial=SHORTEST)))
+    return found
 
 
-def gentle(inertia: float, rest: float) -> Drive:
-    """Find how to drive a joint of which nothing is told: at the speed of a human finger, with a spring to its rest.
+def gentle(joint: OwnJoint, reach: float) -> Drive:
+    """Find how to drive a joint of which nothing is told: as gently as a human finger, with a spring to its rest.
 
-    A joint of much inertia is damped the more, so that it comes to its speed as soon as others.
+    What it moves presses with `FORCE` at its end, and goes there at `SPEED` at most; all its torque holds it at the end
+    of its range, or at `GIVE` from where it rests. So are the drives of human joints (`haptic_env.hands.drives`).
 
     Args:
-        inertia: kg·m² about the joint.
-        rest: rad.
+        joint: that is driven.
+        reach: m, from its axis to the end of what it moves.
 
     Returns:
         The drive.
     """
-    damping = max(inertia / SLOWEST, DAMPING)
-    return Drive(SPEED * damping, damping, SPEED * damping / GIVE, float(np.rad2deg(rest)))
+    low, high = joint.limits
+    way = min(max(high - joint.rest, joint.rest - low), GIVE)
+    torque = FORCE * (joint.arm or max(reach, SHORTEST))
+    fastest = SPEED * USUAL_REACH / joint.arm if joint.arm else SPEED
+    return Drive(torque, torque / fastest, torque / way, float(np.rad2deg(joint.rest)))
 
 
 def _joint(own: OwnModel, j: int, name: str) -> OwnJoint:
@@ -146,9 +159,9 @@ def _joint(own: OwnModel, j: int, name: str) -> OwnJoint:
     return OwnJoint(j, per_radian if slides else 0.0, limits, rest / per_radian, told, note)
 
 
-def _drive(name: str, joint: OwnJoint, inertia: float) -> Drive:
+def _drive(name: str, joint: OwnJoint, reach: float) -> Drive:
     """What is told, of a slide in N, N·s/m and N/m; and the rest as gentle as fits to that."""
-    usual, told, arm = gentle(inertia, joint.rest), joint.told, joint.arm or 1.0
+    usual, told, arm = gentle(joint, reach), joint.told, joint.arm or 1.0
 
     def number(key: str, otherwise: float, scale: float) -> float:
         if key not in told:
@@ -157,5 +170,6 @@ def _drive(name: str, joint: OwnJoint, inertia: float) -> Drive:
         return scale * validate.number(f"{key} of joint {name!r}", told[key], least, MOST[key])
 
     torque = number("torque", usual.torque, arm)
-    damping = number("damping", max(torque / SPEED, inertia / SLOWEST), arm**2)
-    return Drive(torque, damping, number("stiffness", torque / GIVE, arm**2), usual.relaxed)
+    more = torque / usual.torque
+    damping = number("damping", more * usual.damping, arm**2)
+    return Drive(torque, damping, number("stiffness", more * usual.stiffness, arm**2), usual.relaxed)

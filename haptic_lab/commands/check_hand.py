@@ -66,9 +66,8 @@ def _tell(found: own.OwnHand, wrong: list[str]) -> None:
     console, hand = make_console(), found.hand
     counts = f"{hand.joints} joints, {len(hand.links)} links, {len(hand.patches)} patches"
     joints = joint_table(hand).drop(columns="axis")
-    console.print(
-        shown(f"{hand.name}: {counts}", joints, "positive: what a growing angle does; torque: of an action of 1")
-    )
+    caption = "positive: what a growing angle does; torque: of an action of 1, N·m, or N of what slides"
+    console.print(shown(f"{hand.name}: {counts}", joints, caption))
     console.print(shown("Links of skin", link_table(hand)))
     if found.fits:
         table = pd.DataFrame(

@@ -15,13 +15,14 @@ from haptic_env.hand import USUAL_SIZE, Hand
 from haptic_env.patches import Link
 from haptic_lab.style import OUTLINE
 
-VIEWS = (("from the front", 18.0, -90.0), ("from the side", 18.0, 0.0), ("from above", 89.0, -90.0))
+VIEWS = (("from the front", 20.0, -75.0), ("from the side", 20.0, 15.0), ("from above", 89.9, -90.0))
 COLOURS = np.array(
     [[0x56, 0xB4, 0xE9], [0xE6, 0x9F, 0x00], [0x00, 0x9E, 0x73], [0xCC, 0x79, 0xA7], [0xF0, 0xE4, 0x42]]
 ) / 255.0  # fmt: skip
 NUMB = np.array([0.82, 0.80, 0.78])
 ALONG, AROUND, CAP = 8, 24, 5  # quadrilaterals of a capsule, and of each of its caps
-DOTS = 400  # of one geom
+DOTS = 90  # of one geom
+ARROW = 0.02  # m, of each axis of the world
 LIGHT = np.array([0.3, -0.5, 0.81])
 
 
@@ -46,13 +47,12 @@ def draw(hand: Hand, title: str, outlines: Iterable[Array] = ()) -> Figure:
         middle = corners.mean(axis=1)
         patch = hand.patches.locate(np.full(len(middle), index), middle)
         within = patch - int(hand.patches.first[index])
-        patch[middle[:, 2] < -0.2 * link.radius] = -1  # the proximal cap is inside the next bone, and feels with it
         shade = 0.72 + 0.28 * np.clip(_normals(corners) @ turn.T @ LIGHT, 0.0, 1.0)
         base = np.where((patch >= 0)[:, None], COLOURS[within % len(COLOURS)], NUMB)
         colours.append(base * shade[:, None])
         faces.append(data.xpos[hand.link_bodies[index]] + corners @ turn.T)
     every, tint = np.concatenate(faces), np.concatenate(colours)
-    figure = Figure(figsize=(11.0, 4.6), layout="constrained")
+    figure = Figure(figsize=(10.0, 4.2), layout="constrained")
     figure.suptitle(title, fontsize=11, fontweight="bold")
     dots = [_thinned(outline) for outline in outlines]
     shown = np.concatenate([every.reshape(-1, 3), hand.grasp_centre[None]])
@@ -61,7 +61,7 @@ def draw(hand: Hand, title: str, outlines: Iterable[Array] = ()) -> Figure:
         axes = figure.add_subplot(1, len(VIEWS), place + 1, projection="3d", computed_zorder=False)
         axes.add_collection3d(Poly3DCollection(every, facecolors=tint, edgecolors="none", zorder=1))
         for each in dots:
-            axes.scatter(*each.T, s=1.2, c=OUTLINE, alpha=0.35, depthshade=False, zorder=2)
+            axes.scatter(*each.T, s=1.5, c=OUTLINE, linewidths=0.0, depthshade=False, zorder=2)
         for edge in _box(hand.grasp_centre, USUAL_SIZE):
             axes.plot(*edge.T, color=OUTLINE, linewidth=0.7, linestyle=":", zorder=3)
         reach = 0.5 * float((high - low).max())
@@ -71,17 +71,29 @@ def draw(hand: Hand, title: str, outlines: Iterable[Array] = ()) -> Figure:
         axes.view_init(elevation, azimuth)
         axes.set_proj_type("ortho")
         axes.set_title(name, fontsize=9)
-        axes.set(xlabel="x, m", ylabel="y, m", zlabel="z, m")
-        axes.tick_params(labelsize=6)
+        axes.set_axis_off()
+        corner = 0.5 * (low + high) + reach * np.array([-0.95, -0.95, -0.95])
+        for axis, letter in zip(np.eye(3), "xyz", strict=True):
+            axes.plot(*np.stack([corner, corner + ARROW * axis]).T, color=OUTLINE, linewidth=1.0, zorder=4)
+            if axis @ _sight(elevation, azimuth) < 0.9:
+                axes.text(*(corner + 1.3 * ARROW * axis), letter, fontsize=7, ha="center", va="center")
     marks = [
         Line2D([], [], color=OUTLINE, linestyle=":", linewidth=0.9, label=f"an object of {1e3 * USUAL_SIZE:.0f} mm"),
-        Line2D([], [], color=NUMB, marker="s", linestyle="none", label="feels nothing"),
+        Line2D([], [], color=OUTLINE, linewidth=1.0, label=f"axes of the world, {1e3 * ARROW:.0f} mm"),
     ]
+    if hand.patches.numb.any():
+        marks.append(Line2D([], [], color=NUMB, marker="s", linestyle="none", label="feels nothing"))
     if dots:
         told = "what capsules stand for"
         marks.append(Line2D([], [], color=OUTLINE, marker=".", markersize=3, linestyle="none", label=told))
-    figure.legend(handles=marks, loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(handles=marks, loc="outside lower center", ncols=4, fontsize=8)
     return figure
+
+
+def _sight(elevation: float, azimuth: float) -> Array:
+    """(3,): where the viewer is."""
+    up, turn = np.deg2rad([elevation, azimuth])
+    return np.array([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)])
 
 
 def _capsule(link: Link) -> Array:
