@@ -14,7 +14,10 @@ from haptic_env.patches import Patches
 from haptic_lab import faults
 from haptic_lab.faults import FAULTS
 
-TRUST = "run what a model.zip has in it, as you would run a program of whoever made it (docs/learning.md)"
+TRUST = (
+    "run what a model.zip, or the module of a class that a file names, has in it, as you would run a program of "
+    "whoever made it (docs/learning.md)"
+)
 _DEFAULTS = {name: each.default for name, each in inspect.signature(ExploreEnv).parameters.items()}
 
 

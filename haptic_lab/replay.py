@@ -182,7 +182,8 @@ def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> 
         known = f" ({recording.mesh})" if recording.mesh else ""
         raise ValueError(f"{recording.source}: say what was held{known}: --mesh FILE or --shape NAME")
     shape = shapes.find(settings.shape)
-    own = shape.centre * settings.scale if isinstance(shape, Mesh) else np.zeros(3)  # its middle, in its file's frame
+    # The middle of a mesh, in its file's frame.
+    own = shape.centre * shape.scale(settings.scale) if isinstance(shape, Mesh) else np.zeros(3)
     solid = shapes.make(settings.shape, shapes.default_size(settings.shape, settings.scale), own)
     env = KinematicReplay(
         registration.hand_name(settings.env),

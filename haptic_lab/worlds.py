@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,16 +13,18 @@ import haptic_env
 from haptic_env import registration, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.shapes import Solid
-from haptic_env.shapes.names import NONE, parsed
+from haptic_env.shapes import Solid, sets
+from haptic_env.shapes.names import NONE
 from haptic_lab.terminal import as_path
+
+SETS = f"{', '.join(sets.SETS)}, or a TOML file of objects (docs/objects.md)"
 
 
 def as_shape(text: str) -> str:
-    """Take the value of a flag that names a shape.
+    """Take the name of a shape from a file.
 
     Args:
-        text: as it was typed.
+        text: as it was written.
 
     Returns:
         The path, or the name, always written the same way: it names columns, files and what a sweep goes on with.
@@ -28,8 +32,67 @@ def as_shape(text: str) -> str:
     Raises:
         argparse.ArgumentTypeError: as `as_path`.
     """
-    path = as_path(text)
-    return str(parsed(path) or path)
+    return shapes.written(as_path(text))
+
+
+def typed_shape(text: str) -> str:
+    """Take the value of a flag that names a shape. Whoever types the name of a class of their own wants it imported.
+
+    Args:
+        text: as it was typed.
+
+    Returns:
+        As `as_shape`.
+
+    Raises:
+        argparse.ArgumentTypeError: as `as_path`, and where the module of a class cannot be imported.
+    """
+    name = as_shape(text)
+    try:
+        if not sets.is_member(name):  # what a set says stands in a file
+            shapes.allow([name])
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return name
+
+
+def expanded(names: Iterable[str], *, trust: bool = False) -> list[str]:
+    """Put the objects of sets in the place of the sets.
+
+    Args:
+        names: of shapes, and of sets among them.
+        trust: whether the modules of classes that a file names are imported.
+
+    Returns:
+        Names of shapes.
+
+    Raises:
+        ValueError: for a file that is no set of objects, and a module that cannot be imported.
+    """
+    several: list[str] = []
+    for name in names:
+        is_set = name in sets.SETS or Path(name).suffix.lower() == sets.SUFFIX
+        several += sets.read(name) if is_set else [name]
+    if trust:
+        shapes.allow(several)
+    return several
+
+
+def in_set(name: str, objects: str) -> str:
+    """Find an object by what it is called in a set.
+
+    Args:
+        name: of a shape, or as the set calls it.
+        objects: name or path of the set.
+
+    Returns:
+        The name by which it is found.
+
+    Raises:
+        ValueError: for what is no set.
+    """
+    full = f"{objects}:{name}"
+    return full if full in sets.read(objects) else name
 
 
 def solid_of(truth: Mapping[str, Any]) -> Solid:

@@ -44,6 +44,7 @@ class BenchSettings:
     Attributes:
         env: id of the environment.
         shape: that is explored.
+        objects: a set, of which whoever names an object has `candidates`.
         sigma: noise of the felt angles, degrees.
         seed: of the exploration.
         rounds: repetitions of everything.
@@ -61,10 +62,13 @@ class BenchSettings:
     rounds: int
     quick: bool
     json: str | None
+    objects: str = "fifty"
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)
-        validate.choice("--shape", self.shape, shapes.SHAPES)
+        shapes.default_size(shapes.check("--shape", self.shape))
+        for name in shapes.read_set(self.objects):
+            shapes.default_size(shapes.check("object of --objects", name))
         validate.number("--sigma", self.sigma, high=90.0, above=0.0, unit="degrees")
         validate.integer("--seed", self.seed, 0, 2**32 - 1)
         validate.integer("--rounds", self.rounds, 1, 1000)

@@ -26,8 +26,8 @@ from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled, titles_of, with_article
 from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
-from haptic_lab.warm_up import get_ready
-from haptic_lab.worlds import HANDS_OR_IDS, as_shape, environment
+from haptic_lab.warm_up import get_ready, told_on
+from haptic_lab.worlds import HANDS_OR_IDS, SETS, environment, expanded, in_set, typed_shape
 from observer.surface import files
 
 EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --seed 3 --out out/pyramid
@@ -62,14 +62,15 @@ def parse(
     add("--wrist", help="fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)")
     add(
         "--shape",
-        type=as_shape,
-        help=f'{", ".join(shapes.SHAPES)}, "ellipsoid(1, 1, 1.3)" and such ({", ".join(shapes.FAMILIES)}), '
-        "or a mesh file (default: drawn at random, hidden until the end)",
+        type=typed_shape,
+        help=f'{", ".join(shapes.SHAPES)}, "ellipsoid(1, 1, 1.3)" and such ({", ".join(shapes.FAMILIES)}), a mesh, '
+        "a name of --objects, or module:Class (default: drawn at random, hidden until the end)",
     )
     written = "as --save-mesh, beside --shape or where there is no such file"
     add("--mesh", type=as_path, metavar="FILE", help=f"the object, from a mesh file; {written}")
-    named = "what the object may be, each at its own size (default: the four shapes, and --shape)"
-    add("--candidates", type=as_shape, nargs="+", metavar="SHAPE", help=named)
+    named = "what the object may be, shapes or sets, each at its own size (default: the four shapes, and --shape)"
+    add("--candidates", type=typed_shape, nargs="+", metavar="SHAPE", help=named)
+    add("--objects", type=as_path, metavar="SET", help=f"what it may be, and what is drawn from: {SETS}")
     add("--none", type=float, default=0.0, help="prior probability that it is none of these (default 0)")
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
@@ -108,12 +109,15 @@ def parse(
         surface.resolve(given, recorded=source[0] is not None)
         if given["env"] is not None:
             given["env"] = environment(given["env"])
+        _resolve_objects(given)
         if source[0] is not None:
             found = replay.load(*source, given["env"] and registration.hand_name(given["env"]))
             if found.felt is not None:
                 _refuse_noise(given)
             _refuse_wrist(given)
             _refuse_candidates(given)
+            if given["trust"]:
+                shapes.allow(_names_in(found))
             # A preset is all that is believed, of which the recording's single values are no part.
             kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
             usual |= {name: value for name, value in found.settings.items() if name in kept}
@@ -130,9 +134,28 @@ def parse(
     return settings, found
 
 
+def _resolve_objects(given: dict[str, Any]) -> None:
+    """Put names of shapes in the place of sets, and of what an object is called in one; raises `ValueError`."""
+    if given["objects"] is not None:
+        if given["candidates"] is not None:
+            raise ValueError("--objects says what the object may be, and so does --candidates: say one of them")
+        if given["shape"] is not None:
+            given["shape"] = in_set(given["shape"], given["objects"])
+        expanded(shapes.read_set(given["objects"]), trust=given["trust"])
+    if given["candidates"] is not None:
+        given["candidates"] = expanded(given["candidates"], trust=given["trust"])
+
+
+def _names_in(recording: Recording) -> list[str]:
+    """The shapes that a recording names."""
+    told = recording.settings.get("object")
+    names = recording.settings.get("shape"), told.get("name") if isinstance(told, dict) else None
+    return [name for name in names if isinstance(name, str)]
+
+
 def _refuse_candidates(given: Mapping[str, Any]) -> None:
     """Raise `ValueError` for candidates that were asked for where a recording is of a shape among the four."""
-    for name in ("candidates", "none"):
+    for name in ("candidates", "objects", "none"):
         if given[name]:
             raise ValueError(
                 f"--{name} is for explorations: a recording's object is sought among the four shapes and --mesh"
@@ -183,7 +206,10 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     """
     console = make_console()
     try:
-        session = begin(settings, recording)
+        with told_on(console):
+            session = begin(settings, recording)
+            if settings.objects is not None and settings.shape is None:
+                session.env.reset(seed=settings.seed)  # as it will be: what is drawn is made ready where that is seen
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
         tell_error(str(error))
         return 2

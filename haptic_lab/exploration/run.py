@@ -39,7 +39,7 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
     wrist: dict[str, Any] = {} if settings.wrist is None else {"wrist": settings.wrist}
     env = registration.make(
         settings.env,
-        shape=settings.shape,
+        shape=settings.shape if settings.shape or settings.objects is None else shapes.read_set(settings.objects),
         scale=settings.scale,
         **settings.noise,
         episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
@@ -47,10 +47,10 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
         **wrist,
     )
     hand = hand_of(env)
-    if settings.candidates is None:
+    if settings.among is None:
         candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
     else:
-        names = [shapes.check("--candidates", name) for name in settings.candidates]
+        names = [shapes.check("--candidates", name) for name in settings.among]
         candidates = candidates_of(hand, names, scale=settings.scale)
     namer = ShapePosterior(hand, candidates, none=settings.none)
     check_model(env, settings.policy, namer, settings.trust)

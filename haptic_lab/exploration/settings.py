@@ -56,6 +56,7 @@ class ExplorationSettings(Believed):
         save_offsets: path of a file for the offsets that are found, if they are to be kept.
         wrist: how the hand is held, "fixed" or "free"; None: as it usually is.
         candidates: what the object may be, each at its own size; None: the four shapes, and `shape` at the mean of its.
+        objects: a set in place of these, of which the object is drawn where no shape is said.
         none: prior probability that it is none of them; 0: it is one.
         save_mesh: path of a file for the surface of what was touched, if it is to be drawn.
 
@@ -88,6 +89,7 @@ class ExplorationSettings(Believed):
     save_mesh: str | None = None
     candidates: Sequence[str] | None = None
     none: float = 0.0
+    objects: str | None = None
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)
@@ -95,7 +97,7 @@ class ExplorationSettings(Believed):
             wrist.check(registration.hand_name(self.env), self.wrist)
         if self.shape is not None:
             shapes.default_size(shapes.check("--shape", self.shape), self.scale)
-        for name in self.candidates or ():
+        for name in self.among or ():
             shapes.default_size(shapes.check("--candidates", name), self.scale)
         validate.number("--none", self.none, 0.0, 0.99)
         validate.number("--scale", self.scale, above=0.0, unit="m")
@@ -113,6 +115,11 @@ class ExplorationSettings(Believed):
             offsets.check(self.save_offsets, self.out, self.believed_noise)
         if self.save_mesh is not None:
             surface.check(self.save_mesh, self.out)
+
+    @property
+    def among(self) -> Sequence[str] | None:
+        """Names of what the object may be; None: as usual."""
+        return self.candidates if self.objects is None else shapes.read_set(self.objects)
 
     @property
     def noise(self) -> dict[str, Any]:

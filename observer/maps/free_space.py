@@ -202,6 +202,8 @@ def sweep(felt, frames, rings, maps, least, found):
     body, lattice, evidence, reach = felt.body, felt.lattice, felt.evidence, felt.reach
     common, slot, seen, stale = maps.common, maps.slot, maps.seen, maps.stale
     for link in range(len(rings)):
+        if reach.felt[link] < 0.0:
+            continue
         at, turn = triple(frames.position[felt.tree.link_body[link]]), frames.rotation[felt.tree.link_body[link]]
         radius = body.radius[link]
         close, touched = radius + evidence.near, any_of(rings[link])

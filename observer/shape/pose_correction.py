@@ -16,6 +16,7 @@ import copy
 from collections.abc import Iterable
 from dataclasses import replace
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ from haptic_env.pose import Pose
 from observer.belief import Belief
 from observer.gaussian import mixture
 from observer.kinematics import placed, tree_of
+from observer.novelty import unmeasured_links
 from observer.pose.source import PoseSource
 from observer.shape.contact_likelihood import TouchModel
 from observer.shape.posterior import ShapePosterior
@@ -35,7 +37,9 @@ from observer.shape.surface_conditioning import take_in
 
 __getattr__ = renamed(__name__, {"KnownSolids": "PoseCorrection"})
 
-StepContacts = tuple[NDArray[np.bool_], Pose | None]  # contacts (P,) of a step, and where the hand as a whole was
+# Contacts (P,) of a step, where the hand as a whole was, and the patches (P,) whose contact was not measured.
+StepContacts = tuple[NDArray[np.bool_], Pose | None, NDArray[np.bool_] | None]
+UNMEASURED = -1
 AFTER = 0.06  # s: contacts up to so much later are taken in
 UNLIKELY = 0.02  # hypotheses less probable than this share of the best one are left out
 
@@ -90,17 +94,24 @@ class PoseCorrection:
 
         Args:
             pose: its Gaussian is changed, where it learns.
-            felt: contacts (P,), and where the hand as a whole is.
+            felt: contacts (P,), where the hand as a whole is, and the patches (P,) that were not measured.
         """
         if not (self.certain and pose.learns):
             return
-        contacts, root = felt
+        contacts, root, unmeasured = felt
         touches = self._link[:, contacts].any(axis=1)
         begun, self._touching = touches & ~self._touching, touches
         if not begun.any():  # a touch that lasts is no news
             return
-        solids = self.shape.hypotheses.solids
-        take_in(placed(self._tree, root), self._skin, solids, 0, touches, (pose.mean, pose.covariance), 0, self._model)
+        solids, told = self.shape.hypotheses.solids, self._told(contacts, unmeasured)
+        take_in(placed(self._tree, root), self._skin, solids, 0, told, (pose.mean, pose.covariance), 0, self._model)
+
+    def _told(self, contacts: NDArray[np.bool_], unmeasured: NDArray[np.bool_] | None) -> NDArray[Any]:
+        """(L,) whether each link feels contact, or `UNMEASURED`: of whose skin nothing was measured."""
+        touches = self._link[:, contacts].any(axis=1)
+        if unmeasured is None:
+            return touches
+        return np.where(unmeasured_links(self.hand, unmeasured), UNMEASURED, touches).astype(np.int8)
 
     def correct(self, belief: Belief, pose: PoseSource, felt: Iterable[StepContacts]) -> Belief:
         """Correct the lagged pose of a belief.
@@ -108,7 +119,8 @@ class PoseCorrection:
         Args:
             belief: of an observer.
             pose: its Gaussian over the pose.
-            felt: contacts (P,) at the lagged step and at later ones, and where the hand as a whole was.
+            felt: the lagged step and later ones: contacts (P,), where the hand as a whole was, and the patches (P,)
+                that were not measured.
 
         Returns:
             The belief with its lagged pose as contacts leave it.
@@ -126,8 +138,8 @@ class PoseCorrection:
         means = np.tile(pose.mean[where], (len(likely), 1))
         covariances = np.tile(pose.covariance[np.ix_(where, where)], (len(likely), 1, 1))
         joints, model = self.hand.joints, self._model
-        for k, (contacts, root) in enumerate(steps):
-            tree, touches = placed(self._tree, root), self._link[:, contacts].any(axis=1)
+        for k, (contacts, root, unmeasured) in enumerate(steps):
+            tree, touches = placed(self._tree, root), self._told(contacts, unmeasured)
             for h, mean, covariance in zip(likely, means, covariances, strict=True):
                 take_in(tree, self._skin, hypotheses.solids, h, touches, (mean, covariance), k * joints, model)
         weights = np.exp(log[likely] - np.logaddexp.reduce(log[likely]))

@@ -35,7 +35,7 @@ from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
 from observer.jacobians import link_spread
 from observer.kinematics import link_frames, placed, tree_of
-from observer.novelty import LITTLE, LinkHistory, note
+from observer.novelty import LITTLE, LinkHistory, note, unmeasured_links
 from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, resample, weigh
 from observer.shape.hypotheses import Hypotheses, Variants, far_of
 from observer.shape.misfit import Misfit
@@ -218,7 +218,7 @@ class ShapePosterior:
         validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
-        now, covariance, contacts, root = edge.belief(self.hand, belief)
+        now, covariance, contacts, root, unmeasured = edge.belief(self.hand, belief)
         moved = self._moved
         self._moved = now if moved is None or self.samples == 1 else moved.then(now)
         self._steps += 1
@@ -233,13 +233,14 @@ class ShapePosterior:
         if self.alike:
             frames = link_frames(tree, now.mean)
             note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news)
+        news = self._news if unmeasured is None else np.where(unmeasured_links(self.hand, unmeasured), 0.0, self._news)
         if self.none:
-            self._habit.update(contacts, self._news[self.hand.patches.link])
+            self._habit.update(contacts, news[self.hand.patches.link], unmeasured)
         look = Look(
             tree,
             PoseSamples(self._poses, self._parts.column),
             contacts,
-            self._news,
+            news,
             TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise),
         )
         contact_likelihood(tree, self._skin, self._solids, *look[1:], self._likelihood)

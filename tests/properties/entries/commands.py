@@ -128,6 +128,9 @@ FLAGS: dict[str, dict[str, Parameter]] = {
     "evaluate": {
         "env": words(*haptic_env.ENVIRONMENTS, "two_finger"),
         "shapes": words(*shapes.SHAPES),
+        "objects": words(*shapes.SETS),
+        "candidates": words("cube", "twelve"),
+        "none": words("0.1"),
         "scale": words("1", "0.5"),
         "sigmas": words("1", "3.5"),
         "bias_deg": words("0", "2"),
