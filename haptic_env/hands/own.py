@@ -184,5 +184,5 @@ def _checked(hand: Hand, told: HandDescription) -> list[str]:
             f"it has no grasp_centre, where objects lie, (3,) m in the world; the middle of its fingertips at rest is "
             f"[{middle}]"
         )
-    still = [name for name, moved in zip(hand.joint_names, hand.moves.any(axis=0).tolist(), strict=True) if not moved]
+    still = [hand.joint_names[joint] for joint in np.flatnonzero(~np.any(hand.moves, axis=0))]
     return [f"joints that move no skin: {validate.listed(still)}"] if still else []

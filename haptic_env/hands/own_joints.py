@@ -31,7 +31,7 @@ class OwnJoint(NamedTuple):
     """A joint of the hand.
 
     Attributes:
-        index: in the model.
+        number: of the joint in the model.
         arm: m that it slides in one radian; 0: it turns.
         limits: rad, the least and the largest angle.
         rest: rad, where an episode starts.
@@ -39,7 +39,7 @@ class OwnJoint(NamedTuple):
         note: what was taken as usual; "" for nothing.
     """
 
-    index: int
+    number: int
     arm: float
     limits: tuple[float, float]
     rest: float

@@ -76,7 +76,7 @@ def skin_of(own: OwnModel, joints: Mapping[str, OwnJoint], centre: Array) -> Own
     """
     model, data = own.model, mujoco.MjData(own.model)
     for joint in joints.values():
-        data.qpos[model.jnt_qposadr[joint.index]] = joint.rest * (joint.arm or 1.0)
+        data.qpos[model.jnt_qposadr[joint.number]] = joint.rest * (joint.arm or 1.0)
     mujoco.mj_kinematics(model, data)
     seen = data.xpos[own.root] + data.xmat[own.root].reshape(3, 3) @ centre
     bones: list[Bone] = []

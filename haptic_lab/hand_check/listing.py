@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from rich import box
 from rich.table import Table
 
@@ -121,7 +122,7 @@ def _positive(hand: Hand, data: mujoco.MjData, joint: int) -> str:
     return "closes" if near > 0 else "opens"
 
 
-def _ends(hand: Hand, data: mujoco.MjData, links: Array) -> Array:
+def _ends(hand: Hand, data: mujoco.MjData, links: NDArray[np.int64]) -> Array:
     bodies = hand.link_bodies[links]
     length = np.array([hand.links[link].length for link in links])
     return np.asarray(data.xpos[bodies] + length[:, None] * data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2])

@@ -19,7 +19,7 @@ VIEWS = (("from the front", 20.0, -75.0), ("from the side", 20.0, 15.0), ("from 
 COLOURS = np.array(
     [[0x56, 0xB4, 0xE9], [0xE6, 0x9F, 0x00], [0x00, 0x9E, 0x73], [0xCC, 0x79, 0xA7], [0xF0, 0xE4, 0x42]]
 ) / 255.0  # fmt: skip
-NUMB = np.array([0.82, 0.80, 0.78])
+NUMB = (0.82, 0.80, 0.78)
 ALONG, AROUND, CAP = 8, 24, 5  # quadrilaterals of a capsule, and of each of its caps
 DOTS = 90  # of one geom
 ARROW = 0.02  # m, of each axis of the world
