@@ -48,6 +48,7 @@ class Hand:
         grasp_centre: (3,) m, world frame, where objects are placed.
         workspace: (3,) m, edge lengths of the box about `grasp_centre` that a map covers.
         opening: (3,), the direction in which a large object is moved out of the palm; zero where there is none.
+        source: path of the file that describes a hand of one's own; "" for those of the registry.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Hand:
     grasp_centre: NDArray[np.float64]
     workspace: NDArray[np.float64]
     opening: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    source: str = ""
 
     @cached_property
     def model(self) -> mujoco.MjModel:

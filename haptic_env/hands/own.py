@@ -92,7 +92,8 @@ def read(
     if patches_around is not None:
         told = replace(told, around=validate.integer("patches_around", patches_around, 1, 100))
     try:
-        return _made(told, free)
+        found = _made(told, free)
+        return replace(found, hand=replace(found.hand, source=str(path)))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 

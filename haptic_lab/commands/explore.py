@@ -13,11 +13,11 @@ from typing import Any
 
 import agents
 from haptic_env import hand_env, recordings, registration, shapes
-from haptic_env.recordings import Recording
-from haptic_lab import believed, conditions, replay, worlds
+from haptic_env.recordings import MeasuredTouch, Recording
+from haptic_lab import believed, conditions, kept, replay, worlds
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import offsets, patches, surface
+from haptic_lab.exploration import measured, offsets, patches, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
@@ -32,10 +32,11 @@ from observer.surface import files
 
 EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --seed 3 --out out/pyramid
           haptic-slam replay inspect.npz --mesh cube.stl
-          haptic-slam replay glove.txt --hand adroit --shape sphere"""
+          haptic-slam replay glove.txt --hand adroit --object sphere
+          haptic-slam replay glove.csv --hand adroit --columns map.toml"""
 
 FILES = ("explore.png", "explore.json", "explore.npz", "recording.npz", surface.PICTURE)
-RECORDING = "let the hand repeat this recording: .npz, or the .txt of a CyberGlove"
+RECORDING = f"let the hand repeat this recording: the .txt of a CyberGlove, or {', '.join(recordings.FOREIGN)}"
 
 
 def parse(
@@ -43,7 +44,7 @@ def parse(
     recording: str = "--recording",
     description: str | None = __doc__,
     example: str = EXAMPLE,
-) -> tuple[ExplorationSettings, Recording | None]:
+) -> tuple[ExplorationSettings, Recording | MeasuredTouch | None]:
     """Read and check the command line, and the recording that it names; ends the program with code 2 where either makes
     no sense.
 
@@ -62,6 +63,7 @@ def parse(
     add("--wrist", help="fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)")
     add(
         "--shape",
+        "--object",
         type=typed_shape,
         help=f'{", ".join(shapes.SHAPES)}, "ellipsoid(1, 1, 1.3)" and such ({", ".join(shapes.FAMILIES)}), a mesh, '
         "a name of --objects, or module:Class (default: drawn at random, hidden until the end)",
@@ -94,6 +96,8 @@ def parse(
         metavar="FILE",
         help="TOML: what the sensors of a glove mean (default: as for GraspDB14)",
     )
+    meaning = "TOML: which column is which joint, and which taxel which patch (docs/recordings.md)"
+    add("--columns", type=as_path, metavar="FILE", help=meaning)
     add("--calibration", dest="glove_calibration", type=as_path, action=Renamed, help=argparse.SUPPRESS)
     add("--save-offsets", type=as_path, metavar="FILE", help="keep the offsets of felt angles that were found, as TOML")
     written = (
@@ -103,7 +107,8 @@ def parse(
     add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
-    found: Recording | None = None
+    columns = given.pop("columns")
+    found: Recording | MeasuredTouch | None = None
     usual = dict(DEFAULTS)
     try:
         surface.resolve(given, recorded=source[0] is not None)
@@ -111,23 +116,18 @@ def parse(
             given["env"] = environment(given["env"])
         _resolve_objects(given)
         if source[0] is not None:
-            found = replay.load(*source, given["env"] and registration.hand_name(given["env"]))
-            if found.felt is not None:
-                _refuse_noise(given)
+            found = replay.load(*source, given["env"] and registration.hand_name(given["env"]), columns)
             _refuse_wrist(given)
-            _refuse_candidates(given)
-            if given["trust"]:
-                shapes.allow(_names_in(found))
-            # A preset is all that is believed, of which the recording's single values are no part.
-            kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
-            usual |= {name: value for name, value in found.settings.items() if name in kept}
-            if given["env"] is None and "env" not in found.settings:
-                usual["env"] = replay.environment_of(found)
-        elif any(source):
-            parser.error("--part and --glove-calibration say how to read a --recording, which is not given")
+            if isinstance(found, MeasuredTouch):
+                _refuse_noise(given)
+                usual["env"] = environment(found.hand.source or found.hand.name)
+            else:
+                usual |= _told_by(found, given)
+        elif any(source) or columns:
+            parser.error("--part, --columns and --glove-calibration say how to read a --recording, which is not given")
         told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
         settings = ExplorationSettings(**told)
-    except ValueError as error:
+    except (ValueError, ImportError) as error:
         parser.error(str(error))
     except OSError as error:
         parser.error(f"--recording cannot be read: {error}")
@@ -144,6 +144,21 @@ def _resolve_objects(given: dict[str, Any]) -> None:
         expanded(shapes.read_set(given["objects"]), trust=given["trust"])
     if given["candidates"] is not None:
         given["candidates"] = expanded(given["candidates"], trust=given["trust"])
+
+
+def _told_by(recording: Recording, given: Mapping[str, Any]) -> dict[str, Any]:
+    """What a recording says of the settings with which it is replayed, where they are not `given`."""
+    if recording.felt is not None:
+        _refuse_noise(given)
+    _refuse_candidates(given)
+    if given["trust"]:
+        shapes.allow(_names_in(recording))
+    # A preset is all that is believed, of which the recording's single values are no part.
+    kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
+    told = {name: value for name, value in recording.settings.items() if name in kept}
+    if given["env"] is None and "env" not in recording.settings:
+        told["env"] = replay.environment_of(recording)
+    return told
 
 
 def _names_in(recording: Recording) -> list[str]:
@@ -194,7 +209,7 @@ def main(arguments: list[str] | None = None) -> int:
         return run(settings, recording)
 
 
-def run(settings: ExplorationSettings, recording: Recording | None) -> int:
+def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | None) -> int:
     """Explore, and write what came of it to the folder of the settings, which is claimed.
 
     Args:
@@ -213,8 +228,9 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
         tell_error(str(error))
         return 2
-    told = recording is None or (recording.felt is not None and session.told.get("motion") != "kinematic")
-    if settings.save_offsets is not None and not told:
+    played = isinstance(recording, Recording) and recording.felt is not None
+    found = recording is None or (played and session.told.get("motion") != "kinematic")
+    if settings.save_offsets is not None and not found:
         tell_error("--save-offsets: a recording without torques and what was felt tells nothing of its offsets")
         return 2
     get_ready(console, session.hand)
@@ -230,6 +246,8 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     seconds = base.episode_steps / base.control_hz
     how = f", as in {recording.source}" if recording else ""
     console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
+    if session.measured is not None:
+        console.print(f"Touch was measured: {session.measured.coverage}.", highlight=False)
     if session.simulated:
         console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
     try:
@@ -237,6 +255,9 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     except ValueError as error:  # an object that this hand cannot hold
         tell_error(str(error))
         return 2
+    if session.measured is not None:
+        measured.finish(settings, exploration, traces, took, session.measured, console)
+        return 130 if stopped else 0
     truth = worlds.truth_among(exploration.solid, session.candidates, none=settings.none > 0.0)
     summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
@@ -246,8 +267,8 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
         summary["mesh"] = surface.write(Path(settings.save_mesh), out, exploration, traces[OBSERVER])
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
-        kept = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
-        recordings.write(place, replay.as_recording(exploration, kept, session.followed))
+        told = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
+        recordings.write(place, kept.as_recording(exploration, told, session.followed))
     console.print(table(summary))
     if "joint_offset" in summary:
         console.print(offsets.table(summary["joint_offset"]))

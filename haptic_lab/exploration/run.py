@@ -10,18 +10,17 @@ from typing import Any
 from rich.console import Console
 
 from haptic_env import hand_env, hand_of, registration, shapes
-from haptic_env.recordings import Recording
+from haptic_env.recordings import MeasuredTouch, Recording
 from haptic_lab import replay
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.trial import Trial, check_model, guided, make_observers
-from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior
 from observer.variants import Observer
 
 
-def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.ExplorationSession:
+def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | None) -> replay.ExplorationSession:
     """Set up an exploration.
 
     Args:
@@ -47,11 +46,7 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
         **wrist,
     )
     hand = hand_of(env)
-    if settings.among is None:
-        candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    else:
-        names = [shapes.check("--candidates", name) for name in settings.among]
-        candidates = candidates_of(hand, names, scale=settings.scale)
+    candidates = replay.chosen(settings, hand)
     namer = ShapePosterior(hand, candidates, none=settings.none)
     check_model(env, settings.policy, namer, settings.trust)
     return replay.ExplorationSession(env, settings.policy, candidates, namer)

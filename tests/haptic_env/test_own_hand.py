@@ -14,6 +14,7 @@ import agents
 import haptic_env
 from haptic_env import hand_of, hands, registration
 from haptic_env.hands import own
+from haptic_lab import replay
 from observer import HapticSLAM
 from tests.haptic_env.own_hands import GRIPPER, gripper, parallel, taxels
 
@@ -175,3 +176,17 @@ def test_a_public_hand_with_includes_and_tendons(tmp_path):
     assert [fit.kind for fit in found.fits] == ["box", "box"]
     assert sum(link.tip for link in found.hand.links) == 5
     assert "tendons" in " ".join(found.notes)
+
+
+def test_a_recording_with_measured_touch_is_of_it(tmp_path):
+    """Told by --hand, or by the map of columns beside which it lies."""
+    hand = hands.make(gripper(tmp_path))
+    names = ["time", *hand.joint_names, *hand.patches.names]
+    rows = [f"{0.02 * k:g}," + ",".join("0" for _ in names[1:]) for k in range(20)]
+    rows[5] = rows[5][: -len(",0")] + ",1"
+    (tmp_path / "felt.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
+    (tmp_path / "map.toml").write_text('hand = "gripper.toml"\n[joints]\nunit = "deg"\n')
+    for told in ((str(tmp_path / "gripper.toml"), None), (None, str(tmp_path / "map.toml"))):
+        found = replay.load(str(tmp_path / "felt.csv"), None, None, *told)
+        assert found.hand.source == str(tmp_path / "gripper.toml")
+        assert found.contacts.sum() == 1

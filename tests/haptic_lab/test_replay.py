@@ -181,7 +181,7 @@ def test_what_does_not_fit_is_one_clear_line(
     ("arguments", "told"),
     [
         (["--recording", "nowhere.npz"], "--recording cannot be read: "),
-        (["--recording", "it.csv"], "unknown kind of recording '.csv'"),
+        (["--recording", "it.bvh"], "unknown kind of recording '.bvh'"),
         (["--part", "left"], "how to read a --recording, which is not given"),
         (["--recording", "glove.txt", "--hand", "two_finger"], "choose from adroit, myo"),
         (["--recording", "glove.txt", "--glove-calibration", "nowhere.toml"], "--recording cannot be read"),

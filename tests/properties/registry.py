@@ -63,6 +63,8 @@ LEFT_OUT: dict[str, str] = {
     "haptic_env.patches.SkinPoints": BUILT,
     "haptic_env.patches.patch_at": "compiled, within the bounds that Patches keeps",
     "haptic_env.patches.row_at": "compiled, within the bounds that Patches keeps",
+    "haptic_env.recordings.ColumnMap": BUILT,
+    "haptic_env.recordings.MeasuredTouch": BUILT,
     "haptic_env.recordings.ObserverInputs": "a tuple of arrays, which Recording checks",
     "haptic_env.recordings.Track": "a tuple of arrays, which Recording checks",
     "haptic_env.reading.content": "whoever asks says which file it was: recordings.read",
