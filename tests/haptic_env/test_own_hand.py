@@ -185,7 +185,7 @@ def test_a_recording_with_measured_touch_is_of_it(tmp_path):
     rows = [f"{0.02 * k:g}," + ",".join("0" for _ in names[1:]) for k in range(20)]
     rows[5] = rows[5][: -len(",0")] + ",1"
     (tmp_path / "felt.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
-    (tmp_path / "map.toml").write_text('hand = "gripper.toml"\n[joints]\nunit = "deg"\n')
+    (tmp_path / "map.toml").write_text('hand = "gripper.toml"\n[joints]\nunit = "degrees"\n')
     for told in ((str(tmp_path / "gripper.toml"), None), (None, str(tmp_path / "map.toml"))):
         found = replay.load(str(tmp_path / "felt.csv"), None, None, *told)
         assert found.hand.source == str(tmp_path / "gripper.toml")
