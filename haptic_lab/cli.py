@@ -20,6 +20,8 @@ from haptic_lab.terminal import Parser, program, refuse
 PROGRAM = "haptic-slam"
 COMMANDS = {
     "explore": "let a blind hand explore a hidden object, and name it",
+    "learn": "let it feel a new object, to recognise it later",
+    "library": "list the objects that were learnt",
     "replay": "let the hand repeat a recording, and name what it touched",
     "evaluate": "measure the observer between its brackets over many trials",
     "figures": "draw the figures of the paper, and those beyond it",

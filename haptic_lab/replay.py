@@ -28,6 +28,7 @@ from haptic_env.recordings import MeasuredTouch, Recording, checks
 from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh, is_path
+from haptic_lab.exploration import learnt
 from haptic_lab.worlds import Candidates, candidates_of
 from observer import ContactModel, ShapePosterior
 
@@ -180,10 +181,9 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
 def _measured(settings: Any, recording: MeasuredTouch) -> ExplorationSession:
     hand = recording.hand
     solid = None if settings.shape is None else shapes.usual(settings.shape, hand, settings.scale)
-    candidates = chosen(settings, hand)
+    namer, candidates = learnt.naming(settings, hand, chosen(settings, hand), **SINKING_NAMER)
     told = {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
     env = MeasuredPlayback(recording, solid)
-    namer = ShapePosterior(hand, candidates, none=settings.none, **SINKING_NAMER)
     return ExplorationSession(env, RepeatTorques(env, []), candidates, namer, told, measured=recording)
 
 
