@@ -28,6 +28,7 @@ COMMANDS = {
     "train": "train a policy to name what the hand touches",
     "objects": "compare objects with what physics can touch of them",
     "bench": "measure how fast it is",
+    "check-hand": "draw a hand with its patches, list its joints, and say what is wrong with it",
     "picture-recording": "draw a recorded hand, and the map that it built",
     "scaling": "measure how the time of a step grows",
     "scheduling": "measure what a sweep costs beyond its trials",

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import agents
-import haptic_env
-from haptic_env import hand_env, recordings, shapes
+from haptic_env import hand_env, recordings, registration, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
 from haptic_lab import believed, conditions, kept, replay
 from haptic_lab.believed import BELIEVED
@@ -123,11 +122,11 @@ def parse(
             given["env"] = environment(given["env"])
         _resolve_objects(given)
         if source[0] is not None:
-            found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]), columns)
+            found = replay.load(*source, given["env"] and registration.hand_name(given["env"]), columns)
             _refuse_wrist(given)
             if isinstance(found, MeasuredTouch):
                 _refuse_noise(given)
-                usual["env"] = environment(found.hand.name)
+                usual["env"] = environment(found.hand.source or found.hand.name)
             else:
                 usual |= _told_by(found, given)
         elif any(source) or columns:

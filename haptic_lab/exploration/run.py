@@ -7,10 +7,9 @@ import signal
 import time
 from typing import Any
 
-import gymnasium as gym
 from rich.console import Console
 
-from haptic_env import hand_env, hand_of, shapes
+from haptic_env import hand_env, hand_of, registration, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
 from haptic_lab import replay
 from haptic_lab.exploration import learnt
@@ -37,7 +36,7 @@ def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | 
     if recording is not None:
         return replay.session(settings, recording)
     wrist: dict[str, Any] = {} if settings.wrist is None else {"wrist": settings.wrist}
-    env = gym.make(
+    env = registration.make(
         settings.env,
         shape=settings.shape if settings.shape or settings.objects is None else shapes.read_set(settings.objects),
         scale=settings.scale,

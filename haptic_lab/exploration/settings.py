@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import haptic_env
-from haptic_env import rotation, shapes, validate
+from haptic_env import registration, rotation, shapes, validate
 from haptic_env.hands import wrist
 from haptic_lab import conditions
 from haptic_lab.believed import BELIEVED, Believed
@@ -107,9 +106,9 @@ class ExplorationSettings(Believed):
     objects: str | None = None
 
     def __post_init__(self) -> None:
-        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        registration.check("--env", self.env)
         if self.wrist is not None:
-            wrist.check(haptic_env.ENVIRONMENTS[self.env], self.wrist)
+            wrist.check(registration.hand_name(self.env), self.wrist)
         if self.shape is not None:
             shapes.default_size(shapes.check("--shape", self.shape), self.scale)
         for name in self.among or ():
