@@ -12,7 +12,7 @@ from rich.console import Console
 
 from haptic_env import hand_env, hand_of, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
-from haptic_lab import replay
+from haptic_lab import possible, replay
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
@@ -47,7 +47,7 @@ def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | 
         **wrist,
     )
     hand = hand_of(env)
-    candidates = replay.chosen(settings, hand)
+    candidates = possible.chosen(settings, hand)
     namer = ShapePosterior(hand, candidates, none=settings.none)
     check_model(env, settings.policy, namer, settings.trust)
     return replay.ExplorationSession(env, settings.policy, candidates, namer)
