@@ -8,8 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import agents
-import haptic_env
-from haptic_env import hands, sensors, validate
+from haptic_env import hands, registration, sensors, validate
 from haptic_env.explore import ExploreEnv
 from haptic_env.patches import Patches
 from haptic_lab import faults
@@ -87,7 +86,7 @@ def check_contacts(env: str, noise: Mapping[str, Any]) -> None:
     if not lies(noise):
         return
     try:
-        patches = hands.make(haptic_env.ENVIRONMENTS[env]).patches
+        patches = hands.make(registration.hand_name(env)).patches
     except ImportError:  # of a hand that is not installed, which is said where it is made
         return
     detection_of(noise, patches)

@@ -19,7 +19,7 @@ import haptic_env
 from agents.follow_recording import LEAD_SECONDS, FollowRecording
 from agents.policy import Policy
 from agents.repeat_torques import RepeatTorques
-from haptic_env import hand_of, hands, recordings, shapes, validate
+from haptic_env import hand_of, hands, recordings, registration, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.hands import wrist
@@ -29,6 +29,7 @@ from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh, is_path
 from haptic_lab import possible
+from haptic_lab.exploration import learnt
 from haptic_lab.worlds import Candidates, candidates_of
 from observer import ContactModel, ShapePosterior
 
@@ -118,9 +119,11 @@ def _has_touch(path: Path) -> bool:
 def _load_measured(path: str, part: str | None, hand: str | None, columns: str | None) -> MeasuredTouch:
     told = None if columns is None else recordings.read_columns(columns)
     name = hand or (told.hand if told is not None else None)
+    if hand is None and columns is not None and registration.is_file(name):
+        name = str(Path(columns).parent / str(name))
     if name is None:
         raise ValueError(f"{path}: say whose joints and patches it has: --hand NAME, or hand = NAME in --columns")
-    return recordings.read_measured(path, told, hands.make(validate.choice("hand", name, hands.HANDS)), part=part)
+    return recordings.read_measured(path, told, hands.make(hands.check("hand", name)), part=part)
 
 
 def environment_of(recording: Recording) -> str:
@@ -179,16 +182,15 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
 def _measured(settings: Any, recording: MeasuredTouch) -> ExplorationSession:
     hand = recording.hand
     solid = None if settings.shape is None else shapes.usual(settings.shape, hand, settings.scale)
-    candidates = possible.chosen(settings, hand)
+    namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand), **SINKING_NAMER)
     told = {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
     env = MeasuredPlayback(recording, solid)
-    namer = ShapePosterior(hand, candidates, none=settings.none, **SINKING_NAMER)
     return ExplorationSession(env, RepeatTorques(env, []), candidates, namer, told, measured=recording)
 
 
 def _playback(settings: Any, recording: Recording) -> ExplorationSession:
     free = {"wrist": "free"} if {*wrist.NAMES} <= {*recording.joint_names} else {}  # as the hand explored
-    hand = hands.make(haptic_env.ENVIRONMENTS[settings.env], **free)
+    hand = hands.make(registration.hand_name(settings.env), **free)
     solid, moved = _explored(recording)
     env = Playback(hand, recording, solid)
     policy = RepeatTorques(env, recording.felt.torques[1:, recording.columns_of(hand)])  # type: ignore[union-attr]
@@ -226,7 +228,7 @@ def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> 
     own = shape.centre * shape.scale(settings.scale) if isinstance(shape, Mesh) else np.zeros(3)
     solid = shapes.make(settings.shape, shapes.default_size(settings.shape, settings.scale), own)
     env = KinematicReplay(
-        haptic_env.ENVIRONMENTS[settings.env],
+        registration.hand_name(settings.env),
         recording,
         solid,
         **settings.noise,
@@ -257,7 +259,7 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
             f"{recording.source}: it has joint angles alone, and does not tell of an object; name the one with which "
             "contacts are to be simulated: --shape NAME or --mesh FILE"
         )
-    env = gym.make(
+    env = registration.make(
         settings.env,
         shape=settings.shape,
         scale=settings.scale,

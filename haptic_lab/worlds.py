@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import haptic_env
-from haptic_env import shapes, validate
+from haptic_env import registration, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.shapes import Solid, sets
@@ -172,20 +172,22 @@ def common_volume(solid: Solid, other: Solid) -> float:
     return float((inside & theirs).sum() / (inside | theirs).sum())
 
 
-HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, or the id of an environment"
+HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, the id of an environment, or a hand.toml of your own"
 
 
 def environment(name: str) -> str:
     """Find an environment.
 
     Args:
-        name: its id, or that of its hand alone.
+        name: its id, or that of its hand alone; or the path of a TOML file that describes a hand.
 
     Returns:
-        Its id.
+        Its id, or that path, which `haptic_env.registration` takes for one.
 
     Raises:
-        ValueError: for neither.
+        ValueError: for neither, and for a file that describes none.
     """
+    if registration.is_file(name):
+        return registration.check("--hand", as_path(name))
     of_hand = {hand: env_id for env_id, hand in haptic_env.ENVIRONMENTS.items()}
     return of_hand.get(validate.choice("--hand or --env", name, (*of_hand, *haptic_env.ENVIRONMENTS)), name)

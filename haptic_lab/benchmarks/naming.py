@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
 import agents
-from haptic_env import hand_of
+from haptic_env import hand_of, registration
 from haptic_lab.benchmarks.end_to_end import clock
 from observer import ObserverWrapper, ShapePosterior
 from observer.pose_only import PoseOnly
@@ -37,7 +36,7 @@ def naming_steps(
     Returns:
         Seconds of each step, in their order.
     """
-    env = gym.make(env_id, shape="torus(0.4)", sigma_deg=sigma_deg, episode_seconds=seconds, **UNKNOWN)
+    env = registration.make(env_id, shape="torus(0.4)", sigma_deg=sigma_deg, episode_seconds=seconds, **UNKNOWN)
     hand = hand_of(env)
     namer = ShapePosterior(hand, candidates, **UNKNOWN)
     namer.reset(seed=seed)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import haptic_env
-from haptic_env import shapes, validate
+from haptic_env import registration, shapes, validate
 from haptic_lab.files import check_writable
 
 
@@ -66,7 +65,7 @@ class BenchSettings:
     objects: str = "fifty"
 
     def __post_init__(self) -> None:
-        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        registration.check("--env", self.env)
         shapes.default_size(shapes.check("--shape", self.shape))
         for name in shapes.read_set(self.objects):
             shapes.default_size(shapes.check("object of --objects", name))

@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import agents
-import haptic_env
-from haptic_env import hand_env, recordings, shapes
+from haptic_env import hand_env, recordings, registration, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
-from haptic_lab import believed, conditions, kept, replay, worlds
+from haptic_lab import believed, conditions, kept, replay
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import measured, offsets, patches, surface
+from haptic_lab.exploration import learnt, measured, offsets, patches, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
@@ -45,6 +44,7 @@ def parse(
     recording: str = "--recording",
     description: str | None = __doc__,
     example: str = EXAMPLE,
+    learning: bool = False,
 ) -> tuple[ExplorationSettings, Recording | MeasuredTouch | None]:
     """Read and check the command line, and the recording that it names; ends the program with code 2 where either makes
     no sense.
@@ -54,6 +54,7 @@ def parse(
         recording: how the command is told of the recording: a flag, or the name of a positional argument.
         description: of the command, for its help.
         example: for its help.
+        learning: whether the object is learnt under a name.
 
     Returns:
         What is explored, and the recording that the hand repeats, if it does.
@@ -77,9 +78,11 @@ def parse(
     add("--none", type=float, default=0.0, help="prior probability that it is none of these (default 0)")
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
+    learnt.add_flags(add, learning)
     conditions.add_flags(add, "as the environment's keyword; observers are told")
     believed.add_flags(add)
-    add("--seconds", type=float, help="how long to explore (default 10, or as long as the recording)")
+    seconds = 20 if learning else 10
+    add("--seconds", type=float, help=f"how long to explore (default {seconds}, or as long as the recording)")
     add("--particles", type=int, help="hypotheses of the observer (default 200)")
     add(
         "--policy",
@@ -105,27 +108,31 @@ def parse(
         f"write the surface that was felt ({', '.join(files.WRITERS)}), and its picture, {surface.PICTURE}, to --out"
     )
     add("--save-mesh", type=as_path, metavar="FILE", help=written)
-    add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
+    out = "out/learn" if learning else "out/explore"
+    add("--out", type=as_path, default=out, help=f"folder for the results (default {out})")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
     columns = given.pop("columns")
     found: Recording | MeasuredTouch | None = None
-    usual = dict(DEFAULTS)
+    usual = {**DEFAULTS, **dict.fromkeys(learnt.JITTER, 0.0)}
     try:
         surface.resolve(given, recorded=source[0] is not None)
+        learnt.resolve(given)
         if given["env"] is not None:
             given["env"] = environment(given["env"])
         _resolve_objects(given)
         if source[0] is not None:
-            found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]), columns)
+            found = replay.load(*source, given["env"] and registration.hand_name(given["env"]), columns)
             _refuse_wrist(given)
             if isinstance(found, MeasuredTouch):
                 _refuse_noise(given)
-                usual["env"] = environment(found.hand.name)
+                usual["env"] = environment(found.hand.source or found.hand.name)
             else:
                 usual |= _told_by(found, given)
         elif any(source) or columns:
             parser.error("--part, --columns and --glove-calibration say how to read a --recording, which is not given")
+        elif learning and given["seconds"] is None:
+            given["seconds"] = float(seconds)
         told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
         settings = ExplorationSettings(**told)
     except (ValueError, ImportError) as error:
@@ -149,6 +156,7 @@ def _resolve_objects(given: dict[str, Any]) -> None:
 
 def _told_by(recording: Recording, given: Mapping[str, Any]) -> dict[str, Any]:
     """What a recording says of the settings with which it is replayed, where they are not `given`."""
+    learnt.refuse(given)
     if recording.felt is not None:
         _refuse_noise(given)
     if given["trust"]:
@@ -248,8 +256,9 @@ def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | No
         return 2
     if session.measured is not None:
         measured.finish(settings, exploration, traces, took, session.measured, console)
+        learnt.tell(console, settings, exploration, traces[OBSERVER])
         return 130 if stopped else 0
-    truth = worlds.truth_among(exploration.solid, session.candidates, none=session.namer.none > 0.0)
+    truth = learnt.truth(settings, exploration, session.candidates, session.namer.none > 0.0)
     summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, traces, summary)
@@ -272,6 +281,7 @@ def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | No
         offsets.save(Path(settings.save_offsets), summary["joint_offset"], source, summary.get("patches", {}))
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
+    learnt.tell(console, settings, exploration, traces[OBSERVER])
     if stopped:
         console.print("Stopped early: this is what was explored until then.", highlight=False)
     return 130 if stopped else 0

@@ -7,17 +7,16 @@ import signal
 import time
 from typing import Any
 
-import gymnasium as gym
 from rich.console import Console
 
-from haptic_env import hand_env, hand_of, shapes
+from haptic_env import hand_env, hand_of, registration, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
 from haptic_lab import possible, replay
+from haptic_lab.exploration import learnt
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.trial import Trial, check_model, guided, make_observers
-from observer import ShapePosterior
 from observer.variants import Observer
 
 
@@ -37,18 +36,18 @@ def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | 
     if recording is not None:
         return replay.session(settings, recording)
     wrist: dict[str, Any] = {} if settings.wrist is None else {"wrist": settings.wrist}
-    env = gym.make(
+    env = registration.make(
         settings.env,
         shape=settings.shape if settings.shape or settings.objects is None else shapes.read_set(settings.objects),
         scale=settings.scale,
         **settings.noise,
+        **settings.jitter,
         episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
         reveal_truth=True,  # for the observer's judge alone
         **wrist,
     )
     hand = hand_of(env)
-    candidates = possible.chosen(settings, hand)
-    namer = ShapePosterior(hand, candidates, none=settings.none)
+    namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand))
     check_model(env, settings.policy, namer, settings.trust)
     return replay.ExplorationSession(env, settings.policy, candidates, namer)
 

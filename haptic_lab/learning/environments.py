@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv
 
-import haptic_env  # noqa: F401 - registers the environments
 from agents.hold_action import HoldAction
-from haptic_env import hand_env, shapes
+from haptic_env import hand_env, registration, shapes
 from haptic_lab.learning.presets import FOUR, RAW, TrainingWorld
 from haptic_lab.processes import end_with_parent
 from observer import (
@@ -92,7 +91,7 @@ def make_env(world: TrainingWorld, held_out: bool = False) -> gym.Env[Any, Any]:
     """
     shapes.allow(world.shapes)  # which whoever asked for it has imported too
     vary = {name: getattr(world, name) for name in ("size_jitter", "yaw_jitter", "position_jitter")}
-    env = gym.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary, **world.noise)
+    env = registration.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary, **world.noise)
     base = hand_env(env)
     told = world.told(world.noise, base.hand)
     observer: HapticSLAM | PoseOnly

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import haptic_env
 from agents.finger_kinematics import FingerKinematics
-from haptic_env import reading, shapes, validate
+from haptic_env import reading, registration, shapes, validate
 from haptic_env.hand import Hand
 from haptic_lab import conditions, faults
 from haptic_lab.believed import BELIEVED, Believed
@@ -98,7 +97,7 @@ class TrainingWorld(Believed):
     shapes: tuple[str, ...] = FOUR
 
     def __post_init__(self) -> None:
-        validate.choice("env", self.env, haptic_env.ENVIRONMENTS)
+        registration.check("env", self.env)
         validate.number("seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
         if not isinstance(self.sigma_deg, tuple) or len(self.sigma_deg) != 2:
             raise ValueError(f"sigma_deg must be two numbers, the least and the largest, got {self.sigma_deg!r}")

@@ -7,11 +7,10 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from haptic_env import hand_of
+from haptic_env import hand_of, registration
 from haptic_lab.conditions import Condition
 from haptic_lab.files import atomic
 from haptic_lab.sweeps.executors import workers
@@ -58,7 +57,7 @@ def sweep(
     if not missing:
         return
     if who is None and plan.cluster is None:
-        get_ready(console, hand_of(gym.make(settings.env)), load=False)
+        get_ready(console, hand_of(registration.make(settings.env)), load=False)
         with told_on(console):
             prepare(settings)
     conditions = list(dict.fromkeys(task.condition for task in missing))

@@ -10,11 +10,9 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any
 
-import gymnasium as gym
-
 import agents
 from agents.sb3 import Sb3
-from haptic_env import hand_of, shapes, validate
+from haptic_env import hand_of, registration, shapes, validate
 from haptic_env.hand import Hand
 from haptic_lab.conditions import CONTACTS, FACTORS, Condition, check_contacts, check_policy
 from haptic_lab.sweeps.tasks import SweepSettings
@@ -137,7 +135,7 @@ def _check_none(settings: SweepSettings) -> None:
 
 def _hand(settings: SweepSettings) -> Hand:
     try:
-        return hand_of(gym.make(settings.env))
+        return hand_of(registration.make(settings.env))
     except ImportError as error:
         raise ValueError(str(error)) from error
 
@@ -151,4 +149,4 @@ def _check_fit(settings: SweepSettings, policy: str) -> None:
     shape = ShapePosterior(
         hand, candidates_of(hand, settings.known, scale=settings.scale), none=settings.none or 0.0, variants=1
     )
-    check_model(gym.make(settings.env), policy, shape, settings.trust)
+    check_model(registration.make(settings.env), policy, shape, settings.trust)

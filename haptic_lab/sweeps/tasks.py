@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import agents
-import haptic_env
-from haptic_env import rotation, shapes, validate
+from haptic_env import hands, registration, rotation, shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.shapes.names import NONE
 from haptic_lab.believed import Believed
@@ -68,7 +67,7 @@ class SweepSettings(Believed):
     none: float | None = None
 
     def __post_init__(self) -> None:
-        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        registration.check("--env", self.env)
         validate.integer("--particles", self.particles, 1, 100_000)
         validate.integer("--exemplars", self.exemplars, 1, 1000)
         validate.integer("--first-seed", self.first_seed, 0, EXEMPLAR_SEED - 1)
@@ -207,13 +206,16 @@ def exemplar_tasks(settings: SweepSettings, condition: Condition) -> list[list[S
 
 
 def files_of(settings: SweepSettings) -> dict[str, str]:
-    """Tell objects by what is in their files: another content under the same name is another object.
+    """Tell objects and hands by what is in their files: another content under the same name is another one.
 
     Args:
-        settings: with the shapes.
+        settings: with the shapes, and the hand.
 
     Returns:
-        A digest of each object that a file says.
+        A digest of each object that a file says, and of the hand that one describes.
     """
     told = {name: shapes.origin(name) for name in dict.fromkeys((*settings.shapes, *settings.known))}
+    if registration.is_file(settings.env):
+        hand = hands.make(settings.env)
+        told[settings.env] = repr((hand.xml, hand.patches.names, hand.rest_pose.tolist())).encode()
     return {f"file {name}": hashlib.sha256(said).hexdigest()[:12] for name, said in told.items() if said}

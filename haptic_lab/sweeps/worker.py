@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 
-from haptic_env import hand_of, shapes
+from haptic_env import hand_of, registration, shapes
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.sweeps.measures import GroundTruth, measures_of
 from haptic_lab.sweeps.rows import Exemplars, row_of
@@ -62,7 +61,7 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
     """
     settings, condition = task.settings, task.condition
     shapes.allow({task.shape, *settings.known})  # which whoever asked for the sweep has imported too
-    env = gym.make(
+    env = registration.make(
         settings.env,
         shape=task.shape,
         scale=settings.scale,
@@ -117,7 +116,7 @@ def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePoster
     Returns:
         The namer, the same object for the same settings: to be copied before use.
     """
-    hand = hand_of(gym.make(settings.env))
+    hand = hand_of(registration.make(settings.env))
     return ShapePosterior(
         hand,
         candidates_of(hand, settings.known, scale=settings.scale),
