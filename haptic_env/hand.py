@@ -36,7 +36,7 @@ def parse(xml: str) -> mjcf.RootElement:
 
 @dataclass(frozen=True)
 class Hand:
-    """A hand in mid-air. Add one as a file and a line in `haptic_env.hands.HANDS`.
+    """A hand in mid-air. Add one as a file and a line in `haptic_env.hands.HANDS`, or as a TOML file.
 
     Attributes:
         name: as in the registry.
@@ -48,6 +48,7 @@ class Hand:
         grasp_centre: (3,) m, world frame, where objects are placed.
         workspace: (3,) m, edge lengths of the box about `grasp_centre` that a map covers.
         opening: (3,), the direction in which a large object is moved out of the palm; zero where there is none.
+        source: path of the file that describes a hand of one's own; "" for those of the registry.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Hand:
     grasp_centre: NDArray[np.float64]
     workspace: NDArray[np.float64]
     opening: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    source: str = ""
 
     @cached_property
     def model(self) -> mujoco.MjModel:
@@ -81,9 +83,11 @@ class Hand:
 
     @cached_property
     def wrist(self) -> NDArray[np.int64]:
-        """(6,) the joints by which the hand as a whole moves, three slides and three turns; (0,) where it is fixed."""
+        """(6,) the joints by which the hand as a whole moves, three slides and three turns; (0,) where it is fixed. A
+        finger may slide along one axis."""
         of = self.model.jnt_bodyid
-        return np.flatnonzero(np.isin(of, of[self.lever_arms > 0.0]))
+        slides = np.bincount(of[self.lever_arms > 0.0], minlength=self.model.nbody)
+        return np.flatnonzero(slides[of] == 3)
 
     @cached_property
     def joint_limits(self) -> NDArray[np.float64]:

@@ -59,15 +59,18 @@ class SkinPoints:
 
 
 class PatchLayout(NamedTuple):
-    """Which patches there are, for compiled code.
+    """Which patches there are, for compiled code: links are cut into C cells, and each cell is of one patch.
 
     Attributes:
         first: (L,) first patch of each link.
         length: (L,) m, of each bone.
         tip: (L,) whether each link ends in a fingertip.
-        along: rows along each bone.
-        around: sectors around each bone.
-        rings: of a tip, the cap included.
+        along: rows of cells along each bone.
+        around: sectors of cells around each bone.
+        rings: of cells, of a tip, the cap included.
+        cell: (L,) first cell of each link.
+        patch: (C,) the patch of each cell; -1 where nothing is felt.
+        rows: (P, 2) the first and the last row of cells that each patch has; those of the tip are row `along`.
     """
 
     first: NDArray[np.int64]
@@ -76,6 +79,9 @@ class PatchLayout(NamedTuple):
     along: int
     around: int
     rings: int
+    cell: NDArray[np.int64]
+    patch: NDArray[np.int64]
+    rows: NDArray[np.int64]
 
 
 class Patches:
@@ -112,7 +118,7 @@ class Patches:
         self.link = np.repeat(np.arange(len(links)), counts)
         self._length = np.array([link.length for link in links])
         tip = np.array([link.tip for link in links])
-        self.layout = PatchLayout(self.first, self._length, tip, self.along, self.around, self.rings)
+        self.layout = self._layout(tip, self.first, np.arange(self.count))
         self.names = tuple(name for link in links for name in self._names_of(link))
         skin = self.surface(spacing=0.001)
         total = np.bincount(skin.patch, minlength=self.count)[:, None]
@@ -129,6 +135,12 @@ class Patches:
     def __len__(self) -> int:
         return self.count
 
+    @property
+    def numb(self) -> NDArray[np.bool_]:
+        """(L,) the links that have skin which feels nothing."""
+        cells = np.split(self.layout.patch, self.layout.cell[1:])
+        return np.array([bool((each < 0).any()) for each in cells])
+
     def locate(self, link: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.int64]:
         """Find the patches that hold points of the skin.
 
@@ -137,7 +149,7 @@ class Patches:
             points: (M, 3) m, each in the frame of its link.
 
         Returns:
-            (M,) indices of patches.
+            (M,) indices of patches; -1 where nothing is felt.
 
         Raises:
             ValueError: for points that are not finite, and links that there are not.
@@ -153,7 +165,7 @@ class Patches:
         return patch
 
     def surface(self, spacing: float) -> SkinPoints:
-        """Spread points over the skin, in no patch none.
+        """Spread points over the skin that feels, in no patch none.
 
         Args:
             spacing: m, at most from one to the next.
@@ -215,6 +227,18 @@ class Patches:
         placed, link_of = np.concatenate(points), np.concatenate(owner)
         return SkinPoints(placed, np.concatenate(normals), link_of, self.locate(link_of, placed))
 
+    def _layout(self, tip: NDArray[np.bool_], cell: NDArray[np.int64], patch: NDArray[np.int64]) -> PatchLayout:
+        """The layout whose links begin at `cell` (L,), where cells are of `patch` (C,)."""
+        within = np.arange(len(patch)) - np.repeat(cell, np.diff(cell, append=len(patch)))
+        row = np.minimum(within // self.around, self.along)
+        rows = np.empty((self.count, 2), dtype=np.int64)
+        rows[:, 0], rows[:, 1] = self.along, 0
+        felt = patch >= 0
+        np.minimum.at(rows[:, 0], patch[felt], row[felt])
+        np.maximum.at(rows[:, 1], patch[felt], row[felt])
+        shape = self.along, self.around, self.rings
+        return PatchLayout(self.first, self._length, tip, *shape, cell.astype(np.int64), patch.astype(np.int64), rows)
+
     def _names_of(self, link: Link) -> list[str]:
         sides = SIDES if self.around == len(SIDES) else tuple(f"sector{s}" for s in range(self.around))
         names = [f"{link.name}_{row}_{side}" for row in range(self.along) for side in sides]
@@ -264,7 +288,7 @@ def patch_at(layout, link, x, y, z):
         z: m.
 
     Returns:
-        The patch.
+        The patch; -1 where nothing is felt.
     """
     along, around, rings = layout.along, layout.around, layout.rings
     # Sector 0 is centred on the palmar side (-x).
@@ -275,8 +299,8 @@ def patch_at(layout, link, x, y, z):
         polar = np.arctan2(np.hypot(x, y), z - layout.length[link])  # 0 at the pole, pi/2 at the rim
         ring = min(int(polar * (rings / (np.pi / 2))), rings - 1)
         beyond = 0 if ring == 0 else 1 + (ring - 1) * around + sector
-        return layout.first[link] + along * around + beyond
-    return layout.first[link] + row * around + sector
+        return layout.patch[layout.cell[link] + along * around + beyond]
+    return layout.patch[layout.cell[link] + row * around + sector]
 
 
 @kernel()

@@ -61,7 +61,18 @@ _ANY = {n: types.Array(of, n, "A") for of, n in ((types.float64, 1), (types.floa
 _INDEX = types.Array(types.int64, 1, "C")
 _FLAGS = types.Array(types.boolean, 1, "C")
 _LAYOUT = types.NamedTuple(
-    (_INDEX, types.Array(types.float64, 1, "C"), _FLAGS, types.int64, types.int64, types.int64), PatchLayout
+    (
+        _INDEX,
+        types.Array(types.float64, 1, "C"),
+        _FLAGS,
+        types.int64,
+        types.int64,
+        types.int64,
+        _INDEX,
+        _INDEX,
+        types.Array(types.int64, 2, "C"),
+    ),
+    PatchLayout,
 )
 
 
@@ -92,4 +103,6 @@ def _touch(geom, dist, point, link_of_geom, bodies, xpos, xmat, layout, touched)
         x = dx * xmat[body, 0] + dy * xmat[body, 3] + dz * xmat[body, 6]
         y = dx * xmat[body, 1] + dy * xmat[body, 4] + dz * xmat[body, 7]
         z = dx * xmat[body, 2] + dy * xmat[body, 5] + dz * xmat[body, 8]
-        touched[patch_at(layout, link, x, y, z)] = True
+        patch = patch_at(layout, link, x, y, z)
+        if patch >= 0:
+            touched[patch] = True

@@ -20,11 +20,15 @@ from haptic_lab.terminal import Parser, program, refuse
 PROGRAM = "haptic-slam"
 COMMANDS = {
     "explore": "let a blind hand explore a hidden object, and name it",
+    "learn": "let it feel a new object, to recognise it later",
+    "library": "list the objects that were learnt",
     "replay": "let the hand repeat a recording, and name what it touched",
     "evaluate": "measure the observer between its brackets over many trials",
     "figures": "draw the figures of the paper, and those beyond it",
     "train": "train a policy to name what the hand touches",
+    "objects": "compare objects with what physics can touch of them",
     "bench": "measure how fast it is",
+    "check-hand": "draw a hand with its patches, list its joints, and say what is wrong with it",
     "picture-recording": "draw a recorded hand, and the map that it built",
     "scaling": "measure how the time of a step grows",
     "scheduling": "measure what a sweep costs beyond its trials",

@@ -8,14 +8,16 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import agents
-import haptic_env
-from haptic_env import hands, sensors, validate
+from haptic_env import hands, registration, sensors, validate
 from haptic_env.explore import ExploreEnv
 from haptic_env.patches import Patches
 from haptic_lab import faults
 from haptic_lab.faults import FAULTS
 
-TRUST = "run what a model.zip has in it, as you would run a program of whoever made it (docs/learning.md)"
+TRUST = (
+    "run what a model.zip, or the module of a class that a file names, has in it, as you would run a program of "
+    "whoever made it (docs/learning.md)"
+)
 _DEFAULTS = {name: each.default for name, each in inspect.signature(ExploreEnv).parameters.items()}
 
 
@@ -84,7 +86,7 @@ def check_contacts(env: str, noise: Mapping[str, Any]) -> None:
     if not lies(noise):
         return
     try:
-        patches = hands.make(haptic_env.ENVIRONMENTS[env]).patches
+        patches = hands.make(registration.hand_name(env)).patches
     except ImportError:  # of a hand that is not installed, which is said where it is made
         return
     detection_of(noise, patches)

@@ -36,7 +36,7 @@ def draw_map(
     axes: Axes,
     occupancy: Array,
     grid: Grid,
-    solid: Solid,
+    solid: Solid | None,
     side: str,
     hand: Hand | None = None,
     angles: Any = None,
@@ -49,7 +49,7 @@ def draw_map(
         axes: to draw into.
         occupancy: (X, Y, Z) probabilities.
         grid: of the map.
-        solid: the true object.
+        solid: the true object; None: nobody knows.
         side: one of `SIDES`.
         hand: that is drawn; None: none is.
         angles: (J,) rad, its pose.
@@ -71,7 +71,8 @@ def draw_map(
     image = axes.imshow(np.ma.masked_less_equal(highest.T, 0.5), cmap=OCCUPANCY, vmin=0.5, vmax=1.0, zorder=2, **shown)
     if hand is not None:
         _draw_hand(axes, hand, angles, root, across, up, middle, extent)
-    _draw_outline(axes, solid, grid, across, up, depth)
+    if solid is not None:
+        _draw_outline(axes, solid, grid, across, up, depth)
     axes.set(
         title=side,
         xlabel=f"{AXES[across]} (mm)",

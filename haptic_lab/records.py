@@ -55,12 +55,12 @@ class Exploration:
 
     Attributes:
         hand: that explored.
-        solid: that was explored.
+        solid: that was explored; None only of measured touch, where nobody says what was touched.
         seconds: (T,).
         torques: (T, J) fractions.
-        felt_angles: (T, J) rad.
-        true_angles: (T, J) rad.
-        contacts: (T, P).
+        felt_angles: (T, J) rad; NaN where a joint was not measured.
+        true_angles: (T, J) rad; NaN where nobody knows.
+        contacts: (T, P); False where a patch was not measured.
         start: the reset.
         roots: (T), where the hand as a whole was, if it moved.
         joint_offset: (T, J) rad, the true offsets of felt angles, where they are known.

@@ -1,7 +1,8 @@
 """What `explore.py --recording` explores: a hand that repeats a recording, and what its observers are told.
 
-A recording that says what was felt is played back as it is. One that knows where hand and object were is followed by
-the hand in the object's frame (kinematic replay). Any other drives the hand by joint servos (driven replay).
+A recording with measured touch is told step by step, and nothing of it is simulated. One that says what was felt is
+played back as it is. One that knows where hand and object were is followed by the hand in the object's frame (kinematic
+replay). Any other drives the hand by joint servos (driven replay).
 """
 
 from __future__ import annotations
@@ -18,15 +19,17 @@ import haptic_env
 from agents.follow_recording import LEAD_SECONDS, FollowRecording
 from agents.policy import Policy
 from agents.repeat_torques import RepeatTorques
-from haptic_env import hand_of, hands, recordings, shapes, validate
+from haptic_env import hand_of, hands, recordings, registration, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.hands import wrist
-from haptic_env.recordings import ObserverInputs, Recording, Track, checks
+from haptic_env.measured_playback import MeasuredPlayback
+from haptic_env.recordings import MeasuredTouch, Recording, checks
 from haptic_env.replay import KinematicReplay, Playback
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh, is_path
-from haptic_lab.records import Exploration
+from haptic_lab import possible
+from haptic_lab.exploration import learnt
 from haptic_lab.worlds import Candidates, candidates_of
 from observer import ContactModel, ShapePosterior
 
@@ -54,6 +57,7 @@ class ExplorationSession:
         followed: the recording at the control rate, of a hand that moved as a whole.
         simulated: whether the object is one that was named, of which the recording tells nothing, so that what was felt
             of it is simulated.
+        measured: the recording, where touch was measured.
     """
 
     env: gym.Env[Any, Any]
@@ -64,6 +68,7 @@ class ExplorationSession:
     informed: Mapping[str, Any] = field(default_factory=dict)
     followed: Recording | None = None
     simulated: bool = False
+    measured: MeasuredTouch | None = None
 
     @property
     def hand(self) -> Hand:
@@ -71,29 +76,54 @@ class ExplorationSession:
         return hand_of(self.env)
 
 
-def load(path: str, part: str | None, calibration: str | None, hand: str | None) -> Recording:
+def load(
+    path: str, part: str | None, calibration: str | None, hand: str | None, columns: str | None = None
+) -> Recording | MeasuredTouch:
     """Read a recording.
 
     Args:
-        path: of the file, .npz or a glove's .txt.
+        path: of the file: .npz, a glove's .txt, or one of those of `recordings.FOREIGN`.
         part: which recording, of a file that holds several.
         calibration: path of a glove's calibration; None: the one that comes for `hand`.
-        hand: that a glove moves, by its name.
+        hand: that a glove moves, or that felt, by its name.
+        columns: path of a TOML that says what the columns mean of a file with measured touch.
 
     Returns:
         The recording.
 
     Raises:
         ValueError: for what is wrong with it.
+        ImportError: where a library is missing that reads it.
         OSError: where it cannot be read.
     """
+    validate.choice("kind of recording", Path(path).suffix.lower(), {*recordings.READERS, *recordings.FOREIGN})
     meaning = None
+    if columns is not None or _has_touch(Path(path)):
+        if calibration is not None:
+            raise ValueError(f"--glove-calibration is for a glove's text, not for {path}")
+        return _load_measured(path, part, hand, columns)
     if Path(path).suffix.lower() == ".txt":
         name = hand or GLOVE
         meaning = recordings.read_calibration(calibration) if calibration else recordings.calibration_for(name)
     elif calibration is not None:
         raise ValueError(f"--glove-calibration is for a glove's text, not for {path}")
     return recordings.read(path, part=part, calibration=meaning)
+
+
+def _has_touch(path: Path) -> bool:
+    """Whether a file is of a kind that has measured touch, told by its name, or, of arrays, by theirs."""
+    suffix = path.suffix.lower()
+    return suffix in recordings.FOREIGN and (suffix != ".npz" or recordings.has_touch(path))
+
+
+def _load_measured(path: str, part: str | None, hand: str | None, columns: str | None) -> MeasuredTouch:
+    told = None if columns is None else recordings.read_columns(columns)
+    name = hand or (told.hand if told is not None else None)
+    if hand is None and columns is not None and registration.is_file(name):
+        name = str(Path(columns).parent / str(name))
+    if name is None:
+        raise ValueError(f"{path}: say whose joints and patches it has: --hand NAME, or hand = NAME in --columns")
+    return recordings.read_measured(path, told, hands.make(hands.check("hand", name)), part=part)
 
 
 def environment_of(recording: Recording) -> str:
@@ -126,7 +156,7 @@ def environment_of(recording: Recording) -> str:
     )
 
 
-def session(settings: Any, recording: Recording, render_mode: str | None = None) -> ExplorationSession:
+def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: str | None = None) -> ExplorationSession:
     """Set up the replay of a recording.
 
     Args:
@@ -140,6 +170,8 @@ def session(settings: Any, recording: Recording, render_mode: str | None = None)
     Raises:
         ValueError: where they do not fit together.
     """
+    if isinstance(recording, MeasuredTouch):
+        return _measured(settings, recording)
     if recording.felt is not None:
         return _playback(settings, recording)
     if recording.root is not None and recording.object is not None:
@@ -147,19 +179,29 @@ def session(settings: Any, recording: Recording, render_mode: str | None = None)
     return _driven(settings, recording, render_mode)
 
 
+def _measured(settings: Any, recording: MeasuredTouch) -> ExplorationSession:
+    hand = recording.hand
+    solid = None if settings.shape is None else shapes.usual(settings.shape, hand, settings.scale)
+    namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand), **SINKING_NAMER)
+    told = {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
+    env = MeasuredPlayback(recording, solid)
+    return ExplorationSession(env, RepeatTorques(env, []), candidates, namer, told, measured=recording)
+
+
 def _playback(settings: Any, recording: Recording) -> ExplorationSession:
     free = {"wrist": "free"} if {*wrist.NAMES} <= {*recording.joint_names} else {}  # as the hand explored
-    hand = hands.make(haptic_env.ENVIRONMENTS[settings.env], **free)
+    hand = hands.make(registration.hand_name(settings.env), **free)
     solid, moved = _explored(recording)
     env = Playback(hand, recording, solid)
     policy = RepeatTorques(env, recording.felt.torques[1:, recording.columns_of(hand)])  # type: ignore[union-attr]
     if moved:
-        return ExplorationSession(env, policy, *_in_object_frame(hand, solid), recording)
-    candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    if solid.name not in candidates and not is_path(solid.name):  # a mesh may lie elsewhere now
-        candidates |= candidates_of(hand, (solid.name,))
+        return ExplorationSession(env, policy, *_in_object_frame(settings, hand, solid), recording)
+    candidates = dict(possible.chosen(settings, hand))
+    if settings.among is None and solid.name not in candidates and not is_path(solid.name):
+        candidates |= candidates_of(hand, (solid.name,))  # a mesh may lie elsewhere now
     simulated = SIMULATED.items() <= recording.settings.items()
-    return ExplorationSession(env, policy, candidates, ShapePosterior(hand, candidates), simulated=simulated)
+    namer = ShapePosterior(hand, candidates, none=settings.none)
+    return ExplorationSession(env, policy, candidates, namer, simulated=simulated)
 
 
 def _explored(recording: Recording) -> tuple[Solid, bool]:
@@ -182,29 +224,33 @@ def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> 
         known = f" ({recording.mesh})" if recording.mesh else ""
         raise ValueError(f"{recording.source}: say what was held{known}: --mesh FILE or --shape NAME")
     shape = shapes.find(settings.shape)
-    own = shape.centre * settings.scale if isinstance(shape, Mesh) else np.zeros(3)  # its middle, in its file's frame
+    # The middle of a mesh, in its file's frame.
+    own = shape.centre * shape.scale(settings.scale) if isinstance(shape, Mesh) else np.zeros(3)
     solid = shapes.make(settings.shape, shapes.default_size(settings.shape, settings.scale), own)
     env = KinematicReplay(
-        haptic_env.ENVIRONMENTS[settings.env],
+        registration.hand_name(settings.env),
         recording,
         solid,
         **settings.noise,
         episode_seconds=recording.seconds if settings.seconds is None else settings.seconds,
         render_mode=render_mode,
     )
-    return ExplorationSession(env, RepeatTorques(env, []), *_in_object_frame(env.hand, solid), env.recording)
+    return ExplorationSession(env, RepeatTorques(env, []), *_in_object_frame(settings, env.hand, solid), env.recording)
 
 
-def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosterior, dict[str, Any], dict[str, Any]]:
+def _in_object_frame(
+    settings: Any, hand: Hand, solid: Solid
+) -> tuple[Candidates, ShapePosterior, dict[str, Any], dict[str, Any]]:
     """What the object may be, who names it, and what observers of a hand that is followed are told and informed of."""
-    size = np.full(3, np.mean(solid.size))
-    candidates = {name: [shapes.make(name, size, solid.position)] for name in shapes.SHAPES}
+    candidates = possible.beside(settings, solid)
     grid = Grid.around(solid.position, np.asarray(solid.size) + 2.0 * MARGIN, VOXEL)
     # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true.
     told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": False}
     # For the pose the surface counts as exactly as it is known: what is not known of the pose is the pose's own matter.
-    surface = ShapePosterior(hand, candidates, press=SINKING_NAMER["press"])
-    return candidates, ShapePosterior(hand, candidates, **SINKING_NAMER), told, {"solids": surface}
+    # A set without the object is not to pull the pose.
+    surface = ShapePosterior(hand, candidates, press=SINKING_NAMER["press"], none=settings.none or possible.DOUBT)
+    none = possible.doubt_of(settings, solid, candidates)
+    return candidates, ShapePosterior(hand, candidates, none=none, **SINKING_NAMER), told, {"solids": surface}
 
 
 def _driven(settings: Any, recording: Recording, render_mode: str | None) -> ExplorationSession:
@@ -213,7 +259,7 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
             f"{recording.source}: it has joint angles alone, and does not tell of an object; name the one with which "
             "contacts are to be simulated: --shape NAME or --mesh FILE"
         )
-    env = gym.make(
+    env = registration.make(
         settings.env,
         shape=settings.shape,
         scale=settings.scale,
@@ -224,53 +270,6 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
     )
     policy = FollowRecording(env, recording)
     hand = hand_of(env)
-    candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    return ExplorationSession(env, policy, candidates, ShapePosterior(hand, candidates), simulated=True)
-
-
-def as_recording(exploration: Exploration, settings: Mapping[str, Any], followed: Recording | None) -> Recording:
-    """Keep an exploration, to be played back.
-
-    Args:
-        exploration: what happened.
-        settings: of the exploration, as JSON can say them.
-        followed: the recording that its hand followed, where it moved as a whole.
-
-    Returns:
-        The recording.
-    """
-    hand, solid, steps = exploration.hand, exploration.solid, len(exploration.seconds) + 1
-    start = exploration.start
-
-    def before(first: Any, rows: Any) -> Any:
-        return np.concatenate([np.asarray(first)[None], rows])
-
-    def path(track: Track | None) -> Track | None:
-        return None if track is None else Track(track.position[:steps], track.quaternion[:steps])
-
-    moved = followed if exploration.roots is not None else None
-    return Recording(
-        source="this exploration",
-        time=before(0.0, exploration.seconds),
-        joint_names=hand.joint_names,
-        joint_angles=before(start.true_angles, exploration.true_angles),
-        root=path(moved.root) if moved else None,
-        root_body=moved.root_body if moved else "",
-        object=path(moved.object) if moved else None,
-        mesh=moved.mesh if moved else "",
-        felt=ObserverInputs(
-            before(np.zeros(hand.joints), exploration.torques).astype(np.float64),
-            before(start.felt_angles, exploration.felt_angles).astype(np.float64),
-            before(start.contacts, exploration.contacts),
-        ),
-        settings={
-            **settings,
-            "object": {
-                "name": solid.name,
-                "size": list(solid.size),
-                "position": list(solid.position),
-                "quaternion": list(solid.quaternion),
-            },
-            "in_object_frame": exploration.roots is not None,
-        },
-    )
+    candidates = possible.chosen(settings, hand)
+    namer = ShapePosterior(hand, candidates, none=settings.none)
+    return ExplorationSession(env, policy, candidates, namer, simulated=True)

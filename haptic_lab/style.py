@@ -12,8 +12,8 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_hex
 
-from haptic_env.shapes import SHAPES
-from haptic_env.shapes.mesh import is_path
+from haptic_env.shapes import SHAPES, sets
+from haptic_env.shapes.mesh import is_path, parted
 from haptic_env.shapes.names import NONE
 
 P = ParamSpec("P")
@@ -88,12 +88,20 @@ def titles_of(labels: Iterable[str]) -> dict[str, str]:
     Returns:
         A title for each label: of a file's path as much as tells it from the others.
     """
-    ways = {each: (Path(each).stem, Path(each).name, each) if is_path(each) else (each,) * 3 for each in labels}
+    ways = {each: _ways(each) for each in labels}
     titles = {}
     for label, mine in ways.items():
         others = {way for other, theirs in ways.items() if other != label for way in theirs}
         titles[label] = next((way for way in mine if way not in others), label)
     return titles
+
+
+def _ways(label: str) -> tuple[str, str, str]:
+    """What an object may be called, the shortest first."""
+    if sets.is_member(label):
+        return sets.title(label), label, label
+    path = Path(parted(label)[0])
+    return (path.stem, path.name, label) if is_path(label) else (label,) * 3
 
 
 def as_drawn(title: str) -> str:

@@ -177,9 +177,11 @@ class Trial:
     def _explore(self) -> Iterator[StepInput]:
         """What the hand does and feels, and the record of it."""
         observation, info = self.env.reset(seed=self.seed)
-        self.solid = solid_of(info["truth"])
-        felt, true = observation["joint_angles"], info["truth"]["joint_angles"]
-        self._start = SensorReading(true, felt, observation["contacts"].astype(bool))
+        # Of a recording with measured touch nobody knows the truth, and what was touched only where somebody says so.
+        unknown = {"joint_angles": np.full(self.hand.joints, np.nan)}
+        self.solid = solid_of(info["truth"]) if "truth" in info else info["solid"]
+        felt, true = observation["joint_angles"], info.get("truth", unknown)["joint_angles"]
+        self._start = SensorReading(true, felt, observation["contacts"] == 1)
         world: Any = self.env.unwrapped
         others = {sigma: world.felt_at(sigma) for sigma in self._felt_at.values()}
         detection = getattr(world, "contact_detection", None)
@@ -190,11 +192,12 @@ class Trial:
         for _ in range(self.steps):
             torque, state = agents.act(self.policy, observation, state)
             observation, _, _, _, info = self.env.step(torque)
-            felt, contacts, true = observation["joint_angles"], observation["contacts"], info["truth"]["joint_angles"]
+            truth = info.get("truth", unknown)
+            felt, contacts, true = observation["joint_angles"], observation["contacts"], truth["joint_angles"]
             root = info.get("root")
-            self._record.append((torque, felt, true, contacts.astype(bool)))
+            self._record.append((torque, felt, true, contacts == 1))
             self._roots.append(root)
-            self._offsets.append(info["truth"].get("joint_offset"))
+            self._offsets.append(truth.get("joint_offset"))
             yield StepInput(torque, contacts, root, self._told(felt, true, others))
 
     def _told(self, felt: Array, true: Array, others: Mapping[float, Callable[[Array], Array]]) -> dict[str, Array]:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from collections.abc import Iterator
+from contextlib import contextmanager
 
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+from haptic_env import notice
 from haptic_env.hand import Hand
 from observer import compiling, warm_up
 
@@ -19,8 +23,7 @@ def get_ready(console: Console, hand: Hand, *, load: bool = True) -> None:
         hand: that will explore.
         load: as `observer.warm_up`'s: whether this process will need it itself.
     """
-    columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} of {task.total}")
-    with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:
+    with _bars(console) as bar:
         task = bar.add_task(WHAT, total=None, visible=False)
 
         def tell(done: int, total: int) -> None:
@@ -32,3 +35,36 @@ def get_ready(console: Console, hand: Hand, *, load: bool = True) -> None:
             warm_up(hand, tell)
         else:
             compiling.ensure(compiling.USUAL, hand, tell)
+
+
+@contextmanager
+def told_on(console: Console) -> Iterator[None]:
+    """Show how far it is what takes long and is done once: distances from objects, pieces of meshes.
+
+    Args:
+        console: to draw on.
+
+    Yields:
+        Nothing.
+    """
+    bar, tasks = _bars(console), dict[str, TaskID]()
+
+    def tell(what: str, done: int, total: int) -> None:
+        if what not in tasks:
+            bar.start()  # not before: where all is there already, nothing is printed
+            tasks[what] = bar.add_task(what, total=total)
+            if not console.is_terminal:
+                console.print(f"{what} …")
+        bar.update(tasks[what], completed=done, total=total)
+
+    try:
+        with notice.heard_by(tell):
+            yield
+    finally:
+        if tasks:
+            bar.stop()
+
+
+def _bars(console: Console) -> Progress:
+    columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} of {task.total}")
+    return Progress(*columns, TimeElapsedColumn(), console=console, transient=True)

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import haptic_env
-from haptic_env import shapes, validate
+from haptic_env import registration, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.shapes import Solid
-from haptic_env.shapes.names import NONE, parsed
+from haptic_env.shapes import Solid, sets
+from haptic_env.shapes.names import NONE
 from haptic_lab.terminal import as_path
+
+SETS = f"{', '.join(sets.SETS)}, or a TOML file of objects (docs/objects.md)"
 
 
 def as_shape(text: str) -> str:
-    """Take the value of a flag that names a shape.
+    """Take the name of a shape from a file.
 
     Args:
-        text: as it was typed.
+        text: as it was written.
 
     Returns:
         The path, or the name, always written the same way: it names columns, files and what a sweep goes on with.
@@ -28,8 +32,67 @@ def as_shape(text: str) -> str:
     Raises:
         argparse.ArgumentTypeError: as `as_path`.
     """
-    path = as_path(text)
-    return str(parsed(path) or path)
+    return shapes.written(as_path(text))
+
+
+def typed_shape(text: str) -> str:
+    """Take the value of a flag that names a shape. Whoever types the name of a class of their own wants it imported.
+
+    Args:
+        text: as it was typed.
+
+    Returns:
+        As `as_shape`.
+
+    Raises:
+        argparse.ArgumentTypeError: as `as_path`, and where the module of a class cannot be imported.
+    """
+    name = as_shape(text)
+    try:
+        if not sets.is_member(name):  # what a set says stands in a file
+            shapes.allow([name])
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return name
+
+
+def expanded(names: Iterable[str], *, trust: bool = False) -> list[str]:
+    """Put the objects of sets in the place of the sets.
+
+    Args:
+        names: of shapes, and of sets among them.
+        trust: whether the modules of classes that a file names are imported.
+
+    Returns:
+        Names of shapes.
+
+    Raises:
+        ValueError: for a file that is no set of objects, and a module that cannot be imported.
+    """
+    several: list[str] = []
+    for name in names:
+        is_set = name in sets.SETS or Path(name).suffix.lower() == sets.SUFFIX
+        several += sets.read(name) if is_set else [name]
+    if trust:
+        shapes.allow(several)
+    return several
+
+
+def in_set(name: str, objects: str) -> str:
+    """Find an object by what it is called in a set.
+
+    Args:
+        name: of a shape, or as the set calls it.
+        objects: name or path of the set.
+
+    Returns:
+        The name by which it is found.
+
+    Raises:
+        ValueError: for what is no set.
+    """
+    full = f"{objects}:{name}"
+    return full if full in sets.read(objects) else name
 
 
 def solid_of(truth: Mapping[str, Any]) -> Solid:
@@ -90,31 +153,41 @@ def truth_among(solid: Solid, candidates: Candidates, none: bool = False) -> str
         return solid.name
     if none:
         return NONE
-    reach = max(max(each.size) for several in candidates.values() for each in (*several, solid))
+    return max(candidates, key=lambda label: max(common_volume(solid, each) for each in candidates[label]))
+
+
+def common_volume(solid: Solid, other: Solid) -> float:
+    """Tell how much two solids share.
+
+    Args:
+        solid: one.
+        other: another.
+
+    Returns:
+        Their common volume over that of both together.
+    """
+    reach = max(*solid.size, *other.size)
     points = Grid.around(solid.position, np.full(3, 1.1 * reach), reach / 30).centres()
-    inside = solid.signed_distance(points) < 0
-
-    def common(other: Solid) -> float:
-        theirs = other.signed_distance(points) < 0
-        return float((inside & theirs).sum() / (inside | theirs).sum())
-
-    return max(candidates, key=lambda label: max(common(each) for each in candidates[label]))
+    inside, theirs = (each.signed_distance(points) < 0 for each in (solid, other))
+    return float((inside & theirs).sum() / (inside | theirs).sum())
 
 
-HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, or the id of an environment"
+HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, the id of an environment, or a hand.toml of your own"
 
 
 def environment(name: str) -> str:
     """Find an environment.
 
     Args:
-        name: its id, or that of its hand alone.
+        name: its id, or that of its hand alone; or the path of a TOML file that describes a hand.
 
     Returns:
-        Its id.
+        Its id, or that path, which `haptic_env.registration` takes for one.
 
     Raises:
-        ValueError: for neither.
+        ValueError: for neither, and for a file that describes none.
     """
+    if registration.is_file(name):
+        return registration.check("--hand", as_path(name))
     of_hand = {hand: env_id for env_id, hand in haptic_env.ENVIRONMENTS.items()}
     return of_hand.get(validate.choice("--hand or --env", name, (*of_hand, *haptic_env.ENVIRONMENTS)), name)

@@ -4,6 +4,7 @@ from observer import old_names  # noqa: F401 - keeps them importable
 from observer.belief import Belief
 from observer.brackets import OBSERVERS, DeadReckoning, Kalman, Smoother, TruePose, White
 from observer.fastslam import HapticSLAM
+from observer.library import DamagedEntry, Library
 from observer.maps.contact_model import ContactModel
 from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose_only import PoseOnly
@@ -23,12 +24,14 @@ __all__ = [
     "ContactDynamics",
     "ContactModel",
     "ContactsDoNotFit",
+    "DamagedEntry",
     "DeadReckoning",
     "DecideWhenSure",
     "DecisionReward",
     "HapticSLAM",
     "InformationGainReward",
     "Kalman",
+    "Library",
     "ObserverWrapper",
     "PoseOnly",
     "ShapePosterior",

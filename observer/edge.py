@@ -42,12 +42,14 @@ class SensedStep(NamedTuple):
     Attributes:
         torque: (J,) commanded, fractions.
         joint_angles: (J,) rad, felt.
-        contacts: (P,) felt.
+        contacts: (P,) felt; False where that was not measured.
+        unmeasured: (P,) patches whose contact was not measured; None: all were.
     """
 
     torque: Array
     joint_angles: Array
     contacts: NDArray[np.bool_]
+    unmeasured: NDArray[np.bool_] | None = None
 
 
 class Followed(NamedTuple):
@@ -58,12 +60,14 @@ class Followed(NamedTuple):
         covariance: (J, J) rad².
         contacts: (P,) felt at it.
         root: where the hand as a whole was.
+        unmeasured: (P,) patches whose contact was not measured; None: all were.
     """
 
     transition: Transition
     covariance: Array
     contacts: NDArray[np.bool_]
     root: Pose | None
+    unmeasured: NDArray[np.bool_] | None = None
 
 
 def told(hand: Hand, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> SensedStep:
@@ -72,21 +76,37 @@ def told(hand: Hand, torque: ArrayLike, joint_angles: ArrayLike, contacts: Array
     Args:
         hand: with J joints and P patches.
         torque: (J,) fractions.
-        joint_angles: (J,) rad.
-        contacts: (P,).
+        joint_angles: (J,) rad; NaN where a joint was not measured.
+        contacts: (P,); NaN where a patch was not measured.
 
     Returns:
         The same as arrays.
 
     Raises:
         ValueError: that names the joint, for a torque beyond ± 1 of its limit, an angle beyond ± 4π rad, and what is
-            not finite; and for contacts that are not 0 or 1.
+            not finite, NaN of angles apart; and for contacts that are not 0, 1 or NaN.
     """
-    return SensedStep(
-        validate.array("torque", torque, (hand.joints,), bound=1.0, names=hand.joint_names),
-        angles(hand, joint_angles),
-        validate.binary("contacts", contacts, (len(hand.patches),)),
-    )
+    u = validate.array("torque", torque, (hand.joints,), bound=1.0, names=hand.joint_names)
+    if (missing := _missing(joint_angles)) is None:
+        q = angles(hand, joint_angles)
+    else:
+        q = angles(hand, np.where(missing, 0.0, joint_angles))
+        q = np.where(missing, np.nan, q)
+    if (missing := _missing(contacts)) is None:
+        return SensedStep(u, q, validate.binary("contacts", contacts, (len(hand.patches),)))
+    z = validate.binary("contacts", np.where(missing, 0.0, contacts), (len(hand.patches),))
+    return SensedStep(u, q, z, missing)
+
+
+def _missing(given: ArrayLike) -> NDArray[np.bool_] | None:
+    """Which entries of an array of real numbers are NaN; None: none are, or it is no such array."""
+    if type(given) is not np.ndarray and not isinstance(given, list | tuple):
+        return None
+    numbers = validate.real(given)
+    if numbers is None or numbers.dtype.kind != "f":
+        return None
+    missing = np.isnan(numbers)
+    return missing if missing.any() else None
 
 
 def angles(hand: Hand, joint_angles: ArrayLike) -> Array:
@@ -153,7 +173,8 @@ def belief(hand: Hand, given: Belief) -> Followed:
     validate.instance("transition of belief", given.transition, Transition, "a Transition")
     if _as_made(hand, given):
         now, covariance, contacts = given.transition, given.lagged_covariance, given.lagged_contacts
-        return Followed(now, covariance, contacts, root(given.lagged_root))  # type: ignore[arg-type]
+        at, missing = root(given.lagged_root), _unmeasured(hand, given)
+        return Followed(now, covariance, contacts, at, missing)  # type: ignore[arg-type]
     felt = validate.binary("lagged_contacts of belief", given.lagged_contacts)  # type: ignore[arg-type]
     pose = validate.numbers("lagged_joint_angles of belief", given.lagged_joint_angles)
     told, mine = (pose.size, felt.size), (hand.joints, len(hand.patches))
@@ -176,7 +197,15 @@ def belief(hand: Hand, given: Belief) -> Followed:
             ("rest", square, LARGEST_VARIANCE),
         )
     ]
-    return Followed(Transition(*moved), _own(covariance), contacts, root(given.lagged_root))
+    at, missing = root(given.lagged_root), _unmeasured(hand, given)
+    return Followed(Transition(*moved), _own(covariance), contacts, at, missing)
+
+
+def _unmeasured(hand: Hand, given: Belief) -> NDArray[np.bool_] | None:
+    """(P,) the patches of which a belief says that their contact was not measured; None: all were."""
+    if given.lagged_unmeasured is None:
+        return None
+    return validate.binary("lagged_unmeasured of belief", given.lagged_unmeasured, (len(hand.patches),))
 
 
 def _as_made(hand: Hand, given: Belief) -> bool:

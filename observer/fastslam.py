@@ -104,8 +104,8 @@ class HapticSLAM(Configured):
 
         Args:
             torque: (J,) that was commanded, fractions of the limits.
-            joint_angles: (J,) rad that were felt after it.
-            contacts: (P,) that were felt.
+            joint_angles: (J,) rad that were felt after it; NaN where a joint was not measured.
+            contacts: (P,) that were felt; NaN where a patch was not measured.
             root: where the frame in which the hand is drawn lies in the grid's, for a hand that moves as a whole about
                 the object; None: where the grid is.
 
@@ -117,14 +117,14 @@ class HapticSLAM(Configured):
                 can be: torques of ± 1, angles of ± 4π rad.
         """
         state = self._running()
-        u, q, z = edge.told(self.hand, torque, joint_angles, contacts)
+        u, q, z, unmeasured = edge.told(self.hand, torque, joint_angles, contacts)
         at = edge.root(root)
-        touched = self._touched(z)
+        touched = self._touched(z, unmeasured)
         self.pose.step(u, q, touched)
         if self._known is not None:
-            self._known.teach(self.pose, (touched, at))
+            self._known.teach(self.pose, Waiting(touched, at, unmeasured))
         self._done("pose")
-        state.waiting.append(Waiting(z, at))
+        state.waiting.append(Waiting(z, at, unmeasured))
         if len(state.waiting) <= self.lag:
             return self._belief(state, ago=len(state.waiting))
         return self._assimilate(state, ago=self.lag)

@@ -163,6 +163,19 @@ def note(said, position, rotation, contacts, alike, temper, least, news):
         said.looks[link] += 1
 
 
+def unmeasured_links(hand: Hand, unmeasured: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Find the links that have nothing to say, as nothing of their skin was measured.
+
+    Args:
+        hand: with L links and P patches.
+        unmeasured: (P,) patches whose contact was not measured.
+
+    Returns:
+        (L,).
+    """
+    return np.asarray(np.bincount(hand.patches.link, ~unmeasured, len(hand.links)) == 0)
+
+
 class MapNovelty:
     """Which links have something to say to a map that they have not said from the same place already."""
 
@@ -193,18 +206,25 @@ class MapNovelty:
         other._said, other._news = copy.deepcopy(self._said), self._news.copy()
         return other
 
-    def heard(self, stance: MeanFrames, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def heard(
+        self, stance: MeanFrames, contacts: NDArray[np.bool_], unmeasured: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.bool_]:
         """Tell what is news, and take note of it.
 
         Args:
             stance: of the hand at the mean pose.
             contacts: (P,).
+            unmeasured: (P,) patches whose contact was not measured; None: all were.
 
         Returns:
             (L,) whether a map takes in what each link says.
         """
+        unheard = None if unmeasured is None else unmeasured_links(self._hand, unmeasured)
+        if unheard is not None and unheard.all():
+            return ~unheard
         if self._share:
             body = self._hand.link_bodies
             frames = stance.position[body], stance.rotation[body]
             note(self._said, *frames, contacts, self._alike, self._share, FEW, self._news)
-        return self._news > MOSTLY
+        news = self._news > MOSTLY
+        return news if unheard is None else news & ~unheard

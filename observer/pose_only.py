@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from haptic_env import validate
 from haptic_env.grid import Grid
@@ -24,6 +24,7 @@ from observer.pose.angle_noise import believed
 from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose.kalman import PoseFilter
 from observer.pose.tracking import TracksPose
+from observer.state import Waiting
 
 
 class PoseOnly(TracksPose):
@@ -110,7 +111,7 @@ class PoseOnly(TracksPose):
             hand, rate, self.lag, contact_miss, contact_false_alarm, contact_confusion, patches_stuck, patches_dead
         )
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
-        self._contacts: list[NDArray[np.bool_]] | None = None
+        self._felt: list[Waiting] | None = None
 
     def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
         """Start a trial at the rest pose.
@@ -128,7 +129,7 @@ class PoseOnly(TracksPose):
         compiling.ensure(compiling.USUAL, self.hand)
         validate.seed(seed)
         self._begin(joint_angles)
-        self._contacts = []  # of every step so far
+        self._felt = []  # every step so far
         self._told = 0  # steps that were told of
         self._belief = self._now(ago=0)
         return self._belief
@@ -138,8 +139,8 @@ class PoseOnly(TracksPose):
 
         Args:
             torque: (J,) that was commanded, fractions of the limits.
-            joint_angles: (J,) rad that were felt after it.
-            contacts: (P,) that were felt.
+            joint_angles: (J,) rad that were felt after it; NaN where a joint was not measured.
+            contacts: (P,) that were felt; NaN where a patch was not measured.
             root: None: where no map is, another one means nothing.
 
         Returns:
@@ -155,9 +156,9 @@ class PoseOnly(TracksPose):
                 "PoseOnly maps nothing, so a hand that moves as a whole needs HapticSLAM; got "
                 f"root={validate.shown(root)}"
             )
-        u, q, z = edge.told(self.hand, torque, joint_angles, contacts)
-        self.pose.step(u, q, self._touched(z))
-        felt.append(z)
+        u, q, z, unmeasured = edge.told(self.hand, torque, joint_angles, contacts)
+        self.pose.step(u, q, self._touched(z, unmeasured))
+        felt.append(Waiting(z, None, unmeasured))
         if len(felt) % self.stride == 0:
             self._belief = self._tell(self.lag) if len(felt) >= self.lag + self.stride else self._now(len(felt))
         elif self._belief.transition is not None:
@@ -175,7 +176,7 @@ class PoseOnly(TracksPose):
         """
         waiting = len(self._running()) - self._told
         beliefs = [self._tell(ago) for ago in range(waiting - self.stride, -1, -self.stride)]
-        self._contacts = None
+        self._felt = None
         return beliefs
 
     def _tell(self, ago: int) -> Belief:
@@ -184,8 +185,11 @@ class PoseOnly(TracksPose):
         self._told = len(felt) - ago
         now, before = self.pose.lagged(ago), self.pose.lagged(ago + self.stride)
         transition = Transition.between(self.pose.mean, self.pose.covariance, before, now)
-        contacts = felt[-1 - ago] if self._reports is None else self._reports.touched(ago)
-        return self._now(ago, lagged_contacts=contacts, transition=transition)
+        step = felt[-1 - ago]
+        if self._reports is not None:
+            step = step.touching(self._reports.touched(ago))
+        told = {"lagged_contacts": step.contacts, "lagged_unmeasured": step.unmeasured}
+        return self._now(ago, **told, transition=transition)
 
     def _now(self, ago: int, **told: Any) -> Belief:
         lagged = self.pose.lagged(min(ago, self.lag))
@@ -213,7 +217,7 @@ class PoseOnly(TracksPose):
             **{"lagged_contacts": None, "transition": None, **told},
         )
 
-    def _running(self) -> list[NDArray[np.bool_]]:
-        if self._contacts is None:
+    def _running(self) -> list[Waiting]:
+        if self._felt is None:
             raise ValueError("the observer is not in a trial: call reset() before step() or flush()")
-        return self._contacts
+        return self._felt

@@ -15,6 +15,7 @@ from observer.maps import capsules
 from observer.maps.capsules import MapInput, MeanFrames
 from observer.maps.contact_model import ContactModel
 from observer.maps.hindsight import Hindsight, Moment
+from observer.novelty import unmeasured_links
 from observer.state import FilterState, Waiting
 
 
@@ -39,7 +40,7 @@ class Sensing:
             model: of contacts.
             in_hindsight: keep steps for the map in hindsight.
         """
-        self.tree = tree_of(hand)
+        self.tree, self._hand = tree_of(hand), hand
         self.grid, self.model, self.in_hindsight = grid, model, in_hindsight
         self.body = capsules.body_of(hand.patches, grid.resolution)
         self.evidence = model.evidence(grid.resolution)
@@ -59,25 +60,29 @@ class Sensing:
         Returns:
             What the step has to say to the maps, and the frames of the mean pose.
         """
-        contacts, root = step
+        contacts, root, unmeasured = step
         tree = placed(self.tree, root)
         stance, reach = capsules.stand(tree, self.body, self.evidence, self.model.caution, pose, covariance)
         touch = np.where(state.contacts, self.model.sustained, self.model.touch)
-        heard = state.novelty.heard(stance, contacts)
+        heard = state.novelty.heard(stance, contacts, unmeasured)
         if self.in_hindsight and heard.any():
             state.hindsight.note(Moment(stance.position, stance.rotation, reach.place, contacts, touch, heard))
         if contacts.any():
             state.touches.note(tree, stance, covariance, contacts & heard[self._link])
-        state.contacts = contacts
+        state.contacts = contacts if unmeasured is None else np.where(unmeasured, state.contacts, contacts)
+        said, watched = reach.of(heard), self._watches[contacts].any(axis=0)
+        if unmeasured is not None:
+            mute = unmeasured_links(self._hand, unmeasured)
+            said, watched = said.without(mute), watched & ~mute
         felt = MapInput(
             tree,
             self.body,
             self._lattice,
             self.evidence,
-            reach.of(heard),
+            said,
             contacts,
             np.where(heard[self._link], touch, 0.0),
-            self._watches[contacts].any(axis=0),
+            watched,
         )
         return felt, stance
 

@@ -33,10 +33,23 @@ class Waiting(NamedTuple):
     Attributes:
         contacts: (P,) that were felt.
         root: where the hand as a whole was; None where it does not move.
+        unmeasured: (P,) patches whose contact was not measured; None: all were.
     """
 
     contacts: NDArray[np.bool_]
     root: Pose | None
+    unmeasured: NDArray[np.bool_] | None = None
+
+    def touching(self, touched: NDArray[np.bool_]) -> Self:
+        """Say in hindsight which patches were touched.
+
+        Args:
+            touched: (P,), of which those that were not measured do not count.
+
+        Returns:
+            The step.
+        """
+        return self._replace(contacts=touched if self.unmeasured is None else touched & ~self.unmeasured)
 
 
 class Diagnostics(NamedTuple):
@@ -275,6 +288,7 @@ def belief_of(
         lagged_covariance=lagged_covariance,
         lagged_contacts=None if step is None else step.contacts,
         lagged_root=None if step is None else step.root,
+        lagged_unmeasured=None if step is None else step.unmeasured,
         lag_steps=ago,
         grid=grid,
         weights=weights,

@@ -22,6 +22,7 @@ from haptic_env.hands.drives import Drive, add_joint
 from haptic_env.patches import Link, Patches
 
 Frame = tuple[Array, Array]  # position (3,) m and rotation (3, 3) in the model's world
+LIGHTEST, LIGHTEST_INERTIA = 1e-4, 1e-9  # kg and kg·m²: nothing that moves is without mass
 DENSITY = 1160.0  # kg/m³: hand; Winter 2009, Biomechanics and Motor Control of Human Movement, table 4.1
 
 
@@ -89,6 +90,8 @@ def hand_of(
     patches_along: int,
     patches_around: int,
     suffix: str = "",
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    lever_arms: Mapping[str, float] | None = None,
 ) -> Hand:
     """Make the hand of a model, of all joints below a body that is fixed in the world or moves as a wrist does.
 
@@ -107,6 +110,8 @@ def hand_of(
         patches_along: bins along each bone.
         patches_around: sectors around each bone.
         suffix: what the model's names of joints have more than those of `joints`.
+        ranges: rad, of joints that have others than the model's.
+        lever_arms: m in one radian, of joints that slide (`haptic_env.sliding`).
 
     Returns:
         The hand.
@@ -130,7 +135,8 @@ def hand_of(
         for joint in skeleton.joints_of(body):
             joint_name = model.joint(joint).name.removesuffix(suffix)
             drive, start = joints[joint_name]
-            skeleton.add_joint(body, joint, joint_name, drive)
+            limits, arm = (ranges or {}).get(joint_name), (lever_arms or {}).get(joint_name, 0.0)
+            skeleton.add_joint(body, joint, joint_name, drive, limits, arm)
             rest.append(start)
         links += [skeleton.add_bone(body, bone, shared) for bone in mine]
     return Hand(
@@ -200,18 +206,25 @@ class _Skeleton:
         model = self.model
         self._made[body].add(
             "inertial",
-            mass=model.body_mass[body],
+            mass=max(float(model.body_mass[body]), LIGHTEST),
             pos=model.body_ipos[body],
             quat=model.body_iquat[body],
-            diaginertia=model.body_inertia[body],
+            diaginertia=np.maximum(model.body_inertia[body], LIGHTEST_INERTIA),
         )
 
-    def add_joint(self, body: int, joint: int, name: str, drive: Drive) -> None:
-        """The hinge `joint` of the model and its motor."""
+    def add_joint(
+        self, body: int, joint: int, name: str, drive: Drive, limits: tuple[float, float] | None, arm: float
+    ) -> None:
+        """The hinge `joint` of the model and its motor, or the slide that goes `arm` m in one radian; `limits` (rad)
+        in place of the model's."""
         place, turn = self._frames[body]
-        anchor = turn.T @ (self.data.xanchor[joint] - place)
-        axis, limits = turn.T @ self.data.xaxis[joint], self.model.jnt_range[joint]
-        add_joint(self.tree, self._made[body], name, drive, axis=axis, pos=anchor, range=limits)
+        axis = turn.T @ self.data.xaxis[joint]
+        ends = self.model.jnt_range[joint] if limits is None else limits
+        if arm:
+            told: dict[str, Any] = {"type": "slide", "user": [arm], "range": ends, "limited": True}
+        else:
+            told = {"pos": turn.T @ (self.data.xanchor[joint] - place), "range": ends}
+        add_joint(self.tree, self._made[body], name, drive, axis=axis, **told)
 
     def add_bone(self, body: int, bone: Bone, shared: bool) -> Link:
         """The capsule of `bone`; on a body of its own, fixed to `body`, unless that one's frame is `shared`."""
@@ -236,6 +249,8 @@ class _Skeleton:
         z = along / np.linalg.norm(along)
         dorsal = -np.asarray(bone.palmar, dtype=np.float64)
         x = dorsal - (dorsal @ z) * z
+        if np.linalg.norm(x) < 1e-9:  # the bone points where its palmar side faces
+            x = np.cross(z, np.eye(3)[np.abs(z).argmin()])
         x /= np.linalg.norm(x)
         return place + turn @ np.asarray(bone.start), turn @ np.stack([x, np.cross(z, x), z], axis=1)
 

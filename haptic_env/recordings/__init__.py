@@ -11,21 +11,30 @@ from pathlib import Path
 from haptic_env import validate
 from haptic_env.moved import renamed
 from haptic_env.recordings import archive, cyberglove
+from haptic_env.recordings.column_map import ColumnMap, read_columns
 from haptic_env.recordings.cyberglove import Calibration, calibration_for, read_calibration
+from haptic_env.recordings.foreign import FOREIGN, has_touch, read_measured
+from haptic_env.recordings.measured import MeasuredTouch
 from haptic_env.recordings.recording import LARGEST_GAP, ObserverInputs, Recording, Track
 from haptic_env.recordings.resampling import resample
 
 READERS: dict[str, Callable[..., Recording]] = {".npz": archive.read, ".txt": cyberglove.read}
 
 __all__ = [
+    "FOREIGN",
     "READERS",
     "Calibration",
+    "ColumnMap",
+    "MeasuredTouch",
     "ObserverInputs",
     "Recording",
     "Track",
     "calibration_for",
+    "has_touch",
     "read",
     "read_calibration",
+    "read_columns",
+    "read_measured",
     "resample",
     "write",
 ]

@@ -6,8 +6,10 @@ a hundredth of its size at most. A file's own unit may be any: a size in metres 
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import os
+import re
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env import extras
+from haptic_env import extras, validate
 from haptic_env.composer import mjcf
-from haptic_env.shapes import formats
+from haptic_env.shapes import formats, names
 from haptic_env.shapes.base import LARGEST, SMALLEST, Shape
 from haptic_env.shapes.closed import closed_parts, union
 from haptic_env.shapes.pieces import convex_pieces, distance_from, felt, inside_of
@@ -26,6 +28,23 @@ SUFFIXES = tuple(formats.READERS)
 CONVEX = 0.006  # of the largest extent: how far its hull may stick out of a part that is taken for convex
 DEEP = 0.01  # of the largest extent: farther from the surface, needles of triangles do not upset its winding
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254}
+SCALE = "scale"
+KEPT = 128  # meshes of a process: more than there are candidates
+WITH_BRACKETS = re.compile(rf"(.*(?:{'|'.join(map(re.escape, SUFFIXES))}))\s*(\(.*\))\s*", re.DOTALL | re.IGNORECASE)
+
+
+def parted(name: str | Path) -> tuple[str, str]:
+    """Take the name of a mesh apart.
+
+    Args:
+        name: path of the file, which may be followed by its scale or its size in brackets: "mug.stl(scale=0.001)".
+
+    Returns:
+        The path, and the brackets; "" where there are none.
+    """
+    text = str(name)
+    found = WITH_BRACKETS.fullmatch(text) if text.endswith(")") else None
+    return (found[1], found[2]) if found else (text, "")
 
 
 def is_path(name: str | Path) -> bool:
@@ -37,34 +56,50 @@ def is_path(name: str | Path) -> bool:
     Returns:
         Whether it is.
     """
-    return Path(name).suffix.lower() in SUFFIXES
+    return Path(parted(name)[0]).suffix.lower() in SUFFIXES
+
+
+def written(name: str | Path) -> str:
+    """Write the name of a mesh the one way in which it is always written.
+
+    Args:
+        name: as `parted` takes it.
+
+    Returns:
+        The name.
+    """
+    path, brackets = parted(name)
+    said = names.parsed(f"mesh{brackets}") if brackets else None
+    return f"{path}{str(said).removeprefix('mesh')}" if said else str(name)
 
 
 def load(name: str) -> Mesh:
     """Read the shape in a mesh file.
 
     Args:
-        name: path of the file, ~ being the home folder.
+        name: path of the file, ~ being the home folder; brackets after it may say its scale, metres that its unit is
+            long, or its size, metres of its largest extent or of all three.
 
     Returns:
-        The shape.
+        The shape; for one name always the same object, for as long as the file does not change.
 
     Raises:
         ValueError: where it is not a closed solid; it names the file.
     """
+    name, brackets = parted(name)
     try:
         path = Path(name if os.path.exists(name) else os.path.expanduser(name)).resolve()
         told = path.stat()
     except (OSError, ValueError, RuntimeError) as error:  # the latter: a NUL in a name, links that go round
         why = error.strerror if isinstance(error, OSError) else None
         raise ValueError(f"mesh {name!r} cannot be read: {why or error}") from error
-    return _load(str(path), told.st_mtime_ns, told.st_size)
+    return _load(str(path), brackets, told.st_mtime_ns, told.st_size)
 
 
-@lru_cache(maxsize=32)
-def _load(path: str, *_: int) -> Mesh:
+@lru_cache(maxsize=KEPT)
+def _load(path: str, brackets: str, *version: int) -> Mesh:
     """Once for as long as the file does not change."""
-    return Mesh(path)
+    return _load(path, "", *version).scaled(brackets) if brackets else Mesh(path)
 
 
 class Mesh(Shape):
@@ -97,12 +132,58 @@ class Mesh(Shape):
             raise self._refused(str(error)) from error
         self.extents = self._surface.extents
         self.centre = self._surface.bounds.mean(axis=0)
+        self._scale: float | None = None
+
+    @property
+    def surface(self) -> Any:
+        """The union of the file's parts: a trimesh, in the file's frame and unit; not to be changed."""
+        return self._surface
+
+    def scaled(self, brackets: str) -> Mesh:
+        """Give the same surface another default size.
+
+        Args:
+            brackets: "(scale=0.001)", or "(size=0.1)".
+
+        Returns:
+            The mesh, of its own scale whatever is said of others.
+
+        Raises:
+            ValueError: for other brackets, or a size that nobody could hold.
+        """
+        said = names.parsed(f"mesh{brackets}")
+        told = dict(said.keywords) if said else {}
+        if said is None or said.values or len(told) != 1 or not {*told} <= {SCALE, names.SIZE}:
+            raise self._refused(f"takes one of (scale=metres) and (size=metres) in brackets, got {brackets}")
+        other = copy.copy(self)
+        if SCALE in told:
+            other._scale = validate.number(f"scale of mesh {self.path!r}", told[SCALE], above=0.0, unit="m")
+            other.size()
+            return other
+        size = told[names.SIZE]
+        extents = self.extents * (size / self.extents.max()) if isinstance(size, int | float) else size
+        try:
+            other._scale = float(self.check_size(extents)[0] / self.extents[0])
+        except ValueError as error:
+            raise self._refused(f"has a size that is not possible: {error}") from error
+        return other
+
+    def scale(self, usual: float = 1.0) -> float:
+        """Give the scale of the file.
+
+        Args:
+            usual: metres that its unit is long where its name says nothing.
+
+        Returns:
+            The same of this one.
+        """
+        return usual if self._scale is None else self._scale
 
     def size(self, scale: float = 1.0) -> NDArray[np.float64]:
         """Give the full extents as the file has them.
 
         Args:
-            scale: metres that the file's unit is long.
+            scale: metres that the file's unit is long, unless its name says that.
 
         Returns:
             (3,) m.
@@ -110,6 +191,7 @@ class Mesh(Shape):
         Raises:
             ValueError: where nobody could hold that.
         """
+        scale = self.scale(scale)
         extents = self.extents * scale
         if _fits(extents):
             return extents

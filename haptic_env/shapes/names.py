@@ -1,6 +1,7 @@
 """What an object is called: a family of solids and, in brackets, its proportions and size.
 
-`ellipsoid(1, 1, 1.3)`, `cube(size=0.04)`, `noise(7)`. A name is read as literals and never run.
+`ellipsoid(1, 1, 1.3)`, `cube(size=0.04)`, `noise(7)`, and of a class of one's own `mypackage.shapes:Egg(0.3)`. A name
+is read as literals and never run.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from haptic_env import validate
+from haptic_env import own, validate
 from haptic_env.shapes.base import Shape
 
 Families = Mapping[str, Callable[..., Shape]]
@@ -52,8 +53,17 @@ def parsed(text: str) -> Name | None:
     """
     if len(text) > LONGEST:
         return None
+    text = text.strip()
+    family = text.partition("(")[0].rstrip()
+    if not own.is_named(family):
+        return _parsed(text)
+    rest = _parsed(f"own{text.removeprefix(family)}" if family != text else "own()")
+    return None if rest is None else rest._replace(family=family)
+
+
+def _parsed(text: str) -> Name | None:
     try:
-        call = ast.parse(text.strip(), mode="eval").body
+        call = ast.parse(text, mode="eval").body
         if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
             return None
         values = tuple(ast.literal_eval(value) for value in call.args)
@@ -77,7 +87,9 @@ def signature(name: str, family: Callable[..., Shape]) -> str:
         The name with its parameters and their defaults.
     """
     takes = inspect.signature(family).parameters.values()
-    said = ", ".join(f"{each.name}={_said(each.default)}" for each in takes)
+    said = ", ".join(
+        each.name if each.default is inspect.Parameter.empty else f"{each.name}={_said(each.default)}" for each in takes
+    )
     return f"{name}({said})"
 
 
@@ -108,6 +120,8 @@ def make(name: Name, family: Callable[..., Shape]) -> Shape:
         return shape if size is None else _sized(shape, size)
     except ValueError as error:
         raise ValueError(f"shape {shown}: {error}") from error
+    except Exception as error:  # of a class of a user's own, which may raise anything
+        raise ValueError(f"shape {shown}: {type(error).__name__}: {error}") from error
 
 
 def _sized(shape: Shape, size: Any) -> Shape:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from haptic_env import cache, extras
+from haptic_env import cache, extras, notice
 from haptic_env.arrays import Array
 from haptic_env.shapes import decomposition
 from haptic_env.shapes.decomposition import HOW
@@ -22,6 +22,7 @@ from haptic_env.shapes.decomposition import HOW
 MANY = 20_000  # triangles: what is cut in a minute
 FLAKE = 1e-8  # of the cube of a solid's width: less volume is not felt
 SAMPLES = 4000
+CUTTING = "Cutting a mesh into the convex pieces that physics can touch, once on this machine"
 NEAR, ASTRAY = 0.015, 0.02  # of a solid's width: surfaces so near are one; of its bounding box: what may differ else
 
 
@@ -156,7 +157,9 @@ def _remembered(solid: Any) -> list[Array]:
     name = hashlib.sha256(told + vertices.tobytes() + faces.tobytes()).hexdigest()
     with contextlib.suppress(Exception):  # not there, or no answer: it is found again
         return decomposition.unpack_pieces(_place(name).read_bytes())
+    notice.tell(CUTTING, 0, 1)
     pieces = decomposition.cut(vertices, faces)
+    notice.tell(CUTTING, 1, 1)
     wrong = _astray(solid, pieces)
     if wrong > ASTRAY:
         raise ValueError(

@@ -17,7 +17,7 @@ from matplotlib.ticker import NullFormatter
 from haptic_lab.analysis.statistics import interval
 from haptic_lab.files import atomic, write_csv
 from haptic_lab.style import OBSERVER_NAMES, OUTLINE, noise_colours
-from haptic_lab.sweeps.results import names_in
+from haptic_lab.sweeps.results import labels_in, right_names
 from observer import metrics
 
 LEVELS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
@@ -140,9 +140,9 @@ def _occupancy(group: pd.DataFrame) -> Iterator[Line]:
 
 
 def _name(group: pd.DataFrame) -> Iterator[Line]:
-    labels = names_in(group["candidates"].iloc[0])
+    labels = labels_in(group)
     said = group[[f"p_{label}" for label in labels]].to_numpy()
-    right = group["shape"].to_numpy()[:, None] == np.array(labels)
+    right = np.array(right_names(group))[:, None] == np.array(labels)
     which = np.minimum((said * NAME_BINS).astype(int), NAME_BINS - 1)
     for b in range(NAME_BINS):
         inside = which == b

@@ -19,7 +19,7 @@ from haptic_lab.analysis.statistics import interval
 from haptic_lab.conditions import factors_in
 from haptic_lab.faults import FAULTS, as_faults
 from haptic_lab.files import atomic, part_of_name
-from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES
+from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES, titles_of
 from observer import metrics
 
 ALL = "all"
@@ -32,6 +32,9 @@ TITLES = {
     "surface_f_score_2": "Surface F-score at 2 voxels",
     "occupancy_ece": "Occupancy, expected calibration error over reachable voxels",
     "shape_posterior_correct": "Named right by the shape posterior over the stream of beliefs",
+    "new_correct": "Said rightly that it is one of the candidates, or that it is new",
+    "new_auroc": "New told from known by the probability of none of these (area under the ROC curve)",
+    "name_ece": "Calibration error of the name that is given",
     **{f"correct_{n}s": f"Named right by the shape posterior after {n} s" for n in (2, 5, 10)},
     "shape_likelihood_correct": "Named right by the shape likelihood of the last map",
     "overlap_nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Jaccard, touched voxels)",
@@ -53,7 +56,7 @@ def summarise(rows: pd.DataFrame, measures: Sequence[str], namers: Sequence[str]
         number of `trials`.
     """
     correct = [f"{namer}_correct" for namer in namers]
-    shares = {*correct, *(each for each in measures if each.startswith("correct_"))}
+    shares = {*correct, *(each for each in measures if "correct" in each)}
     lines = []
     groups = [*factors_in(rows.columns), "shape", "observer"]
     for names, group in pd.concat([rows, rows.assign(shape=ALL)]).groupby(groups, sort=False):
@@ -150,6 +153,7 @@ def _table(lines: pd.DataFrame, measure: str, title: str) -> Table:
     result = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
     for name in ("σ", "shape", "trials", *observers, *(["closure"] if bracketed else [])):
         result.add_column(name, justify="left" if name == "shape" else "right")
+    titles = titles_of(dict.fromkeys(lines["shape"]))
     for sigma, of_sigma in lines.groupby("sigma_deg"):
         for shape in dict.fromkeys(of_sigma["shape"]):
             cells = of_sigma[of_sigma["shape"] == shape].set_index("observer")
@@ -159,7 +163,7 @@ def _table(lines: pd.DataFrame, measure: str, title: str) -> Table:
                 closure = metrics.closure(*ends)
                 told.append("–" if math.isnan(closure) else f"{closure:.0%}")
             style = "bold" if shape == ALL else None
-            result.add_row(f"{sigma:g}°", shape, str(int(cells["trials"].max())), *told, style=style)
+            result.add_row(f"{sigma:g}°", titles[shape], str(int(cells["trials"].max())), *told, style=style)
         result.add_section()
     return result
 

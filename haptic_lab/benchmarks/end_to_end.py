@@ -9,12 +9,11 @@ import sys
 import time
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
 import agents
-from haptic_env import hand_of
+from haptic_env import hand_of, registration
 from haptic_lab.sweeps.worker import GUIDE_VARIANTS
 from haptic_lab.trial import Trial, guided, make_observers
 from observer import ShapePosterior
@@ -38,7 +37,7 @@ def whole_trial(env_id: str, shape: str, sigma_deg: float, seconds: float, parti
     Returns:
         Seconds that it took (`trial`), and those of each of `ASKED` maps in between (`map_now`).
     """
-    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, reveal_truth=True)
+    env = registration.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, reveal_truth=True)
     hand = hand_of(env)
     observers: dict[str, Any] = make_observers(("haptic_slam",), hand, sigma_deg, particles)
     trial = Trial(env, "random_torque", observers, ShapePosterior(hand), seed)
@@ -72,7 +71,7 @@ def decisions(
     Returns:
         Seconds of each decision, in their order.
     """
-    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, **UNKNOWN)
+    env = registration.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=seconds, **UNKNOWN)
     hand = hand_of(env)
     env = guided(env, "information_gain", sigma_deg, ShapePosterior(hand, variants=GUIDE_VARIANTS, **UNKNOWN))
     policy, state, over, took = agents.make("information_gain", env, seed=seed, threads=threads), None, False, []
@@ -91,8 +90,8 @@ def decisions(
 CHILD = """
 import json, pathlib, sys, time
 start = time.perf_counter()
-import gymnasium as gym, numpy as np
-import haptic_env
+import numpy as np
+from haptic_env import registration
 from haptic_env.grid import Grid
 from observer import HapticSLAM
 imported = time.perf_counter()
@@ -103,7 +102,7 @@ def peak():
     import resource
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 env_id, shape, particles, voxels, steps = sys.argv[1], sys.argv[2], *map(int, sys.argv[3:])
-env = gym.make(env_id, shape=shape)
+env = registration.make(env_id, shape=shape)
 hand = env.unwrapped.hand
 grid = Grid.around(hand.grasp_centre, hand.workspace, float(hand.workspace.max()) / voxels)
 slam = HapticSLAM(hand, 3.0, particles, grid=grid)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import agents
+from haptic_env import registration
 from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
@@ -74,7 +75,7 @@ def record(env_id: str, shape: str, sigma_deg: float, seed: int, steps: int, **k
     Returns:
         What was commanded and felt.
     """
-    env = gym.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=3600.0, **keywords)
+    env = registration.make(env_id, shape=shape, sigma_deg=sigma_deg, episode_seconds=3600.0, **keywords)
     base: Any = env.unwrapped
     observation, _ = env.reset(seed=seed)
     policy, state = agents.make("random_torque", env, seed=seed), None

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import haptic_env
-from haptic_env import shapes, validate
+from haptic_env import registration, shapes, validate
 from haptic_lab.files import check_writable
 
 
@@ -45,6 +44,7 @@ class BenchSettings:
     Attributes:
         env: id of the environment.
         shape: that is explored.
+        objects: a set, of which whoever names an object has `candidates`.
         sigma: noise of the felt angles, degrees.
         seed: of the exploration.
         rounds: repetitions of everything.
@@ -62,10 +62,13 @@ class BenchSettings:
     rounds: int
     quick: bool
     json: str | None
+    objects: str = "fifty"
 
     def __post_init__(self) -> None:
-        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
-        validate.choice("--shape", self.shape, shapes.SHAPES)
+        registration.check("--env", self.env)
+        shapes.default_size(shapes.check("--shape", self.shape))
+        for name in shapes.read_set(self.objects):
+            shapes.default_size(shapes.check("object of --objects", name))
         validate.number("--sigma", self.sigma, high=90.0, above=0.0, unit="degrees")
         validate.integer("--seed", self.seed, 0, 2**32 - 1)
         validate.integer("--rounds", self.rounds, 1, 1000)

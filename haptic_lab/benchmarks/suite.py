@@ -12,6 +12,7 @@ import numpy as np
 from joblib import cpu_count
 from rich.console import Console
 
+from haptic_env import shapes
 from haptic_env.arrays import Array
 from haptic_lab.benchmarks import end_to_end, timings
 from haptic_lab.benchmarks.naming import naming_steps
@@ -112,12 +113,16 @@ class Bench:
             self._stages,
             partial(end_to_end.whole_trial, *trial),
             lambda: {"decisions": end_to_end.decisions(*trial[:3], 0.5 * size.seconds, asked.seed, None)},
-            lambda: {"naming": naming_steps(asked.env, asked.sigma, size.seconds, asked.seed, size.candidates)},
+            lambda: {"naming": naming_steps(asked.env, asked.sigma, size.seconds, asked.seed, self._among())},
             partial(end_to_end.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
             *(partial(self._observe, what, threads, busy) for what, threads, busy in self._observed()),
         ]
         passes = [partial(timings.environment, self.recording, turn) for turn in range(PASSES)]
         return [each for some in itertools.zip_longest(passes, others) for each in some if each is not None]
+
+    def _among(self) -> tuple[str, ...]:
+        """What it may be that is named."""
+        return shapes.read_set(self.settings.objects)[: self.size.candidates]
 
     def _stages(self) -> Values:
         return stages(self.slams[self.size.few, self.size.coarse], self.shape, self.recording)
@@ -257,7 +262,7 @@ class Bench:
         told = (
             f"any turn, size and place unknown; 90 % below {np.percentile(steps, 90):.0f} ms, at most {steps.max():.0f}"
         )
-        return BenchRow(f"naming, {self.size.candidates} candidates", "ms", *spread(steps.mean(axis=1)), told)
+        return BenchRow(f"naming, {len(self._among())} candidates", "ms", *spread(steps.mean(axis=1)), told)
 
 
 def _slam(recording: BenchRecording, slam: HapticSLAM, threads: int | None, busy: bool = False) -> str:

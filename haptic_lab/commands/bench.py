@@ -18,7 +18,7 @@ from haptic_lab.benchmarks.suite import Bench
 from haptic_lab.benchmarks.table import machine, table
 from haptic_lab.files import write_json
 from haptic_lab.terminal import Parser, as_path
-from haptic_lab.worlds import HANDS_OR_IDS, environment
+from haptic_lab.worlds import HANDS_OR_IDS, SETS, as_shape, environment
 
 EXAMPLE = "example: haptic-slam bench --rounds 5 --json out/bench.json"
 
@@ -35,7 +35,8 @@ def parse(arguments: list[str] | None) -> BenchSettings:
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--env", "--hand", default="two_finger", help=f"{HANDS_OR_IDS} (default two_finger)")
-    add("--shape", default="cube", help=f"{', '.join(shapes.SHAPES)} (default cube)")
+    add("--shape", type=as_shape, default="cube", help=f"{', '.join(shapes.SHAPES)} or any other (default cube)")
+    add("--objects", type=as_path, default="fifty", metavar="SET", help=f"among which is named: {SETS} (default fifty)")
     add("--sigma", type=float, default=3.0, help="noise of the felt joint angles, SD in degrees (default 3)")
     add("--seed", type=int, default=0, help="of the exploration (default 0)")
     add("--rounds", type=int, default=3, help="repetitions of everything, interleaved (default 3)")

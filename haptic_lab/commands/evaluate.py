@@ -14,7 +14,7 @@ from pathlib import Path
 import pandas as pd
 from rich.console import Console
 
-from haptic_lab.analysis import ablation, policy_comparison, reliability
+from haptic_lab.analysis import ablation, novelty, policy_comparison, reliability
 from haptic_lab.analysis.summary import parts, print_report, save_picture, summarise
 from haptic_lab.files import write_csv
 from haptic_lab.folder_lock import claimed
@@ -63,12 +63,14 @@ def report(plan: SweepPlan, results: Results, console: Console) -> None:
     all_rows = pd.read_csv(table)
     for name, rows in parts(all_rows):
         folder = _part(table.parent, name, console)
-        summaries.append(summarise(rows, MEASURES, settings.namers))
+        of_novelty = [novelty.summarise(rows)] if settings.none else []
+        told = (*MEASURES, *(("new_correct",) if settings.none else ()))
+        summaries.append(pd.concat([summarise(rows, told, settings.namers), *of_novelty]))
         if plan.ablation:
             names = ablation.save(rows, folder)
             ablation.print_table(folder / "ablation.csv", console)
         else:
-            save_picture(summaries[-1], settings.namers, 1.0 / len(settings.shapes), folder)
+            save_picture(summaries[-1], settings.namers, 1.0 / len(settings.labels), folder)
             print_report(summaries[-1], console)
             names = ["evaluate.png"]
         if plan.calibration:

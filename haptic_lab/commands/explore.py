@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import agents
-import haptic_env
-from haptic_env import hand_env, recordings, shapes
-from haptic_env.recordings import Recording
-from haptic_lab import believed, conditions, replay, worlds
+from haptic_env import hand_env, recordings, registration, shapes
+from haptic_env.recordings import MeasuredTouch, Recording
+from haptic_lab import believed, conditions, kept, replay
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import offsets, patches, surface
+from haptic_lab.exploration import learnt, measured, offsets, patches, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
@@ -27,16 +26,17 @@ from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled, titles_of, with_article
 from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
-from haptic_lab.warm_up import get_ready
-from haptic_lab.worlds import HANDS_OR_IDS, as_shape, environment
+from haptic_lab.warm_up import get_ready, told_on
+from haptic_lab.worlds import HANDS_OR_IDS, SETS, environment, expanded, in_set, typed_shape
 from observer.surface import files
 
 EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --seed 3 --out out/pyramid
           haptic-slam replay inspect.npz --mesh cube.stl
-          haptic-slam replay glove.txt --hand adroit --shape sphere"""
+          haptic-slam replay glove.txt --hand adroit --object sphere
+          haptic-slam replay glove.csv --hand adroit --columns map.toml"""
 
 FILES = ("explore.png", "explore.json", "explore.npz", "recording.npz", surface.PICTURE)
-RECORDING = "let the hand repeat this recording: .npz, or the .txt of a CyberGlove"
+RECORDING = f"let the hand repeat this recording: the .txt of a CyberGlove, or {', '.join(recordings.FOREIGN)}"
 
 
 def parse(
@@ -44,7 +44,8 @@ def parse(
     recording: str = "--recording",
     description: str | None = __doc__,
     example: str = EXAMPLE,
-) -> tuple[ExplorationSettings, Recording | None]:
+    learning: bool = False,
+) -> tuple[ExplorationSettings, Recording | MeasuredTouch | None]:
     """Read and check the command line, and the recording that it names; ends the program with code 2 where either makes
     no sense.
 
@@ -53,6 +54,7 @@ def parse(
         recording: how the command is told of the recording: a flag, or the name of a positional argument.
         description: of the command, for its help.
         example: for its help.
+        learning: whether the object is learnt under a name.
 
     Returns:
         What is explored, and the recording that the hand repeats, if it does.
@@ -63,20 +65,24 @@ def parse(
     add("--wrist", help="fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)")
     add(
         "--shape",
-        type=as_shape,
-        help=f'{", ".join(shapes.SHAPES)}, "ellipsoid(1, 1, 1.3)" and such ({", ".join(shapes.FAMILIES)}), '
-        "or a mesh file (default: drawn at random, hidden until the end)",
+        "--object",
+        type=typed_shape,
+        help=f'{", ".join(shapes.SHAPES)}, "ellipsoid(1, 1, 1.3)" and such ({", ".join(shapes.FAMILIES)}), a mesh, '
+        "a name of --objects, or module:Class (default: drawn at random, hidden until the end)",
     )
     written = "as --save-mesh, beside --shape or where there is no such file"
     add("--mesh", type=as_path, metavar="FILE", help=f"the object, from a mesh file; {written}")
-    named = "what the object may be, each at its own size (default: the four shapes, and --shape)"
-    add("--candidates", type=as_shape, nargs="+", metavar="SHAPE", help=named)
+    named = "what the object may be, shapes or sets, each at its own size (default: the four shapes, and --shape)"
+    add("--candidates", type=typed_shape, nargs="+", metavar="SHAPE", help=named)
+    add("--objects", type=as_path, metavar="SET", help=f"what it may be, and what is drawn from: {SETS}")
     add("--none", type=float, default=0.0, help="prior probability that it is none of these (default 0)")
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigma", type=float, help="noise of the felt joint angles, SD in degrees (default 3)")
+    learnt.add_flags(add, learning)
     conditions.add_flags(add, "as the environment's keyword; observers are told")
     believed.add_flags(add)
-    add("--seconds", type=float, help="how long to explore (default 10, or as long as the recording)")
+    seconds = 20 if learning else 10
+    add("--seconds", type=float, help=f"how long to explore (default {seconds}, or as long as the recording)")
     add("--particles", type=int, help="hypotheses of the observer (default 200)")
     add(
         "--policy",
@@ -94,50 +100,80 @@ def parse(
         metavar="FILE",
         help="TOML: what the sensors of a glove mean (default: as for GraspDB14)",
     )
+    meaning = "TOML: which column is which joint, and which taxel which patch (docs/recordings.md)"
+    add("--columns", type=as_path, metavar="FILE", help=meaning)
     add("--calibration", dest="glove_calibration", type=as_path, action=Renamed, help=argparse.SUPPRESS)
     add("--save-offsets", type=as_path, metavar="FILE", help="keep the offsets of felt angles that were found, as TOML")
     written = (
         f"write the surface that was felt ({', '.join(files.WRITERS)}), and its picture, {surface.PICTURE}, to --out"
     )
     add("--save-mesh", type=as_path, metavar="FILE", help=written)
-    add("--out", type=as_path, default="out/explore", help="folder for the results (default out/explore)")
+    out = "out/learn" if learning else "out/explore"
+    add("--out", type=as_path, default=out, help=f"folder for the results (default {out})")
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
-    found: Recording | None = None
-    usual = dict(DEFAULTS)
+    columns = given.pop("columns")
+    found: Recording | MeasuredTouch | None = None
+    usual = {**DEFAULTS, **dict.fromkeys(learnt.JITTER, 0.0)}
     try:
         surface.resolve(given, recorded=source[0] is not None)
+        learnt.resolve(given)
         if given["env"] is not None:
             given["env"] = environment(given["env"])
+        _resolve_objects(given)
         if source[0] is not None:
-            found = replay.load(*source, haptic_env.ENVIRONMENTS.get(given["env"]))
-            if found.felt is not None:
-                _refuse_noise(given)
+            found = replay.load(*source, given["env"] and registration.hand_name(given["env"]), columns)
             _refuse_wrist(given)
-            _refuse_candidates(given)
-            # A preset is all that is believed, of which the recording's single values are no part.
-            kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
-            usual |= {name: value for name, value in found.settings.items() if name in kept}
-            if given["env"] is None and "env" not in found.settings:
-                usual["env"] = replay.environment_of(found)
-        elif any(source):
-            parser.error("--part and --glove-calibration say how to read a --recording, which is not given")
+            if isinstance(found, MeasuredTouch):
+                _refuse_noise(given)
+                usual["env"] = environment(found.hand.source or found.hand.name)
+            else:
+                usual |= _told_by(found, given)
+        elif any(source) or columns:
+            parser.error("--part, --columns and --glove-calibration say how to read a --recording, which is not given")
+        elif learning and given["seconds"] is None:
+            given["seconds"] = float(seconds)
         told: dict[str, Any] = {name: usual.get(name) if value is None else value for name, value in given.items()}
         settings = ExplorationSettings(**told)
-    except ValueError as error:
+    except (ValueError, ImportError) as error:
         parser.error(str(error))
     except OSError as error:
         parser.error(f"--recording cannot be read: {error}")
     return settings, found
 
 
-def _refuse_candidates(given: Mapping[str, Any]) -> None:
-    """Raise `ValueError` for candidates that were asked for where a recording is of a shape among the four."""
-    for name in ("candidates", "none"):
-        if given[name]:
-            raise ValueError(
-                f"--{name} is for explorations: a recording's object is sought among the four shapes and --mesh"
-            )
+def _resolve_objects(given: dict[str, Any]) -> None:
+    """Put names of shapes in the place of sets, and of what an object is called in one; raises `ValueError`."""
+    if given["objects"] is not None:
+        if given["candidates"] is not None:
+            raise ValueError("--objects says what the object may be, and so does --candidates: say one of them")
+        if given["shape"] is not None:
+            given["shape"] = in_set(given["shape"], given["objects"])
+        expanded(shapes.read_set(given["objects"]), trust=given["trust"])
+    if given["candidates"] is not None:
+        given["candidates"] = expanded(given["candidates"], trust=given["trust"])
+
+
+def _told_by(recording: Recording, given: Mapping[str, Any]) -> dict[str, Any]:
+    """What a recording says of the settings with which it is replayed, where they are not `given`."""
+    learnt.refuse(given)
+    if recording.felt is not None:
+        _refuse_noise(given)
+    if given["trust"]:
+        shapes.allow(_names_in(recording))
+    # A preset is all that is believed, of which the recording's single values are no part.
+    kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
+    told = {name: value for name, value in recording.settings.items() if name in kept}
+    if given["env"] is None and "env" not in recording.settings:
+        told["env"] = replay.environment_of(recording)
+    return told
+
+
+def _names_in(recording: Recording) -> list[str]:
+    """The shapes that a recording names."""
+    told = recording.settings.get("object")
+    names = recording.settings.get("shape"), told.get("name") if isinstance(told, dict) else None
+    return [name for name in names if isinstance(name, str)]
 
 
 def _refuse_noise(given: Mapping[str, Any]) -> None:
@@ -172,7 +208,7 @@ def main(arguments: list[str] | None = None) -> int:
         return run(settings, recording)
 
 
-def run(settings: ExplorationSettings, recording: Recording | None) -> int:
+def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | None) -> int:
     """Explore, and write what came of it to the folder of the settings, which is claimed.
 
     Args:
@@ -184,12 +220,16 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     """
     console = make_console()
     try:
-        session = begin(settings, recording)
+        with told_on(console):
+            session = begin(settings, recording)
+            if settings.objects is not None and settings.shape is None:
+                session.env.reset(seed=settings.seed)  # as it will be: what is drawn is made ready where that is seen
     except (ValueError, ImportError) as error:  # what does not fit the recording, a hand that is not installed
         tell_error(str(error))
         return 2
-    told = recording is None or (recording.felt is not None and session.told.get("motion") != "kinematic")
-    if settings.save_offsets is not None and not told:
+    played = isinstance(recording, Recording) and recording.felt is not None
+    found = recording is None or (played and session.told.get("motion") != "kinematic")
+    if settings.save_offsets is not None and not found:
         tell_error("--save-offsets: a recording without torques and what was felt tells nothing of its offsets")
         return 2
     get_ready(console, session.hand)
@@ -205,6 +245,8 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     seconds = base.episode_steps / base.control_hz
     how = f", as in {recording.source}" if recording else ""
     console.print(f"Exploring {what} by blind touch for {seconds:g} s{how} …", highlight=False)
+    if session.measured is not None:
+        console.print(f"Touch was measured: {session.measured.coverage}.", highlight=False)
     if session.simulated:
         console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
     try:
@@ -212,7 +254,11 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
     except ValueError as error:  # an object that this hand cannot hold
         tell_error(str(error))
         return 2
-    truth = worlds.truth_among(exploration.solid, session.candidates, none=settings.none > 0.0)
+    if session.measured is not None:
+        measured.finish(settings, exploration, traces, took, session.measured, console)
+        learnt.tell(console, settings, exploration, traces[OBSERVER])
+        return 130 if stopped else 0
+    truth = learnt.truth(settings, exploration, session.candidates, session.namer.none > 0.0)
     summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, traces, summary)
@@ -221,8 +267,8 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
         summary["mesh"] = surface.write(Path(settings.save_mesh), out, exploration, traces[OBSERVER])
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
-        kept = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
-        recordings.write(place, replay.as_recording(exploration, kept, session.followed))
+        told = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
+        recordings.write(place, kept.as_recording(exploration, told, session.followed))
     console.print(table(summary))
     if "joint_offset" in summary:
         console.print(offsets.table(summary["joint_offset"]))
@@ -235,6 +281,7 @@ def run(settings: ExplorationSettings, recording: Recording | None) -> int:
         offsets.save(Path(settings.save_offsets), summary["joint_offset"], source, summary.get("patches", {}))
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
+    learnt.tell(console, settings, exploration, traces[OBSERVER])
     if stopped:
         console.print("Stopped early: this is what was explored until then.", highlight=False)
     return 130 if stopped else 0

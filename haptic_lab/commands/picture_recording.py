@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from haptic_env import hand_env, validate
 from haptic_env.pose import Pose
+from haptic_env.recordings import Recording
 from haptic_env.rendering import without_opengl
 from haptic_env.replay import KinematicReplay
 from haptic_lab import replay
@@ -64,6 +65,8 @@ def main(arguments: list[str] | None = None) -> int:
             validate.number("--view", angle, -360.0, 360.0, unit="degrees")
         validate.choice("kind of picture in --out", Path(given.out).suffix.lower(), PICTURES)
         recording = replay.load(given.recording, None, None, None)
+        if not isinstance(recording, Recording):
+            parser.error(f"{given.recording}: the recording does not say where the hand and the object were")
         told = {"env": replay.environment_of(recording), "shape": given.mesh, "sigma": given.sigma}
         more: dict[str, Any] = {"seconds": None, "policy": "random_torque", "out": given.out, "seed": given.seed}
         settings = ExplorationSettings(**{**DEFAULTS, **told, **more})

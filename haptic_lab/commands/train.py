@@ -18,7 +18,7 @@ from typing import Any
 
 from joblib import cpu_count
 
-from haptic_env import reading, validate
+from haptic_env import reading, shapes, validate
 from haptic_lab import believed, conditions
 from haptic_lab.files import write_json
 from haptic_lab.folder_lock import claimed
@@ -26,6 +26,7 @@ from haptic_lab.learning import presets
 from haptic_lab.learning.interrupt import InterruptGuard
 from haptic_lab.learning.presets import Preset
 from haptic_lab.terminal import Parser, as_path, make_console, refuse, tell_error
+from haptic_lab.worlds import SETS, expanded, typed_shape
 
 EXAMPLE = """examples: haptic-slam train --preset trained --out out/trained
           haptic-slam train --preset sac --steps 200000 --seed 3 --out out/sac
@@ -57,6 +58,9 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     add("--seed", type=int, help="default: the preset's")
     add("--envs", type=int, help="environments side by side (default: the preset's)")
     add("--jobs", type=int, default=cpu_count(), help="1: all in one process, else each in its own (default: cores)")
+    explored = "what is explored, and the candidates, shapes or sets (default: the preset's, the four shapes)"
+    add("--shapes", nargs="+", type=typed_shape, metavar="SHAPE", help=explored)
+    add("--objects", type=as_path, metavar="SET", help=f"or all objects of a set: {SETS}")
     conditions.add_flags(add, "of its world, as the environment's; the observer is told", ": the preset's")
     believed.add_flags(add)
     add("--out", type=as_path, help="folder for the results (default out/PRESET)")
@@ -67,12 +71,20 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     try:
         validate.integer("--jobs", given.jobs, 1, 1024)
         preset = presets.read(given.preset)
-        world = replace(preset.world, **_given(given, presets.NOISES))
+        world = replace(preset.world, **_given(given, presets.NOISES), **_explored(given))
         preset = replace(preset, world=world, **_given(given, ("steps", "seed", "envs")))
     except ValueError as error:
         parser.error(str(error))
     given.out = Path(given.out or Path("out") / Path(given.preset).stem)
     return preset, given
+
+
+def _explored(flags: argparse.Namespace) -> dict[str, Any]:
+    """What the command line says of objects."""
+    if flags.objects is not None and flags.shapes is not None:
+        raise ValueError("--objects says what is explored, and so does --shapes: say one of them")
+    said = flags.shapes if flags.objects is None else shapes.read_set(flags.objects)
+    return {} if said is None else {"shapes": tuple(expanded(said))}
 
 
 def _given(flags: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]:

@@ -7,22 +7,20 @@ import signal
 import time
 from typing import Any
 
-import gymnasium as gym
 from rich.console import Console
 
-from haptic_env import hand_env, hand_of, shapes
-from haptic_env.recordings import Recording
-from haptic_lab import replay
+from haptic_env import hand_env, hand_of, registration, shapes
+from haptic_env.recordings import MeasuredTouch, Recording
+from haptic_lab import possible, replay
+from haptic_lab.exploration import learnt
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.trial import Trial, check_model, guided, make_observers
-from haptic_lab.worlds import candidates_of
-from observer import ShapePosterior
 from observer.variants import Observer
 
 
-def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.ExplorationSession:
+def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | None) -> replay.ExplorationSession:
     """Set up an exploration.
 
     Args:
@@ -38,22 +36,18 @@ def begin(settings: ExplorationSettings, recording: Recording | None) -> replay.
     if recording is not None:
         return replay.session(settings, recording)
     wrist: dict[str, Any] = {} if settings.wrist is None else {"wrist": settings.wrist}
-    env = gym.make(
+    env = registration.make(
         settings.env,
-        shape=settings.shape,
+        shape=settings.shape if settings.shape or settings.objects is None else shapes.read_set(settings.objects),
         scale=settings.scale,
         **settings.noise,
+        **settings.jitter,
         episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
         reveal_truth=True,  # for the observer's judge alone
         **wrist,
     )
     hand = hand_of(env)
-    if settings.candidates is None:
-        candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    else:
-        names = [shapes.check("--candidates", name) for name in settings.candidates]
-        candidates = candidates_of(hand, names, scale=settings.scale)
-    namer = ShapePosterior(hand, candidates, none=settings.none)
+    namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand))
     check_model(env, settings.policy, namer, settings.trust)
     return replay.ExplorationSession(env, settings.policy, candidates, namer)
 

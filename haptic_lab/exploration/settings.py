@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import haptic_env
-from haptic_env import shapes, validate
+from haptic_env import registration, rotation, shapes, validate
 from haptic_env.hands import wrist
 from haptic_lab import conditions
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.conditions import check_policy
-from haptic_lab.exploration import offsets, surface
+from haptic_lab.exploration import learnt, offsets, surface
 
 OBSERVER, RAW = "haptic_slam", "floor"
 SECONDS = 10.0
@@ -57,8 +56,16 @@ class ExplorationSettings(Believed):
         save_offsets: path of a file for the offsets that are found, if they are to be kept.
         wrist: how the hand is held, "fixed" or "free"; None: as it usually is.
         candidates: what the object may be, each at its own size; None: the four shapes, and `shape` at the mean of its.
+        objects: a set in place of these, of which the object is drawn where no shape is said.
         none: prior probability that it is none of them; 0: it is one.
         save_mesh: path of a file for the surface of what was touched, if it is to be drawn.
+        size_jitter: how the object varies, as the environment's, and what is not known of the candidates.
+        position_jitter: m, the same.
+        yaw_jitter: degrees, the same.
+        rotation_jitter: degrees, the same.
+        library: folder of a library of objects, all of which are candidates; with `name`, to which this one is added.
+        name: that the object is called by in it.
+        replace: whether one that is called so gives way.
 
     Raises:
         ValueError: for a value out of its range.
@@ -89,14 +96,22 @@ class ExplorationSettings(Believed):
     save_mesh: str | None = None
     candidates: Sequence[str] | None = None
     none: float = 0.0
+    size_jitter: float = 0.0
+    position_jitter: float = 0.0
+    yaw_jitter: float = 0.0
+    rotation_jitter: float = 0.0
+    library: str | None = None
+    name: str | None = None
+    replace: bool = False
+    objects: str | None = None
 
     def __post_init__(self) -> None:
-        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        registration.check("--env", self.env)
         if self.wrist is not None:
-            wrist.check(haptic_env.ENVIRONMENTS[self.env], self.wrist)
+            wrist.check(registration.hand_name(self.env), self.wrist)
         if self.shape is not None:
             shapes.default_size(shapes.check("--shape", self.shape), self.scale)
-        for name in self.candidates or ():
+        for name in self.among or ():
             shapes.default_size(shapes.check("--candidates", name), self.scale)
         validate.number("--none", self.none, 0.0, 0.99)
         validate.number("--scale", self.scale, above=0.0, unit="m")
@@ -114,6 +129,21 @@ class ExplorationSettings(Believed):
             offsets.check(self.save_offsets, self.out, self.believed_noise)
         if self.save_mesh is not None:
             surface.check(self.save_mesh, self.out)
+        validate.number("--size-jitter", self.size_jitter, 0.0, 0.5)
+        validate.number("--position-jitter", self.position_jitter, 0.0, 0.05, unit="m")
+        validate.number("--yaw-jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
+        rotation.jitter(self.rotation_jitter, self.yaw_jitter)
+        learnt.check(self)
+
+    @property
+    def jitter(self) -> dict[str, Any]:
+        """How the object varies: keyword arguments of the environment and of `ShapePosterior`."""
+        return {name: getattr(self, name) for name in learnt.JITTER}
+
+    @property
+    def among(self) -> Sequence[str] | None:
+        """Names of what the object may be; None: as usual."""
+        return self.candidates if self.objects is None else shapes.read_set(self.objects)
 
     @property
     def noise(self) -> dict[str, Any]:

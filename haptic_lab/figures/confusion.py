@@ -9,7 +9,7 @@ from haptic_lab.analysis.summary import SLAM
 from haptic_lab.figures.figure6 import TITLES
 from haptic_lab.figures.paper_figure import WIDTH, PaperFigure
 from haptic_lab.style import as_drawn, colours_of, titles_of
-from haptic_lab.sweeps.results import names_in
+from haptic_lab.sweeps.results import labels_in, names_in, right_names
 
 USUAL = len("cylinder")  # letters of a name that the height has room for
 LETTER = 0.07  # inches
@@ -24,9 +24,10 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
     Returns:
         A line for each namer, observer, noise, true `shape` and the one it is `named`: the `share` of `trials`.
     """
-    labels = names_in(rows["candidates"].iloc[0])
+    labels = labels_in(rows)
     lines = []
-    for (observer, sigma, shape), group in rows.groupby(["observer", "sigma_deg", "shape"], sort=False):
+    named_right = rows.assign(shape=right_names(rows))
+    for (observer, sigma, shape), group in named_right.groupby(["observer", "sigma_deg", "shape"], sort=False):
         for namer in TITLES:
             if namer not in rows:
                 continue

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv
 
-import haptic_env  # noqa: F401 - registers the environments
 from agents.hold_action import HoldAction
-from haptic_env import hand_env, shapes
-from haptic_lab.learning.presets import RAW, TrainingWorld
+from haptic_env import hand_env, registration, shapes
+from haptic_lab.learning.presets import FOUR, RAW, TrainingWorld
 from haptic_lab.processes import end_with_parent
 from observer import (
     BeliefObservation,
@@ -50,7 +49,7 @@ class DomainRandomisation(gym.Wrapper):
             held_out: whether sizes are those of evaluation.
         """
         super().__init__(env)
-        self._observer, self._sigma_deg = observer, world.sigma_deg
+        self._observer, self._sigma_deg, self._shapes = observer, world.sigma_deg, list(world.shapes)
         self._tells_sigma = "sigma_deg" not in world.told(world.noise)
         scales = 1.0 + world.size_jitter * np.linspace(-1.0, 1.0, SIZES)
         self._scales = scales[HELD_OUT] if held_out else np.delete(scales, HELD_OUT)
@@ -60,8 +59,8 @@ class DomainRandomisation(gym.Wrapper):
         if seed is not None:
             self._rng = np.random.default_rng(seed)
         sigma = float(self._rng.uniform(*self._sigma_deg))
-        shape = str(self._rng.choice(list(shapes.SHAPES)))
-        size = self._rng.choice(self._scales) * np.asarray(shapes.SHAPES[shape].default_size)
+        shape = str(self._rng.choice(self._shapes))
+        size = self._rng.choice(self._scales) * shapes.default_size(shape)
         if self._tells_sigma:
             self._observer.sigma_deg = sigma
         drawn = {"shape": shape, "size": size, "sigma_deg": sigma}
@@ -90,8 +89,9 @@ def make_env(world: TrainingWorld, held_out: bool = False) -> gym.Env[Any, Any]:
     Returns:
         The environment, with an observer beside it.
     """
+    shapes.allow(world.shapes)  # which whoever asked for it has imported too
     vary = {name: getattr(world, name) for name in ("size_jitter", "yaw_jitter", "position_jitter")}
-    env = gym.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary, **world.noise)
+    env = registration.make(world.env, episode_seconds=world.seconds, reveal_truth=True, **vary, **world.noise)
     base = hand_env(env)
     told = world.told(world.noise, base.hand)
     observer: HapticSLAM | PoseOnly
@@ -102,7 +102,8 @@ def make_env(world: TrainingWorld, held_out: bool = False) -> gym.Env[Any, Any]:
         observer = PoseOnly(base.hand, control_hz=base.control_hz, stride=world.stride, **told)
         stride = 1
     coarse = {name: getattr(world, name) for name in ("variants", "samples", "temper")}
-    shape = ShapePosterior(base.hand, stride=stride, **coarse, **vary)
+    candidates = None if world.shapes == FOUR else world.shapes
+    shape = ShapePosterior(base.hand, candidates, stride=stride, **coarse, **vary)
     env = ObserverWrapper(DomainRandomisation(env, observer, world, held_out), observer, shape)
     env = DecisionReward(DecideWhenSure(env, world.threshold, world.sure_seconds), world.price, world.least)
     if world.observation != (RAW,):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import gymnasium as gym
 import stable_baselines3
 import torch
 from sb3_contrib import RecurrentPPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from haptic_env import hand_env, hand_of
+from haptic_env import hand_env, hand_of, registration
 from haptic_lab.learning import checkpoints
 from haptic_lab.learning.imitation import imitate
 from haptic_lab.learning.presets import RAW, Preset
@@ -68,7 +67,7 @@ def make(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, log:
         model.set_random_seed(preset.seed + model.num_timesteps)  # not the episodes that it began with
     elif preset.sweep is not None:
         assert isinstance(model, stable_baselines3.PPO | stable_baselines3.SAC)
-        hand = hand_of(gym.make(preset.world.env))
+        hand = hand_of(registration.make(preset.world.env))
         imitate(model, env, preset.sweep, hand, decision_seconds(preset))
     return model
 
@@ -82,7 +81,7 @@ def decision_seconds(preset: Preset) -> float:
     Returns:
         Seconds from one decision to the next.
     """
-    return preset.world.hold / hand_env(gym.make(preset.world.env)).control_hz
+    return preset.world.hold / hand_env(registration.make(preset.world.env)).control_hz
 
 
 def versions() -> dict[str, str]:

@@ -11,19 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import haptic_env
 from agents.finger_kinematics import FingerKinematics
-from haptic_env import reading, validate
+from haptic_env import reading, registration, shapes, validate
 from haptic_env.hand import Hand
 from haptic_lab import conditions, faults
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.learning import options
 from haptic_lab.terminal import as_keys
+from haptic_lab.worlds import expanded
 from observer.wrappers.belief_observation import CLOCKS_HZ, ENTRIES
 
 FOLDER = Path(__file__).parent / "presets"
 ALGORITHMS = ("PPO", "SAC", "RecurrentPPO")
 RAW = "raw"
+FOUR = tuple(shapes.SHAPES)
 NOISES = (*conditions.DEFAULTS, *BELIEVED)  # of a world
 
 
@@ -61,6 +62,7 @@ class TrainingWorld(Believed):
         contact_confusion: a probability.
         patches_stuck: patches, or the probability of each.
         patches_dead: likewise.
+        shapes: that are explored, equally often, and the candidates for the name.
 
     Raises:
         ValueError: for a value out of its range.
@@ -92,9 +94,10 @@ class TrainingWorld(Believed):
     contact_confusion: float = conditions.DEFAULTS["contact_confusion"]
     patches_stuck: faults.Given = conditions.DEFAULTS["patches_stuck"]
     patches_dead: faults.Given = conditions.DEFAULTS["patches_dead"]
+    shapes: tuple[str, ...] = FOUR
 
     def __post_init__(self) -> None:
-        validate.choice("env", self.env, haptic_env.ENVIRONMENTS)
+        registration.check("env", self.env)
         validate.number("seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
         if not isinstance(self.sigma_deg, tuple) or len(self.sigma_deg) != 2:
             raise ValueError(f"sigma_deg must be two numbers, the least and the largest, got {self.sigma_deg!r}")
@@ -120,6 +123,10 @@ class TrainingWorld(Believed):
         validate.integer("samples", self.samples, 1, 1000)
         validate.integer("stride", self.stride, 1, 1000)
         validate.number("temper", self.temper, 0.0, 1.0, above=0.0)
+        for name in validate.names("shapes", self.shapes):
+            shapes.default_size(shapes.check("shape of shapes", name))
+        if len({*self.shapes}) < len(self.shapes):
+            raise ValueError(f"shapes must name each shape once, got {', '.join(self.shapes)}")
         conditions.check_noise(self.noise)
         conditions.check_contacts(self.env, self.noise)
         try:
@@ -237,11 +244,12 @@ def configuration(preset: Preset) -> dict[str, Any]:
         preset: of the run.
 
     Returns:
-        What JSON can say, without the number of steps, and of its world without noises that are as usual,
+        What JSON can say, without the number of steps, and of its world without noises and shapes that are as usual,
         of which runs from before there were any do not tell.
     """
     usual = asdict(TrainingWorld())
-    world = {name: value for name, value in asdict(preset.world).items() if name not in NOISES or value != usual[name]}
+    later = (*NOISES, "shapes")
+    world = {name: value for name, value in asdict(preset.world).items() if name not in later or value != usual[name]}
     return json.loads(json.dumps({**asdict(preset), "world": world, "steps": None}))
 
 
@@ -288,6 +296,8 @@ def read(name: str) -> Preset:
             raise ValueError(f"{path} must set {key}")
     lists: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in world.items()}
     try:
+        if "shapes" in lists:
+            lists["shapes"] = tuple(expanded(map(shapes.written, validate.names("shapes", lists["shapes"]))))
         return Preset(world=TrainingWorld(**lists), sweep=None if sweep is None else SweepingMotion(**sweep), **content)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error

@@ -7,11 +7,10 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from haptic_env import hand_of
+from haptic_env import hand_of, registration
 from haptic_lab.conditions import Condition
 from haptic_lab.files import atomic
 from haptic_lab.sweeps.executors import workers
@@ -19,9 +18,9 @@ from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.tasks import SweepTask, bundles, exemplar_tasks
-from haptic_lab.sweeps.worker import run_exemplars, run_trials
+from haptic_lab.sweeps.worker import prepare, run_exemplars, run_trials
 from haptic_lab.sweeps.workers import Workers, WorkersLostError
-from haptic_lab.warm_up import get_ready
+from haptic_lab.warm_up import get_ready, told_on
 
 WIDTH = 120  # of what is printed to a file
 
@@ -58,7 +57,9 @@ def sweep(
     if not missing:
         return
     if who is None and plan.cluster is None:
-        get_ready(console, hand_of(gym.make(settings.env)), load=False)
+        get_ready(console, hand_of(registration.make(settings.env)), load=False)
+        with told_on(console):
+            prepare(settings)
     conditions = list(dict.fromkeys(task.condition for task in missing))
     exemplars = [task for each in conditions for draw in exemplar_tasks(settings, each) for task in draw]
     with progress_on(console) as progress, who or workers(plan.jobs, plan.cluster) as team:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.grid import Grid
+from haptic_env.shapes.names import NONE
 from haptic_lab.records import BeliefTrace, Exploration
 from observer import metrics
 
@@ -111,7 +112,7 @@ def measures_of(exploration: Exploration, ground_truth: GroundTruth, trace: Beli
     occupancy = trace.belief.occupancy
     calibration = metrics.reliability(occupancy, occupied, cells)
     beside_skin = metrics.reliability(occupancy, reached, beside)
-    right = trace.posterior.argmax(axis=1) == trace.labels.index(solid.name)
+    right = trace.posterior.argmax(axis=1) == _of_truth(trace, solid.name)
     row: dict[str, Any] = {
         "pose_error_online_deg": metrics.pose_rmse_deg(trace.joint_angles, truth),
         "pose_error_lagged_deg": metrics.pose_rmse_deg(trace.lagged_joint_angles, truth),
@@ -164,7 +165,7 @@ def correct_after(exploration: Exploration, trace: BeliefTrace, seconds: float) 
     steps = int(np.searchsorted(exploration.seconds, seconds - 1e-9))
     if steps == len(exploration.seconds):
         return float("nan")
-    return float(trace.labels[int(np.argmax(trace.posterior[steps]))] == exploration.solid.name)
+    return float(np.argmax(trace.posterior[steps]) == _of_truth(trace, exploration.solid.name))
 
 
 def course(exploration: Exploration, trace: BeliefTrace) -> tuple[np.ndarray, np.ndarray]:
@@ -179,5 +180,12 @@ def course(exploration: Exploration, trace: BeliefTrace) -> tuple[np.ndarray, np
     """
     times = np.arange(COURSE_SECONDS, exploration.seconds[-1] + 1e-9, COURSE_SECONDS)
     posterior = trace.posterior[np.searchsorted(exploration.seconds, times - 1e-9)]
-    truth = trace.labels.index(exploration.solid.name)
-    return posterior[:, truth], (posterior.argmax(axis=1) == truth).astype(float)
+    truth = _of_truth(trace, exploration.solid.name)
+    probability = posterior[:, truth] if truth >= 0 else np.zeros(len(times))
+    return probability, (posterior.argmax(axis=1) == truth).astype(float)
+
+
+def _of_truth(trace: BeliefTrace, name: str) -> int:
+    """Which label is right for an object: "none" where it is none of the candidates; -1 where none is."""
+    right = name if name in trace.labels else NONE
+    return trace.labels.index(right) if right in trace.labels else -1

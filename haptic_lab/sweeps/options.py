@@ -21,7 +21,7 @@ from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns, unusual
 from haptic_lab.sweeps.tasks import files_of
 from haptic_lab.terminal import Parser, as_keys, as_path, refuse
-from haptic_lab.worlds import HANDS_OR_IDS, as_shape
+from haptic_lab.worlds import HANDS_OR_IDS, SETS, as_shape, typed_shape
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
 from observer.variants import ABLATION, VARIANTS, WITHOUT_MAP
@@ -76,6 +76,9 @@ def check(description: str | None, arguments: list[str] | None) -> SweepPlan:
         try:
             file = read(Path(given.config), options)
             planned(settle(parser, TRUSTED if given.trust else [], file))
+            for mine, other in (("shapes", "objects"), ("objects", "shapes")):
+                if getattr(given, mine) is not None:
+                    file[other] = None  # flags win
         except (ValueError, OSError) as error:
             parser.error(f"{given.config}: {as_keys(str(error))}")
     return _planned(settle(parser, arguments, file))
@@ -152,11 +155,14 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add(
         "--shapes",
         nargs="+",
-        type=as_shape,
-        default=list(shapes.SHAPES),
+        type=typed_shape,
         help=f'what is explored, and the candidates: {", ".join(shapes.SHAPES)} (default these), "torus(0.4)" and such '
-        f"({', '.join(shapes.FAMILIES)}), mesh files",
+        f"({', '.join(shapes.FAMILIES)}), mesh files, sets, module:Class",
     )
+    add("--objects", type=as_path, metavar="SET", help=f"or all objects of a set: {SETS}")
+    named = "what the object may be, shapes or sets (default: what is explored)"
+    add("--candidates", type=typed_shape, nargs="+", metavar="SHAPE", help=named)
+    add("--none", type=float, help="prior probability that it is none of these (default 0)")
     add("--scale", type=float, default=1.0, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigmas", nargs="+", type=float, default=[1.0, 3.0, 5.0], help="noise, SD in degrees (default 1 3 5)")
     conditions.add_flags(add, "as the environment's, one or more", nargs="+")
@@ -250,12 +256,19 @@ def _typed(name: str, value: Any, options: Options) -> Any:
     if not all(_is(kind, each) for each in values):
         raise ValueError(f"{name} must be {KINDS[kind]}{' or a list of such' if several else ''}, got {value!r}")
     try:
-        values = [option.type(each) if option.type in (as_path, as_shape) else kind(each) for each in values]
+        values = [_read_as(option, kind, each) for each in values]
     except argparse.ArgumentTypeError as error:
         raise ValueError(f"{name} {error}") from error
     except OverflowError as error:
         raise ValueError(f"{name} must be {KINDS[kind]} that a float can be, got {values!r}") from error
     return values if several else values[0]
+
+
+def _read_as(option: argparse.Action, kind: Any, value: Any) -> Any:
+    """A value of a file as that of a flag; names in a file import nothing."""
+    if option.type is typed_shape:
+        return as_shape(value)
+    return as_path(value) if option.type is as_path else kind(value)
 
 
 def _is(kind: Any, value: Any) -> bool:

@@ -10,19 +10,19 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any
 
-import gymnasium as gym
-
 import agents
 from agents.sb3 import Sb3
-from haptic_env import hand_of, validate
+from haptic_env import hand_of, registration, shapes, validate
+from haptic_env.hand import Hand
 from haptic_lab.conditions import CONTACTS, FACTORS, Condition, check_contacts, check_policy
 from haptic_lab.sweeps.tasks import SweepSettings
 from haptic_lab.trial import check_model
-from haptic_lab.worlds import candidates_of, environment
+from haptic_lab.worlds import candidates_of, environment, expanded
 from observer import ShapePosterior
 from observer.variants import FULL
 
 MOST_CONDITIONS = 10_000
+FLAGS = {"among": "candidates"}  # of settings that are called otherwise there
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,15 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     Raises:
         ValueError: for what makes no sense.
     """
-    told = {each.name: getattr(given, each.name) for each in fields(SweepSettings)}
+    told = {each.name: getattr(given, FLAGS.get(each.name, each.name)) for each in fields(SweepSettings)}
     told["env"] = environment(given.env)
+    if given.objects is not None and given.shapes is not None:
+        raise ValueError("--objects says what is explored, and so does --shapes: say one of them")
+    explored = given.shapes if given.objects is None else shapes.read_set(given.objects)
+    told["shapes"] = expanded(shapes.SHAPES if explored is None else explored, trust=given.trust)
+    if given.candidates is not None:
+        told["among"] = expanded(given.candidates, trust=given.trust)
+    told["none"] = given.none or None
     told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
     settings = SweepSettings(**told)
     flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}
@@ -92,6 +99,8 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")
     for policy in values["policy"]:
         _check_fit(settings, policy)
+    if settings.none:
+        _check_none(settings)
     return SweepPlan(
         settings,
         conditions,
@@ -109,15 +118,35 @@ def _order(value: Any) -> tuple[bool, Any]:
     return isinstance(value, str), value
 
 
+def _check_none(settings: SweepSettings) -> None:
+    """Raise `ValueError` where "none" cannot be named with so much unknown; a namer of one candidate tells."""
+    hand = _hand(settings)
+    ShapePosterior(
+        hand,
+        candidates_of(hand, ("sphere",)),
+        none=settings.none or 0.0,
+        size_jitter=settings.size_jitter,
+        yaw_jitter=settings.yaw_jitter,
+        rotation_jitter=settings.rotation_jitter or 0.0,
+        position_jitter=settings.position_jitter,
+        variants=1,
+    )
+
+
+def _hand(settings: SweepSettings) -> Hand:
+    try:
+        return hand_of(registration.make(settings.env))
+    except ImportError as error:
+        raise ValueError(str(error)) from error
+
+
 @lru_cache
 def _check_fit(settings: SweepSettings, policy: str) -> None:
     """Raise `ValueError` for a trained model that is not for this hand or these candidates."""
     if not issubclass(agents.find(policy), Sb3):
         return
-    try:
-        env = gym.make(settings.env)
-        hand = hand_of(env)
-    except ImportError as error:
-        raise ValueError(str(error)) from error
-    shape = ShapePosterior(hand, candidates_of(hand, settings.shapes, scale=settings.scale), variants=1)
-    check_model(env, policy, shape, settings.trust)
+    hand = _hand(settings)
+    shape = ShapePosterior(
+        hand, candidates_of(hand, settings.known, scale=settings.scale), none=settings.none or 0.0, variants=1
+    )
+    check_model(registration.make(settings.env), policy, shape, settings.trust)

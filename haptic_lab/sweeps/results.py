@@ -16,11 +16,15 @@ import zlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from haptic_env.shapes.names import NONE
 from haptic_lab.conditions import DEFAULTS, FACTORS, LATER
 from haptic_lab.faults import FAULTS
 from haptic_lab.files import atomic, write_json, write_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Row = dict[str, str]
 Key = tuple[float | str, ...]  # of a trial: `KEY` but for the observer
@@ -53,6 +57,31 @@ def names_in(field: str) -> list[str]:
         The names.
     """
     return shlex.split(field) if "'" in field else field.split()
+
+
+def labels_in(rows: pd.DataFrame) -> list[str]:
+    """Say what objects could be called in a table.
+
+    Args:
+        rows: of the table, of one sweep.
+
+    Returns:
+        The candidates, and "none" where they might be none of them.
+    """
+    return [*names_in(rows["candidates"].iloc[0]), *([NONE] if f"p_{NONE}" in rows else [])]
+
+
+def right_names(rows: pd.DataFrame) -> list[str]:
+    """Say what it was right to call the object of each row.
+
+    Args:
+        rows: of the table, of one sweep.
+
+    Returns:
+        Its shape, or "none" where it was none of the candidates and might be.
+    """
+    labels = labels_in(rows)
+    return [NONE if NONE in labels and shape not in labels else shape for shape in rows["shape"]]
 
 
 class Results:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from haptic_env import reading
+from haptic_env.shapes.names import NONE
 from haptic_lab.conditions import DEFAULTS, LATER, Condition
 from haptic_lab.records import BeliefTrace
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES, OF_MAPS
@@ -19,6 +20,7 @@ from haptic_lab.sweeps.tasks import STREAM, SweepSettings, SweepTask
 from observer import variants
 from observer.classifiers import CLASSIFIERS, MapClassifier
 
+NOVELTY = ("new", "new_correct")  # whether the object was none of the candidates, and whether that was said rightly
 Exemplars = tuple[tuple[tuple[str, bytes], ...], ...]  # for each draw, name and content of the file of each shape
 
 
@@ -44,11 +46,14 @@ def row_of(
         named |= {namer: [] for namer in task.settings.classifiers}
     else:
         for namer in task.settings.classifiers:
-            fitted = classifiers(namer, observer, task.settings.shapes, exemplars)
+            fitted = classifiers(namer, observer, task.settings.known, exemplars)
             named[namer] = [each.predict(trace.belief.occupancy) for each in fitted]
+    right = task.settings.right_name(task.shape)
     for namer, names in named.items():
         row[namer] = listed(names)
-        row[f"{namer}_correct"] = float(np.mean([each == task.shape for each in names])) if names else float("nan")
+        row[f"{namer}_correct"] = float(np.mean([each == right for each in names])) if names else float("nan")
+    if task.settings.none:
+        row |= {"new": float(right == NONE), "new_correct": float((trace.name == NONE) == (right == NONE))}
     return row | constants(task.settings)
 
 
@@ -93,7 +98,7 @@ def constants(settings: SweepSettings) -> dict[str, str]:
     # What observers believe is told where it is not what is so.
     given = {name: value for name, value in asdict(settings).items() if value is not None}
     told = {name: listed(value) if isinstance(value, tuple) else str(value) for name, value in given.items()}
-    told = {("candidates" if name == "shapes" else name): value for name, value in told.items()}
+    told = {("candidates" if name in ("shapes", "among") else name): value for name, value in told.items()}
     return told | versions()
 
 
@@ -107,7 +112,8 @@ def columns(settings: SweepSettings) -> tuple[list[str], list[str]]:
         All, and those that hold numbers.
     """
     correct = [f"{namer}_correct" for namer in settings.namers]
-    numbers = [*MEASURES, *(f"p_{shape}" for shape in settings.shapes), *correct]
+    novelty = NOVELTY if settings.none else ()
+    numbers = [*MEASURES, *(f"p_{label}" for label in settings.labels), *correct, *novelty]
     keys = [name for name in KEY if name not in TEXTS]
     return [*KEY, *numbers, *HISTOGRAMS, *COURSES, *settings.namers, *constants(settings)], [*numbers, *keys]
 

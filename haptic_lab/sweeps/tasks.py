@@ -6,14 +6,12 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import agents
-import haptic_env
-from haptic_env import rotation, shapes, validate
+from haptic_env import hands, registration, rotation, shapes, validate
 from haptic_env.hand import Hand
-from haptic_env.shapes import mesh
+from haptic_env.shapes.names import NONE
 from haptic_lab.believed import Believed
 from haptic_lab.conditions import Condition
 from haptic_lab.files import part_of_name
@@ -32,7 +30,7 @@ class SweepSettings(Believed):
     Attributes:
         env: id of the environment.
         particles: of observers that have any.
-        shapes: that are explored, and the candidates.
+        shapes: that are explored, and the candidates where no others are said.
         observers: that watch.
         exemplars: draws from which classifiers learn.
         first_seed: of the trials.
@@ -44,6 +42,8 @@ class SweepSettings(Believed):
         rotation_jitter: degrees, the same; None: 0, of which no table tells.
         believed_sigma: observers are told so many times the true sigma.
         trust: whether policies whose files may run code are read.
+        among: candidates, what the object may be; None: what is explored.
+        none: prior probability that it is none of them; None: 0, of which no table tells.
 
     Raises:
         ValueError: for a value out of its range.
@@ -63,9 +63,11 @@ class SweepSettings(Believed):
     rotation_jitter: float | None = None
     believed_sigma: float = 1.0
     trust: bool = False
+    among: tuple[str, ...] | None = None
+    none: float | None = None
 
     def __post_init__(self) -> None:
-        validate.choice("--env", self.env, haptic_env.ENVIRONMENTS)
+        registration.check("--env", self.env)
         validate.integer("--particles", self.particles, 1, 100_000)
         validate.integer("--exemplars", self.exemplars, 1, 1000)
         validate.integer("--first-seed", self.first_seed, 0, EXEMPLAR_SEED - 1)
@@ -80,10 +82,14 @@ class SweepSettings(Believed):
         validate.number("--scale", self.scale, above=0.0, unit="m")
         for name in self.shapes:
             shapes.default_size(shapes.check("--shapes", name), self.scale)
+        for name in self.among or ():
+            shapes.default_size(shapes.check("--candidates", name), self.scale)
+        validate.number("--none", self.none or 0.0, 0.0, 0.99)
         for name in self.observers:
             variants.check("--observers", name)
         for what, given, valid in (
             ("shape", self.shapes, self.shapes or tuple(shapes.SHAPES)),
+            ("candidate", self.known, self.known or tuple(shapes.SHAPES)),
             ("observer", self.observers, self.observers or variants.NAMES),
             ("classifier", self.classifiers, CLASSIFIERS),
         ):
@@ -93,6 +99,27 @@ class SweepSettings(Believed):
                 raise ValueError(f"--{what}s must name at least one of {', '.join(sorted(valid))}")
             if len(set(given)) < len(given):
                 raise ValueError(f"--{what}s must name each {what} once, got {', '.join(given)}")
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """What the object may be, for all that observers know."""
+        return self.shapes if self.among is None else self.among
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What it may be called."""
+        return (*self.known, *([NONE] if self.none else []))
+
+    def right_name(self, shape: str) -> str:
+        """Say what it is right to call an object.
+
+        Args:
+            shape: that is explored.
+
+        Returns:
+            Its name, or "none" where it is none of the candidates and may be.
+        """
+        return NONE if self.none and shape not in self.known else shape
 
     @property
     def namers(self) -> tuple[str, ...]:
@@ -166,26 +193,29 @@ def exemplar_tasks(settings: SweepSettings, condition: Condition) -> list[list[S
         condition: of the trials.
 
     Returns:
-        For each draw one of each shape; nothing where nothing learns.
+        For each draw one of each candidate; nothing where nothing learns.
     """
-    count = len(settings.shapes)
+    count = len(settings.known)
     return [
         [
             SweepTask(settings, condition, shape, EXEMPLAR_SEED + draw * count + index)
-            for index, shape in enumerate(settings.shapes)
+            for index, shape in enumerate(settings.known)
         ]
         for draw in range(settings.exemplars if settings.classifiers else 0)
     ]
 
 
 def files_of(settings: SweepSettings) -> dict[str, str]:
-    """Tell mesh files by what is in them: another content under the same name is another object.
+    """Tell objects and hands by what is in their files: another content under the same name is another one.
 
     Args:
-        settings: with the shapes.
+        settings: with the shapes, and the hand.
 
     Returns:
-        A digest of each mesh file.
+        A digest of each object that a file says, and of the hand that one describes.
     """
-    meshes = [name for name in settings.shapes if mesh.is_path(name)]
-    return {f"file {name}": hashlib.sha256(Path(name).read_bytes()).hexdigest()[:12] for name in meshes}
+    told = {name: shapes.origin(name) for name in dict.fromkeys((*settings.shapes, *settings.known))}
+    if registration.is_file(settings.env):
+        hand = hands.make(settings.env)
+        told[settings.env] = repr((hand.xml, hand.patches.names, hand.rest_pose.tolist())).encode()
+    return {f"file {name}": hashlib.sha256(said).hexdigest()[:12] for name, said in told.items() if said}

@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 
-from haptic_env import hand_of
+from haptic_env import hand_of, registration, shapes
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.sweeps.measures import GroundTruth, measures_of
 from haptic_lab.sweeps.rows import Exemplars, row_of
@@ -61,7 +60,8 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
         The trial, not begun.
     """
     settings, condition = task.settings, task.condition
-    env = gym.make(
+    shapes.allow({task.shape, *settings.known})  # which whoever asked for the sweep has imported too
+    env = registration.make(
         settings.env,
         shape=task.shape,
         scale=settings.scale,
@@ -90,9 +90,24 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
     )
 
 
+def prepare(settings: SweepSettings) -> None:
+    """Put on disk what takes long to find of objects, so that no worker has to find it again.
+
+    Args:
+        settings: what all trials share.
+
+    Raises:
+        ValueError: for an object that cannot be explored.
+    """
+    for name in dict.fromkeys((*settings.shapes, *settings.known)):
+        shapes.find(name).prepare()
+    if any(shapes.find(name).content for name in settings.known):
+        shape_posterior(settings)
+
+
 @lru_cache(maxsize=8)
 def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePosterior:
-    """Make the namer: it knows how much objects vary, not how. Candidates are the explored shapes at the grasp centre.
+    """Make the namer: it knows how much objects vary, not how. Candidates are at the grasp centre.
 
     Args:
         settings: what all trials share.
@@ -101,10 +116,11 @@ def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePoster
     Returns:
         The namer, the same object for the same settings: to be copied before use.
     """
-    hand = hand_of(gym.make(settings.env))
+    hand = hand_of(registration.make(settings.env))
     return ShapePosterior(
         hand,
-        candidates_of(hand, settings.shapes, scale=settings.scale),
+        candidates_of(hand, settings.known, scale=settings.scale),
+        none=settings.none or 0.0,
         size_jitter=settings.size_jitter,
         yaw_jitter=settings.yaw_jitter,
         rotation_jitter=settings.rotation_jitter or 0.0,

@@ -40,15 +40,18 @@ class ContactFilter:
         self._apart = np.zeros((0, patches))
         self._touched = np.zeros((0, patches))
 
-    def step(self, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def step(self, contacts: NDArray[np.bool_], unmeasured: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
         """Take in a step.
 
         Args:
             contacts: (P,) that are reported.
+            unmeasured: (P,) patches that reported nothing, which are taken to report what they did last; None: all did.
 
         Returns:
             (P,) which patches are touched now.
         """
+        if unmeasured is not None and len(self._contacts):
+            contacts = np.where(unmeasured, self._contacts[-1], contacts)
         late = len(self._contacts) == self._steps
         if late:
             self._start = self._first

@@ -174,7 +174,7 @@ def owner(body, link, turn, way):
         way: three numbers, m, to the point from where the link begins.
 
     Returns:
-        The patch.
+        The patch; -1 where nothing is felt.
     """
     x = turn[0, 0] * way[0] + turn[1, 0] * way[1] + turn[2, 0] * way[2]
     y = turn[0, 1] * way[0] + turn[1, 1] * way[1] + turn[2, 1] * way[2]
@@ -197,8 +197,8 @@ def ringing(body, contacts):
     rings = np.zeros((len(body.radius), layout.along + 1), dtype=np.bool_)
     for patch in range(len(contacts)):
         if contacts[patch]:
-            link = body.patch_link[patch]
-            rings[link, min((patch - layout.first[link]) // layout.around, layout.along)] = True
+            for row in range(layout.rows[patch, 0], layout.rows[patch, 1] + 1):
+                rings[body.patch_link[patch], row] = True
     return rings
 
 

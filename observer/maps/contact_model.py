@@ -164,7 +164,8 @@ class LinkEvidence(NamedTuple):
         bin: (L,) m².
         carved: (L,) m from the bone, from where on a cell loses nothing.
         fall: (L,) m beyond the shell, over which a cell's part in a touch fades.
-        felt: (L,) m from the bone, from where on it has none.
+        felt: (L,) m from the bone, from where on it has none; below 0: nothing of the link's skin was measured, so that
+            nothing about it is seen.
     """
 
     place: NDArray[np.float64]
@@ -186,6 +187,17 @@ class LinkEvidence(NamedTuple):
         if links.all():
             return self
         return self._replace(free=np.where(links[:, None], self.free, 0), carved=np.where(links, self.carved, 0.0))
+
+    def without(self, links: NDArray[np.bool_]) -> LinkEvidence:
+        """Let some links say nothing at all, not even that what is near them was seen.
+
+        Args:
+            links: (L,) which.
+
+        Returns:
+            The same but for that.
+        """
+        return self._replace(felt=np.where(links, -1.0, self.felt))
 
 
 @kernel()

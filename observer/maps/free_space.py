@@ -202,6 +202,8 @@ def sweep(felt, frames, rings, maps, least, found):
     body, lattice, evidence, reach = felt.body, felt.lattice, felt.evidence, felt.reach
     common, slot, seen, stale = maps.common, maps.slot, maps.seen, maps.stale
     for link in range(len(rings)):
+        if reach.felt[link] < 0.0:
+            continue
         at, turn = triple(frames.position[felt.tree.link_body[link]]), frames.rotation[felt.tree.link_body[link]]
         radius = body.radius[link]
         close, touched = radius + evidence.near, any_of(rings[link])
@@ -215,13 +217,10 @@ def sweep(felt, frames, rings, maps, least, found):
                 seen[cell] = stale[cell] = True
             if square >= carved or common[cell] == least:
                 continue
-            if (
-                touched
-                and core <= square < outer
-                and rings[link, row_at(body.layout, link, found.along[v])]
-                and felt.contacts[owner(body, link, turn, from_point(lattice, cell, at))]
-            ):
-                continue
+            if touched and core <= square < outer and rings[link, row_at(body.layout, link, found.along[v])]:
+                patch = owner(body, link, turn, from_point(lattice, cell, at))
+                if patch >= 0 and felt.contacts[patch]:
+                    continue
             lost = reach.free[link, int(max(square, 0.0) * per_bin)]
             seen[cell] = stale[cell] = True
             if slot[cell] < 0:

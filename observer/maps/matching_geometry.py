@@ -134,7 +134,7 @@ def near_skin(felt, frames, rings, margin, found, near):
             if found.square[v] < inner or not rings[link, row_at(body.layout, link, found.along[v])]:
                 continue
             patch = owner(body, link, turn, from_point(lattice, found.cell[v], at))
-            if felt.contacts[patch]:
+            if patch >= 0 and felt.contacts[patch]:
                 near.cell[count], near.patch[count] = found.cell[v], patch
                 near.height[count] = np.sqrt(found.square[v]) - radius
                 count += 1

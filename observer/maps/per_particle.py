@@ -102,7 +102,7 @@ def _write(felt, frames, rings, flat, written, found, suspects):
             cell, square = found.cell[v], found.square[v]
             if touching and core <= square < outer and rings[link, row_at(body.layout, link, found.along[v])]:
                 patch = owner(body, link, turn, from_point(lattice, cell, at))
-                if contacts[patch]:
+                if patch >= 0 and contacts[patch]:
                     suspects.cell[count], suspects.patch[count] = cell, patch
                     beyond = max(np.sqrt(square) - radius - evidence.shell, 0.0) / reach.fall[link]
                     suspects.hits[count] = evidence.hit * np.exp(-0.5 * beyond * beyond)

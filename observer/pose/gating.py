@@ -140,7 +140,7 @@ class Gate:
         """Tell what to make of a step's readings.
 
         Args:
-            felt: (J,) rad.
+            felt: (J,) rad; NaN where a joint was not measured, which is no odd reading, but none.
             expected: (J,) rad, by the filter.
             variance: (J,) rad², of what is expected, noise not included.
 
@@ -150,12 +150,13 @@ class Gate:
         if _usual(felt, expected, self._jump, *self._possible):
             self._row[:] = 0
             return None
+        missing = np.isnan(felt)
         deviation = JUMP_SDS * np.sqrt(np.maximum(variance, 0.0) + self._sigma**2)
         reach = np.maximum(self._jump, deviation)
-        odd = ~self._possible.has(felt) | (np.abs(felt - expected) > reach)
+        odd = ~missing & (~self._possible.has(felt) | (np.abs(felt - expected) > reach))
         if not odd.any():
             self._row[:] = 0
-            return None
+            return Heard(felt, np.flatnonzero(~missing), missing & False) if missing.any() else None
         turned = felt - TURN * np.round((felt - expected) / TURN)
         near = np.maximum(JUMP, deviation)  # whole turns leave no more: a spike is rarely of them
         aside = odd & (~self._turned.has(turned) | (np.abs(turned - expected) > near))
@@ -164,7 +165,7 @@ class Gate:
         if not self.set_aside.any():
             self._say(felt, expected, odd)
         self.set_aside += odd & ~anew
-        return Heard(angles, np.flatnonzero(~aside | anew), anew)
+        return Heard(angles, np.flatnonzero((~aside | anew) & ~missing), anew)
 
     def at_first(self, felt: Array) -> Array | None:
         """Take whole turns off the readings of a reset.

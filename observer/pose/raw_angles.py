@@ -14,9 +14,13 @@ from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.pose.angle_noise import AngleNoise, FollowsFelt
 
+SPEED = 1.0  # rad/s: how fast a joint that is not felt may move away from where it was
+
 
 class RawAngles(FollowsFelt):
     """The felt angles taken at their word: the pose filter's interface without a filter.
+
+    A joint that was not measured stays where it was felt last, and is there the less surely the longer that is ago.
 
     Attributes:
         hand: with J joints.
@@ -55,7 +59,7 @@ class RawAngles(FollowsFelt):
         self.noise = AngleNoise(hand.joints, 1.0 / control_hz) if noise is None else noise
         self._lasting = self.noise.over_time(lag + 1)
         self.sigma = sigma
-        self.lag = lag
+        self.lag, self._step = lag, 1.0 / control_hz
         self.set_aside = np.zeros(hand.joints, dtype=np.int64)  # all is taken at its word
         self.reset()
 
@@ -66,6 +70,7 @@ class RawAngles(FollowsFelt):
             felt: not used.
         """
         self.mean = np.tile(self.hand.rest_pose, self.lag + 1)
+        self._unfelt = np.zeros(self.mean.size)  # s since each angle was felt
         self.covariance = np.zeros((self.mean.size, self.mean.size))
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
@@ -73,13 +78,18 @@ class RawAngles(FollowsFelt):
 
         Args:
             torque: not used.
-            joint_angles: (J,) rad that were felt.
+            joint_angles: (J,) rad that were felt; NaN where a joint was not measured.
             contacts: not used.
         """
-        joints = self.hand.joints
-        self.mean = np.concatenate([joint_angles, self.mean[:-joints]])
+        joints, missing = self.hand.joints, np.isnan(joint_angles)
+        felt = np.where(missing, self.mean[:joints], joint_angles) if missing.any() else joint_angles
+        unfelt = np.where(missing, self._unfelt[:joints] + self._step, 0.0)
+        self.mean = np.concatenate([felt, self.mean[:-joints]])
+        self._unfelt = np.concatenate([unfelt, self._unfelt[:-joints]])
         white = self.noise.variance(self.sigma, self.mean, np.zeros(self.mean.size))
         self.covariance = np.diag(white) + self._lasting
+        if self._unfelt.any():
+            self.covariance += np.diag((SPEED * self._unfelt) ** 2)
 
     def lagged(self, steps: int) -> slice:
         """Tell where `mean` keeps the angles of a step.

@@ -85,13 +85,16 @@ class TracksPose:
             compiling.ensure(("observer.warming:contacts",), self.hand)
             self._reports.reset()
 
-    def _touched(self, contacts: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(P,) which patches are touched now, where they report `contacts` (P,)."""
-        if self._reports is None:
-            return contacts
-        touched = self._reports.step(contacts)
+    def _touched(self, contacts: NDArray[np.bool_], unmeasured: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+        """(P,) which patches are touched now, where they report `contacts` (P,), but for those `unmeasured` (P,)."""
+        touched, doubted = contacts, np.zeros(len(contacts), dtype=bool)
+        if self._reports is not None:
+            touched = self._reports.step(contacts, unmeasured)
+            doubted = self._reports.doubted
+        if unmeasured is not None:
+            touched, doubted = touched & ~unmeasured, doubted | unmeasured
         if isinstance(self.pose, PoseFilter):  # what else tracks a pose knows of no forces
-            self.pose.doubted = self._reports.doubted
+            self.pose.doubted = doubted
         return touched
 
     def _look_back(self, waiting: deque[Waiting], ago: int) -> None:
@@ -99,4 +102,4 @@ class TracksPose:
         `ago` steps back."""
         if self._reports is not None:
             for k in range(len(waiting)):
-                waiting[k] = waiting[k]._replace(contacts=self._reports.touched(ago - k))
+                waiting[k] = waiting[k].touching(self._reports.touched(ago - k))

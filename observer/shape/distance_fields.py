@@ -16,7 +16,7 @@ from haptic_env.arrays import Array
 from haptic_env.compiled import inner, part
 from haptic_env.grid import VOXELS
 from haptic_env.shapes.base import Solid, rotation_matrix
-from observer.shape.drawn_fields import FIELD_RESOLUTION, field_of
+from observer.shape.drawn_fields import FIELD_RESOLUTION, fields_of
 
 Index = NDArray[np.int64]
 NODES = int(np.cbrt(VOXELS) + 0.5)  # at most, along each axis of a field
@@ -120,7 +120,7 @@ def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
     """
     drawn, drawn_in, scale = _shared(hypotheses)
     reach = far / min(scale)
-    fields = [field_of(solid.shape, solid.size, reach) for solid in drawn]
+    fields = fields_of(drawn, reach)
     count = np.array([grid.shape for grid, _ in fields])
     return Solids(
         np.concatenate([distance.ravel() for _, distance in fields]),

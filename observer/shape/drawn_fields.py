@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -16,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
-from haptic_env import cache
+from haptic_env import cache, notice
 from haptic_env.arrays import Array
 from haptic_env.files import atomic
 from haptic_env.grid import Grid
-from haptic_env.shapes.base import Shape
+from haptic_env.shapes.base import Shape, Solid
 
 Field = NDArray[np.float32]
 FIELD_RESOLUTION = 0.0025
@@ -29,6 +30,7 @@ KEPT, LARGEST_KEPT = 64, 2**20  # fields and nodes of each: the next trial of a 
 COARSEST = 4  # nodes so many apart are all measured
 LEVELS = ((2, 0.04), (1, 0.015))  # nodes so many apart, so near to the surface, m
 MADE = 1  # changes where fields are made otherwise: those on disk are of no use then
+MEASURING = "Measuring distances from objects, once on this machine"
 STEP = 0.01  # m by which the reach of what is kept on disk is rounded up, so that other hands find it too
 
 
@@ -44,13 +46,50 @@ def field_of(shape: Shape, size: tuple[float, float, float], reach: float) -> tu
         A grid in the solid's frame, and the distance (X, Y, Z) m at the centres of its voxels; not to be changed.
     """
     content = shape.content
-    if content:
-        reach = STEP * np.ceil(reach / STEP - 1e-9)
-    grid = Grid.around(np.zeros(3), np.asarray(size) + 2 * (reach + FIELD_RESOLUTION), FIELD_RESOLUTION)
+    grid = _grid(size, reach, content)
     if content:
         return grid, _remembered(shape, size, grid, content)
     measured = _measured if np.prod(grid.shape) <= LARGEST_KEPT else _measured.__wrapped__
     return grid, measured(shape, size, grid)
+
+
+def fields_of(solids: Sequence[Solid], reach: float) -> list[tuple[Grid, Field]]:
+    """Measure the signed distances of several solids, and tell how far that is where any takes long.
+
+    Args:
+        solids: of any size; where they are does not matter.
+        reach: as of `field_of`.
+
+    Returns:
+        As `field_of`, of each.
+    """
+    missing = [not _is_kept(solid, reach) for solid in solids]
+    made = []
+    for number, solid in enumerate(solids):
+        if missing[number]:
+            notice.tell(MEASURING, sum(missing[:number]), sum(missing))
+        made.append(field_of(solid.shape, solid.size, reach))
+    if any(missing):
+        notice.tell(MEASURING, sum(missing), sum(missing))
+    return made
+
+
+def _is_kept(solid: Solid, reach: float) -> bool:
+    """Whether the field of a solid is on disk, or need not be."""
+    content = solid.shape.content
+    return not content or _place(solid.size, _grid(solid.size, reach, content), content).exists()
+
+
+def _grid(size: tuple[float, float, float], reach: float, content: str) -> Grid:
+    if content:
+        reach = STEP * np.ceil(reach / STEP - 1e-9)
+    return Grid.around(np.zeros(3), np.asarray(size) + 2 * (reach + FIELD_RESOLUTION), FIELD_RESOLUTION)
+
+
+def _place(size: tuple[float, float, float], grid: Grid, content: str) -> Path:
+    """The file of a field in the user's cache folder."""
+    told = f"{MADE} {content} {np.round(size, 9).tolist()} {grid}"
+    return cache.folder() / "fields" / f"{hashlib.sha256(told.encode()).hexdigest()}.npy"
 
 
 @lru_cache(maxsize=KEPT)
@@ -70,8 +109,7 @@ def _measured(shape: Shape, size: tuple[float, float, float], grid: Grid) -> Fie
 @lru_cache(maxsize=KEPT)
 def _remembered(shape: Shape, size: tuple[float, float, float], grid: Grid, content: str) -> Field:
     """The field from the user's cache folder, where it is put if it is not there."""
-    told = f"{MADE} {content} {np.round(size, 9).tolist()} {grid}"
-    place = cache.folder() / "fields" / f"{hashlib.sha256(told.encode()).hexdigest()}.npy"
+    place = _place(size, grid, content)
     with contextlib.suppress(OSError, ValueError, EOFError):  # not there, or cut short: it is found again
         return _read(place, grid)
     result = near_surface(shape, size, grid)

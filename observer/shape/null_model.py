@@ -35,14 +35,19 @@ class NullModel:
         self._felt = np.zeros(patches, dtype=bool)
         self._counts = np.array([self.BEGIN, self.CEASE])
 
-    def update(self, contacts: NDArray[np.bool_], news: Array | None = None) -> None:
+    def update(
+        self, contacts: NDArray[np.bool_], news: Array | None = None, unmeasured: NDArray[np.bool_] | None = None
+    ) -> None:
         """Take in a step.
 
         Args:
             contacts: (P,).
             news: (P,) the share of each that counts; None: all of it.
+            unmeasured: (P,) patches whose contact was not measured, which stay as they were; None: all were.
         """
         share = np.ones(len(contacts)) if news is None else news
+        if unmeasured is not None:
+            contacts, share = np.where(unmeasured, self._felt, contacts), np.where(unmeasured, 0.0, share)
         changes = contacts != self._felt
         for row, had in enumerate((~self._felt, self._felt)):
             # Patch by patch, each with the rate that those before it have taught: no rate is ever known exactly.

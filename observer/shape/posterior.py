@@ -35,7 +35,7 @@ from observer.belief import Belief, Transition
 from observer.gaussian import lower_factor
 from observer.jacobians import link_spread
 from observer.kinematics import link_frames, placed, tree_of
-from observer.novelty import LITTLE, LinkHistory, note
+from observer.novelty import LITTLE, LinkHistory, note, unmeasured_links
 from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, resample, weigh
 from observer.shape.felt import Look
 from observer.shape.hypotheses import Hypotheses, Variants, far_of
@@ -92,8 +92,7 @@ class ShapePosterior:
             position_jitter: likewise.
             rotation_jitter: likewise; only with one pose sample.
             variants: V, samples of what is not known, for each solid.
-            none: prior probability of one label more, "none": the object is none of the candidates (only without
-                jitter); 0: no such label.
+            none: prior probability of one label more, "none" of the candidates (only without jitter); 0: no such label.
             samples: S, of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider.
             tolerance: m, SD of the gap between a patch that feels contact and the surface.
             press: m, how deep a link that feels contact may lie inside, as in recordings that were fitted to markers.
@@ -175,7 +174,7 @@ class ShapePosterior:
         self._news = np.ones(len(self._lengths))
         self._habit = NullModel(len(self.hand.patches))
         self._moved: Transition | None = None  # how the pose moved since the samples did
-        self._steps = 0
+        self._steps, self._unfit = 0, 0.0
         self._posterior = self._share()
         return self.posterior
 
@@ -219,7 +218,8 @@ class ShapePosterior:
         validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
-        now, covariance, contacts, root = edge.belief(self.hand, belief)
+        now, covariance, contacts, root, unmeasured = edge.belief(self.hand, belief)
+        self._unfit = belief.unfit or 0.0
         moved = self._moved
         self._moved = now if moved is None or self.samples == 1 else moved.then(now)
         self._steps += 1
@@ -234,14 +234,15 @@ class ShapePosterior:
         frames = link_frames(tree, now.mean)
         if self.alike:
             note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news)
+        news = self._news if unmeasured is None else np.where(unmeasured_links(self.hand, unmeasured), 0.0, self._news)
         if self.none:
-            self._habit.update(contacts, self._news[self.hand.patches.link])
+            self._habit.update(contacts, news[self.hand.patches.link], unmeasured)
         model = TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise)
         before = self._log_evidence.copy()
         if self.variants.turns.most:
-            self._rejuvenation.take(Look(*frames, contacts, self._news, model), self._solids, self._log_evidence)
+            self._rejuvenation.take(Look(*frames, contacts, news, model), self._solids, self._log_evidence)
         else:
-            felt = PoseSamples(self._poses, self._parts.column), contacts, self._news, model
+            felt = PoseSamples(self._poses, self._parts.column), contacts, news, model
             contact_likelihood(tree, self._skin, self._solids, *felt, self._likelihood)
             weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
         likeliest = self._log_evidence.argmax()
@@ -280,7 +281,7 @@ class ShapePosterior:
         # Per step felt, whatever part of its evidence `temper` and `stride` let count.
         weight = DOUBT * self.stride / self.temper
         against = log[-1] - candidates.max() - np.log(odds.mean())
-        none = expit(np.log(self.none / (1.0 - self.none)) + weight * against)
+        none = max(expit(np.log(self.none / (1.0 - self.none)) + weight * against), self._unfit)
         return np.append((1.0 - none) * share, none)
 
     def _propagate(self, transition: Transition, covariance: Array, anew: bool) -> None:

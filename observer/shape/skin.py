@@ -68,12 +68,13 @@ def skin_of(hand: Hand) -> Skin:
     along = foot[starts]
     from_foot = np.linalg.norm(points - np.repeat(along, count)[:, None] * [0, 0, 1], axis=1)
     from_middle = np.linalg.norm(points - 0.5 * length[link, None] * [0, 0, 1], axis=1)
-    each = np.arange(len(length) + 1)
+    each, ball = np.arange(len(length) + 1), np.zeros(len(length))  # a link that feels nothing has no ball
+    np.maximum.at(ball, link, from_middle)
     return Skin(
         body=hand.link_bodies.astype(np.int64),
         group=hand.link_group.astype(np.int64),
         middle=0.5 * length,
-        ball=np.maximum.reduceat(from_middle, np.searchsorted(link, each[:-1])),
+        ball=ball,
         first_patch=np.searchsorted(hand.patches.link, each).astype(np.int64),
         first_bead=np.searchsorted(link[starts], each).astype(np.int64),
         along=along,

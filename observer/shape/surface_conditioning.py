@@ -29,7 +29,7 @@ def take_in(tree, skin, solids, h, touches, gaussian, first, model):
         skin: of the hand.
         solids: the distance fields.
         h: index of the hypothesis.
-        touches: (L,) whether each link feels contact.
+        touches: (L,) whether each link feels contact; below 0: of whose skin nothing was measured.
         gaussian: mean (n,) rad and covariance (n, n) rad², changed.
         first: index of the first angle of that step.
         model: the `TouchModel`, one tolerance for all.
@@ -44,6 +44,8 @@ def take_in(tree, skin, solids, h, touches, gaussian, first, model):
     angles = mean[first : first + joints].copy()
     body_frames(tree, angles, position, rotation)
     for link in range(len(skin.body)):
+        if touches[link] < 0:
+            continue
         body = skin.body[link]
         gap = nearest(solids, h, skin, link, (position[body], rotation[body]), spot, normal)
         if gap >= solids.far * solids.scale[h]:

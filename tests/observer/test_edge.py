@@ -48,7 +48,7 @@ TOO_MUCH = {
     "a million radians": (0, 1e6, r"joint_angles must lie in \[-12\.5664, 12\.5664\] radians, got 1000000\.0 at '{}'"),
     "degrees": (0, -45.0, r"joint_angles must lie in .* radians, got -45\.0 at '{}'"),
     "an angle beyond all": (0, 1e300, r"joint_angles must lie in .* radians, got 1e\+300 at '{}'"),
-    "an angle that is none": (0, np.nan, "joint_angles must be finite .* got nan at '{}'"),
+    "an angle that is none": (0, np.inf, "joint_angles must be finite .* got inf at '{}'"),
     "a torque": (1, 1.5, r"torque must lie in \[-1, 1\], got 1\.5 at '{}'"),
     "a torque beyond all": (1, -1e300, r"torque must lie in \[-1, 1\], got -1e\+300 at '{}'"),
     "a torque that is none": (1, np.inf, r"torque must be finite .* got inf at '{}'"),

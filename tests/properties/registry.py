@@ -8,7 +8,17 @@ from __future__ import annotations
 
 import observer
 from tests.properties import samples
-from tests.properties.entries import agents, beliefs, commands, environment, geometry, naming, observers, recordings
+from tests.properties.entries import (
+    agents,
+    beliefs,
+    commands,
+    environment,
+    geometry,
+    learnt,
+    naming,
+    observers,
+    recordings,
+)
 from tests.properties.entry import Entry
 
 AREAS: dict[str, dict[str, Entry]] = {
@@ -18,6 +28,7 @@ AREAS: dict[str, dict[str, Entry]] = {
     "observers": observers.ENTRIES,
     "beliefs": beliefs.ENTRIES,
     "naming": naming.ENTRIES,
+    "learnt": learnt.ENTRIES,
     "agents": agents.ENTRIES,
     "commands": commands.ENTRIES,
 }
@@ -63,6 +74,8 @@ LEFT_OUT: dict[str, str] = {
     "haptic_env.patches.SkinPoints": BUILT,
     "haptic_env.patches.patch_at": "compiled, within the bounds that Patches keeps",
     "haptic_env.patches.row_at": "compiled, within the bounds that Patches keeps",
+    "haptic_env.recordings.ColumnMap": BUILT,
+    "haptic_env.recordings.MeasuredTouch": BUILT,
     "haptic_env.recordings.ObserverInputs": "a tuple of arrays, which Recording checks",
     "haptic_env.recordings.Track": "a tuple of arrays, which Recording checks",
     "haptic_env.reading.content": "whoever asks says which file it was: recordings.read",
@@ -75,6 +88,7 @@ LEFT_OUT: dict[str, str] = {
     "haptic_env.shapes.Shape": "abstract; SHAPES has them all",
     "observer.Belief": BUILT,
     "observer.ContactsDoNotFit": "a warning, which ShapePosterior gives",
+    "observer.DamagedEntry": "a warning, which Library gives",
     "observer.DeadReckoning": "OBSERVERS has it, as floor",
     "observer.Kalman": "OBSERVERS has it",
     "observer.Smoother": "OBSERVERS has it",

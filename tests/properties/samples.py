@@ -135,6 +135,22 @@ def glove_txt() -> bytes:
     return "\n".join(rows).encode() + b"\n"
 
 
+def measured_csv() -> bytes:
+    """A table whose columns are called as the joints and a patch of the hand are."""
+    made, patch = hand(), hand().patches.names[0]
+    rows = [f"{0.02 * k:.2f}," + ",".join(f"{x:.3f}" for x in made.rest_pose) + f",{k % 2}" for k in range(FRAMES)]
+    return "\n".join([f"time,{','.join(made.joint_names)},{patch}", *rows]).encode()
+
+
+def columns_toml() -> bytes:
+    """What columns mean."""
+    return (
+        b'hand = "two_finger"\ncontrol_hz = 50\n[time]\ncolumn = "t"\nunit = "ms"\n[joints]\nunit = "degrees"\n'
+        b'[joints.columns]\na = "x"\nb = { column = "y", sign = -1, zero = 3.0 }\nc = 0.5\n'
+        b'[touch]\nthreshold = 0.5\n[touch.taxels]\n"x[0:3]" = "tip"\n'
+    )
+
+
 def calibration_toml() -> bytes:
     return b"""sensors = ["one", "two", "three"]
 unit = "degrees"

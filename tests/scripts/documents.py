@@ -51,10 +51,14 @@ def flags(command: str) -> frozenset[str]:
         return frozenset({"--help", "--config", *(flag for each in found.values() for flag in each.option_strings)})
     if command == "replay":  # the recording of explore is an argument here
         return flags("explore") - {"--recording"}
+    if command == "learn":  # explores, to learn
+        return flags("explore")
     place = ROOT / "haptic_lab"
     text = (place / "commands" / f"{command.replace('-', '_')}.py").read_text()
     if command in ("explore", "figures", "train"):
         text += (place / "believed.py").read_text() + "".join(f'"--{name.replace("_", "-")}"' for name in DEFAULTS)
+    if command == "explore":
+        text += (place / "exploration" / "learnt.py").read_text()
     if command == "figures":
         text += (place / "figures" / "plan.py").read_text()
     return frozenset({"--help", *re.findall(r'"(--[\w-]+)"', text)})

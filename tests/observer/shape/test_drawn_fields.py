@@ -7,9 +7,9 @@ import shutil
 import numpy as np
 import pytest
 
-from haptic_env import cache, shapes
+from haptic_env import cache, notice, shapes
 from haptic_env.grid import Grid
-from haptic_env.shapes.base import Shape
+from haptic_env.shapes.base import Shape, Solid
 from observer.shape import drawn_fields
 from observer.shape.drawn_fields import FIELD_RESOLUTION, LEVELS, field_of, near_surface
 
@@ -125,3 +125,22 @@ def test_solids_without_a_closed_form_are_told_apart_by_their_parameters(name):
     contents = {shapes.find(other).content for other in ("noise(4)", "noise(3, 0.2)", "superquadric(1, 0.5)")}
     assert shape.content not in contents
     assert len(contents) == 3
+
+
+def _solid(shape: Shape, scale: float = 1.0) -> Solid:
+    return Solid(shape.content, shape, (0.05 * scale, 0.05 * scale, 0.05 * scale))
+
+
+def test_how_far_measuring_is_is_told_of_what_is_not_kept(folder):
+    heard: list[tuple[int, int]] = []
+    field_of(Told(), (0.05, 0.05, 0.05), REACH)
+    solids = [_solid(Told()), _solid(Told(""), 0.8), _solid(Told("egg")), _solid(Told("pear"))]
+    with notice.heard_by(lambda _, *told: heard.append(told)):
+        made = drawn_fields.fields_of(solids, REACH)
+        assert heard == [(0, 2), (1, 2), (2, 2)]
+        again = drawn_fields.fields_of(solids, REACH)
+    assert len(heard) == 3
+    for solid, (grid, distance), (_, same) in zip(solids, made, again, strict=True):
+        np.testing.assert_array_equal(distance, field_of(solid.shape, solid.size, REACH)[1])
+        np.testing.assert_array_equal(distance, same)
+        assert grid.shape == distance.shape

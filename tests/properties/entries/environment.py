@@ -226,6 +226,9 @@ ENTRIES: dict[str, Entry] = {
     "haptic_env.hands.make": Entry(
         lambda name: _hand(name), {"name": name(["two_finger"]).always}, Allowed(words=("hand",))
     ),
+    "haptic_env.hands.check": Entry(
+        lambda name: hands.check("hand", name), {"name": name(hands.HANDS).always}, Allowed(words=("hand",))
+    ),
     "haptic_env.hands.keywords_of": Entry(
         hands.keywords_of, {"name": name(hands.HANDS).always}, Allowed(words=("hand",))
     ),

@@ -23,6 +23,7 @@ MESHES = {
     "obj": (".obj", samples.obj(), samples.obj(squares=True)),
     "ply": (".ply", samples.ply(), samples.ply(text=False)),
 }
+SET = Parameter(name(shapes.SETS).valid, odd_names | odd_paths, needed=True)
 NAMED = Parameter(name(shapes.SHAPES).valid, odd_names | odd_paths, needed=True)
 OBJECT = Allowed(words=("object", "mesh", "shape"), files=False)
 
@@ -90,6 +91,8 @@ ENTRIES: dict[str, Entry] = {
     "haptic_env.shapes.check": Entry(
         lambda what, name: shapes.check("shape", name), {"what": one_of("shape"), "name": NAMED}, OBJECT
     ),
+    "haptic_env.shapes.read_set": Entry(shapes.read_set, {"name": SET}, OBJECT),
+    "haptic_env.shapes.allow": Entry(lambda several: shapes.allow([several]), {"several": NAMED}, OBJECT),
     "haptic_env.shapes.find": Entry(lambda name: shapes.find(name).default_size, {"name": NAMED}, OBJECT),
     "haptic_env.shapes.default_size": Entry(shapes.default_size, {"name": NAMED, "scale": number(0.1, 2.0)}, OBJECT),
     "haptic_env.shapes.usual": Entry(

@@ -33,6 +33,11 @@ def _read(path: Any, **call: Any) -> Any:
     return _used(recordings.read(path, **call))
 
 
+def _measured(path: Any, columns: Any) -> Any:
+    told = recordings.read_measured(path, columns, samples.hand())
+    return np.isnan(told.joint_angles).mean(), np.isnan(told.contacts).mean(), told.seconds
+
+
 def _angles_of(calibration: Calibration) -> Any:
     return calibration, calibration.joint_angles(np.ones((2, len(calibration.sensors))))
 
@@ -164,6 +169,22 @@ ENTRIES: dict[str, Entry] = {
         weight=2,
     ),
     "haptic_env.recordings.read": Entry(_read, {"path": path(st.just("missing.npz")).always}, FILE),
+    "haptic_env.recordings.read_measured": Entry(
+        lambda path, columns=None: _measured(path, columns),
+        {
+            "path": file(".csv", samples.measured_csv()).always,
+            "columns": Parameter(st.none(), odd_names | odd_numbers),
+        },
+        Allowed(files=True, words=("joint", "taxel", "time", "column", "steps", "touch")),
+        weight=2,
+    ),
+    "haptic_env.recordings.read_columns": Entry(
+        lambda path: recordings.read_columns(path),
+        {"path": file(".toml", samples.columns_toml()).always},
+        FILE,
+        weight=2,
+    ),
+    "haptic_env.recordings.has_touch": Entry(lambda path: recordings.has_touch(path), {"path": NPZ}, FILE),
     "haptic_env.recordings.read_calibration": Entry(
         lambda path: _angles_of(recordings.read_calibration(path)),
         {"path": file(".toml", samples.calibration_toml()).always},

@@ -1,0 +1,97 @@
+"""Files of measured touch, by their kinds. Add a reader as a file here and a line in `FOREIGN`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from haptic_env import reading, validate
+from haptic_env.hand import Hand
+from haptic_env.recordings import archive, checks, tables, xdf, zarr_stores
+from haptic_env.recordings.adroit_demonstrations import SUFFIX
+from haptic_env.recordings.column_map import ColumnMap
+from haptic_env.recordings.measured import MeasuredTouch, merge
+from haptic_env.recordings.streams import Streams, numbered
+
+
+def _arrays(path: Path, part: str | None) -> Streams:
+    """The arrays of an `.npz`, each a stream."""
+    tables.whole_file(path, part)
+    content = reading.npz(path)
+    numbers = {name: content[name] for name in content if name != "joint_names"}
+    return Streams(
+        str(path), [numbered(n, each) for n, each in numbers.items() if each.ndim and each.dtype.kind in "biuf"]
+    )
+
+
+KEYS = frozenset(archive.KEYS)
+FOREIGN: dict[str, Callable[[Path, str | None], Streams]] = {
+    ".csv": tables.read_text,
+    ".tsv": tables.read_text,
+    ".npz": _arrays,
+    ".parquet": tables.read_parquet,
+    ".zarr": zarr_stores.read,
+    ".zip": zarr_stores.read,
+    ".xdf": xdf.read,
+}
+
+
+def has_touch(path: Path | str) -> bool:
+    """Tell whether an `.npz` has measured touch rather than a recording of another kind.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        Whether it has contacts, but no torques; or neither `joint_angles` nor demonstrations.
+
+    Raises:
+        ValueError: where it is no `.npz`.
+        OSError: where it cannot be read.
+    """
+    names = set(reading.npz(path))
+    if "joint_angles" in names:
+        return "contacts" in names and not {"torques", "felt_angles"} & names
+    return not any(name.endswith(SUFFIX) for name in names) and not KEYS & names - {"time"}
+
+
+def _usual(path: Path, hand: Hand) -> ColumnMap:
+    """What columns mean where nobody says: they are called as joints and patches are, or stand in their order."""
+    if path.suffix.lower() == ".npz" and {"joint_names", "joint_angles", "contacts"} <= set(reading.npz(path)):
+        names = np.atleast_1d(reading.npz(path)["joint_names"])
+        return ColumnMap(
+            str(path),
+            joints_stream="joint_angles",
+            joints_order=checks.names(str(path), names.tolist()),
+            touch_stream="contacts",
+            touch_order=hand.patches.names,
+        )
+    return ColumnMap(str(path))
+
+
+def read_measured(path: Path | str, columns: ColumnMap | None, hand: Hand, *, part: str | None = None) -> MeasuredTouch:
+    """Read a recording of joints and touch from a file of another program.
+
+    Args:
+        path: of the file.
+        columns: what its columns mean; None: they are called as the joints and patches of the hand are, angles are
+            radians and contacts 0 or 1.
+        hand: whose joints and patches they are.
+        part: which recording, of a file that holds several.
+
+    Returns:
+        The recording, on the steps of an observer.
+
+    Raises:
+        ValueError: for what is wrong with the file or the map.
+        ImportError: where the library that reads such files is missing.
+        OSError: where it cannot be read.
+    """
+    place = validate.path("path", path)
+    reader = FOREIGN[validate.choice("kind of recording with measured touch", place.suffix.lower(), FOREIGN)]
+    validate.instance("hand", hand, Hand, "a Hand, as haptic_env.hands.make gives")
+    if columns is not None:
+        validate.instance("columns", columns, ColumnMap, "a ColumnMap, as read_columns gives")
+    return merge(reader(place, part), _usual(place, hand) if columns is None else columns, hand)

@@ -1,0 +1,159 @@
+"""Samples that come when they come, on the steps of an observer.
+
+Shapes: T samples, K steps, J joints, P patches. Seconds. NaN: not measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+
+LATE = 1.0  # s: a sample that is later than this among its neighbours is not late, its clock runs back
+SAME = 1e-4  # of a step: stamps that near to one are its own, rounded
+BRIDGED = 1.5  # steps between two samples that what lies between them is known from
+HELD = 0.75  # of the usual time between samples of touch, for which one is taken to hold before and after it
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples in the order of their time.
+
+    Attributes:
+        time: (T,) s, rising.
+        values: (T, C).
+        late: how many came after one that was taken later.
+        repeated: how many had the time stamp of another, and were left out.
+    """
+
+    time: Array
+    values: Array
+    late: int = 0
+    repeated: int = 0
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def interval(self) -> float:
+        """Seconds from one sample to the next, usually."""
+        return float(np.median(np.diff(self.time)))
+
+    def known(self) -> Samples:
+        """Leave out samples of which nothing was measured.
+
+        Returns:
+            The others.
+        """
+        some = np.isfinite(self.values).any(axis=1)
+        return self if some.all() else replace(self, time=self.time[some], values=self.values[some])
+
+
+def in_order(source: str, what: str, time: Array, values: Array) -> Samples:
+    """Put samples in the order of their time.
+
+    Args:
+        source: of the recording, for messages.
+        what: they tell of, for messages.
+        time: (T,) s, as they came.
+        values: (T, C).
+
+    Returns:
+        The samples.
+
+    Raises:
+        ValueError: where the clock runs back by more than `LATE`.
+    """
+    newest = np.maximum.accumulate(time)
+    back = newest - time
+    if len(time) and back.max() > LATE:
+        at = int(np.argmax(back > LATE))
+        raise ValueError(
+            f"{source}: the time of {what} runs back by {back[at]:g} s at sample {at} (counted from 0); samples may be "
+            f"late by up to {LATE:g} s, and time must rise"
+        )
+    order = np.argsort(time, kind="stable")
+    stamps = time[order]
+    fresh = np.diff(stamps, prepend=-np.inf) > 0
+    return Samples(stamps[fresh], values[order][fresh], int((back > 0).sum()), int((~fresh).sum()))
+
+
+def angles_at(samples: Samples, steps: Array) -> Array:
+    """Tell where joints were at steps.
+
+    Between two samples of a joint that are at most `BRIDGED` steps apart a line is drawn; elsewhere the nearest sample
+    counts for the one step that it is nearest to.
+
+    Args:
+        samples: of angles (T, J) rad.
+        steps: (K,) s, evenly spaced.
+
+    Returns:
+        (K, J) rad; NaN where a joint was not measured.
+    """
+    step = steps[1] - steps[0]
+    result = np.full((len(steps), samples.values.shape[1]), np.nan)
+    for joint, told in enumerate(samples.values.T):
+        finite = np.isfinite(told)
+        time, value = samples.time[finite], told[finite]
+        if not len(time):
+            continue
+        after = np.searchsorted(time, steps).clip(1, max(len(time) - 1, 1))
+        before = after - 1
+        after = after.clip(max=len(time) - 1)
+        near = np.where(np.abs(time[after] - steps) < np.abs(steps - time[before]), after, before)
+        away = np.abs(time[near] - steps)
+        gap = time[after] - time[before]
+        inside = (time[before] <= steps) & (steps <= time[after]) & (gap > 0) & (gap <= BRIDGED * step)
+        share = np.divide(steps - time[before], gap, out=np.zeros(len(steps)), where=gap > 0)
+        between = value[before] + share * (value[after] - value[before])
+        result[:, joint] = np.where(inside, between, np.where(away <= 0.5 * step, value[near], np.nan))
+        exact = away <= SAME * step
+        result[exact, joint] = value[near[exact]]
+    return result
+
+
+def contacts_at(samples: Samples, steps: Array) -> Array:
+    """Tell what was touched at steps: whatever touched about a step; and where samples come less often, the nearest.
+
+    Args:
+        samples: of contacts (T, P), 0 or 1.
+        steps: (K,) s, evenly spaced.
+
+    Returns:
+        (K, P), 0 or 1; NaN where a patch was not measured.
+    """
+    step = steps[1] - steps[0]
+    result = np.full((len(steps), samples.values.shape[1]), np.nan)
+    held = max(0.5 * step, HELD * samples.interval) if len(samples) > 1 else 0.5 * step
+    for patch, told in enumerate(samples.values.T):
+        finite = np.isfinite(told)
+        time, value = samples.time[finite], told[finite]
+        if not len(time):
+            continue
+        of = np.rint((time - steps[0]) / step).astype(np.int64)
+        inside = (of >= 0) & (of < len(steps))
+        most = np.full(len(steps), -np.inf)
+        np.maximum.at(most, of[inside], value[inside])
+        after = np.searchsorted(time, steps).clip(max=len(time) - 1)
+        before = (after - 1).clip(min=0)
+        near = np.where(np.abs(time[after] - steps) < np.abs(steps - time[before]), after, before)
+        close = np.abs(time[near] - steps) <= held
+        result[:, patch] = np.where(np.isfinite(most), most, np.where(close, value[near], np.nan))
+    return result
+
+
+def longest_run(missing: NDArray[np.bool_]) -> int:
+    """Tell how long the longest gap is.
+
+    Args:
+        missing: (K,) whether each step is one of a gap.
+
+    Returns:
+        Steps.
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], missing.astype(bool), [False]])))
+    return int(np.max(edges[1::2] - edges[::2], initial=0))

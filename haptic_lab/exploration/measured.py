@@ -1,0 +1,208 @@
+"""What came of a recording with measured touch, of which nobody knows the truth: figures, table and picture.
+
+Shapes: T steps, J joints, C labels, (X, Y, Z) voxels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from haptic_env.arrays import Array
+from haptic_env.recordings import MeasuredTouch
+from haptic_lab.exploration import offsets, patches
+from haptic_lab.exploration.output import save_trace
+from haptic_lab.exploration.settings import OBSERVER, ExplorationSettings
+from haptic_lab.files import atomic, write_json
+from haptic_lab.panels import SIDES, draw_map, draw_posterior, map_legend
+from haptic_lab.records import BeliefTrace, Exploration
+from haptic_lab.style import OBSERVER_COLOURS, as_drawn, colours_of, titles_of, with_article
+from observer import metrics
+
+MEASURED = {"contacts": "measured"}
+
+
+def finish(
+    settings: ExplorationSettings,
+    exploration: Exploration,
+    traces: Mapping[str, BeliefTrace],
+    took: float,
+    recording: MeasuredTouch,
+    console: Console,
+) -> None:
+    """Write and tell what came of a recording with measured touch.
+
+    Args:
+        settings: of the exploration; its folder gets explore.png, explore.json, explore.npz and recording.npz.
+        exploration: what happened.
+        traces: of the observers, by name.
+        took: seconds of computing.
+        recording: that was played; it is written on the steps of the observer, to be replayed without a map.
+        console: that it is told on.
+    """
+    out, slam = Path(settings.out), traces[OBSERVER]
+    summary = summarise(settings, exploration, traces, settings.shape, took, recording)
+    picture(out / "explore.png", exploration, traces, summary)
+    save_trace(out / "explore.npz", exploration, dict(traces))
+    if settings.save_mesh is not None:
+        surface = slam.belief.surface()
+        summary["mesh"] = {}
+        if not surface.empty:
+            surface.save(Path(settings.save_mesh))
+    write_json(out / "explore.json", summary)
+    with atomic(out / "recording.npz") as place:
+        np.savez_compressed(place, **recording.streams())  # type: ignore[arg-type]
+    console.print(table(summary))
+    if "patches" in summary:
+        console.print(patches.table(summary["patches"]))
+    files = "explore.json, explore.npz, recording.npz"
+    console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
+
+
+def summarise(
+    settings: ExplorationSettings,
+    exploration: Exploration,
+    traces: Mapping[str, BeliefTrace],
+    truth: str | None,
+    took: float,
+    recording: MeasuredTouch,
+) -> dict[str, Any]:
+    """Work out the figures of a recording with measured touch.
+
+    Args:
+        settings: of the exploration.
+        exploration: what happened.
+        traces: of the observers, by name.
+        truth: the object as the user names it; None: nobody says.
+        took: seconds of computing.
+        recording: that was played.
+
+    Returns:
+        What JSON can say, but for NaN.
+    """
+    slam = traces[OBSERVER]
+    belief = slam.belief
+    return {
+        "settings": asdict(settings),
+        "explored_seconds": float(exploration.seconds[-1]),
+        "computing_seconds": took,
+        "named": slam.name,
+        "truth": truth,
+        "correct": None if truth is None else slam.name == truth,
+        **MEASURED,
+        "measured": recording.coverage._asdict(),
+        "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
+        "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
+        "touching_share": float(exploration.contacts.any(axis=1).mean()),
+        "joint_std": float(np.rad2deg(slam.joint_std).mean()),
+        "lagged_joint_std": float(np.rad2deg(slam.lagged_joint_std).mean()),
+        **({"joint_offset": found} if (found := offsets.found(exploration, slam)) else {}),
+        **({"patches": lying} if (lying := patches.found(exploration, slam, settings.believed_noise)) else {}),
+        "occupied_voxels": int((belief.occupancy > 0.5).sum()),
+        "voxel": belief.grid.resolution,
+    }
+
+
+def table(summary: Mapping[str, Any]) -> Table:
+    """Lay out the figures of a recording with measured touch.
+
+    Args:
+        summary: what `summarise` returns.
+
+    Returns:
+        The table as a person reads it.
+    """
+    named, sure = summary["named"], summary["posterior"][summary["named"]]
+    titles = titles_of((*summary["posterior"], *([summary["truth"]] if summary["truth"] else [])))
+    result = Table(
+        show_header=False, title=f"After {summary['explored_seconds']:g} s of measured touch", title_justify="left"
+    )
+    result.add_column(style="dim")
+    result.add_column()
+    colour = colours_of(summary["posterior"])[named]
+    result.add_row("the object is", Text(with_article(titles[named]), style=f"bold {colour}"))
+    result.add_row("how sure", f"{sure:.1%}")
+    if summary["truth"] is not None:
+        mark = ("right", "green") if summary["correct"] else ("wrong", "red")
+        result.add_row("you say it is", Text.assemble(with_article(titles[summary["truth"]]), " (", mark, ")"))
+    when = summary["time_to_decision"]
+    result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
+    result.add_section()
+    told = summary["measured"]
+    result.add_row("joint angles not measured", f"{told['joints_missing']:.1%}")
+    result.add_row(f"contacts of {told['patches_measured']} patches not measured", f"{told['touch_missing']:.1%}")
+    result.add_row("longest gap", f"{told['longest_gap']:.2f} s")
+    result.add_row("samples late, twice", f"{told['late']}, {told['repeated']}")
+    result.add_row("SD of a joint angle, online", f"{summary['joint_std']:.2f}°")
+    result.add_row("SD of a joint angle, lagged", f"{summary['lagged_joint_std']:.2f}°")
+    result.add_section()
+    result.add_row("occupied voxels", f"{summary['occupied_voxels']} of {1000 * summary['voxel']:g} mm")
+    result.add_row("fingers touched it", f"{summary['touching_share']:.0%} of the time")
+    result.add_row("computing took", f"{summary['computing_seconds']:.1f} s")
+    return result
+
+
+def picture(
+    path: Path, exploration: Exploration, traces: Mapping[str, BeliefTrace], summary: Mapping[str, Any]
+) -> None:
+    """Write explore.png: the map from three sides; and through time how surely the hand is known, and the posterior.
+
+    Args:
+        path: of the picture.
+        exploration: what happened.
+        traces: of the observers, by name.
+        summary: what `summarise` returns.
+    """
+    slam = traces[OBSERVER]
+    belief = slam.belief
+    figure = Figure(figsize=(11, 7.2), layout="constrained")
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
+    above, below = parts
+    sides = above.subplots(1, 3)
+    figure.draw_without_rendering()  # the hand's lines need the size of the panels
+    for axes, side in zip(sides, SIDES, strict=True):
+        image = draw_map(axes, belief.occupancy, belief.grid, None, side, exploration.hand, slam.joint_angles[-1])
+    above.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
+    above.legend(handles=map_legend()[1:], loc="outside lower center", ncols=4, fontsize=9)
+    left, right = below.subplots(1, 2)
+    missing = np.isnan(exploration.felt_angles).any(axis=1)
+    _draw_spread(left, exploration.seconds, slam, exploration.contacts.any(axis=1), missing)
+    draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, "")
+    title = as_drawn(titles_of(slam.labels)[slam.name])
+    figure.suptitle(
+        f"{exploration.seconds[-1]:g} s of measured touch: “{with_article(title)}”, "
+        f"{summary['posterior'][slam.name]:.0%} sure",
+        fontsize=13,
+        fontweight="bold",
+    )
+    with atomic(path) as place:
+        figure.savefig(place)
+
+
+def _draw_spread(axes: Axes, seconds: Array, slam: BeliefTrace, touching: Any, missing: Any) -> None:
+    """Draw the mean SD of the joints through time, steps that touch or miss an angle shaded."""
+    kinds = {"online": slam.joint_std, "lagged": slam.lagged_joint_std}
+    spread = {label: np.rad2deg(each).mean(axis=1) for label, each in kinds.items()}
+    top = max(float(each.max()) for each in spread.values()) * 1.05 + 0.1
+    for shade, where, label in (("#EEEEEE", touching, "touching"), ("#F5D5C8", missing, "not measured")):
+        axes.fill_between(seconds, 0, top, where=where, color=shade, step="mid", linewidth=0, label=label)
+    for label, style in (("online", ":"), ("lagged", "-")):
+        axes.plot(seconds, spread[label], style, color=OBSERVER_COLOURS[OBSERVER], linewidth=1.2, label=label)
+    axes.set(
+        title="How well the hand is known",
+        xlabel="time (s)",
+        ylabel="SD of a joint (degrees)",
+        ylim=(0, top),
+        xlim=(0, seconds[-1]),
+    )
+    axes.legend(loc="upper left", ncols=4, fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")

@@ -1,0 +1,1 @@
+"""What `haptic-slam check-hand` tells of a hand."""

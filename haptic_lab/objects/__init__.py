@@ -1,0 +1,1 @@
+"""What objects there are, and how far the physics is from what they are."""

@@ -1,0 +1,98 @@
+"""A solid of which all that is known was felt, as something that an object may be.
+
+`ShapePosterior` holds touches against distances from a surface. Where this one was not felt, there is no such distance:
+neither a touch there nor none shall decide. So the distance is drawn towards a gap at which a touch is not expected but
+possible, the more the worse the surface is known; where it is known surely, it is the distance. Shapes: V vertices, F
+faces. Metres.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cached_property
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from haptic_env.arrays import Array
+from haptic_env.composer import mjcf
+from haptic_env.hand import Hand
+from haptic_env.shapes import triangles
+from haptic_env.shapes.base import Shape, Solid
+from haptic_env.shapes.pieces import distance_from
+from observer.surface.mesh import Surface
+
+TOLERANCE = 0.002  # m, SD of the gap between skin and surface, about, that hands which explore are sure of
+KNOWN = 0.003  # m, SD of a surface up to which it counts as known
+UNDECIDED = 2.0 * TOLERANCE  # m, a gap at which a touch is not expected but possible
+
+
+class FeltShape(Shape):
+    """A surface that was felt, and how surely; its frame has its origin at the middle of its bounding box.
+
+    Attributes:
+        surface: in that frame.
+    """
+
+    def __init__(self, surface: Surface) -> None:
+        """Take a surface.
+
+        Args:
+            surface: not empty, in any frame.
+
+        Raises:
+            ValueError: where it is empty, or of a size that nobody could hold.
+            ImportError: where the extra `meshes` is missing.
+        """
+        triangles.check()
+        if surface.empty:
+            raise ValueError("the surface is empty, as nothing was touched: there is no object in it")
+        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+        self.surface = surface._replace(vertices=surface.vertices - 0.5 * (low + high))
+        x, y, z = super().check_size(high - low).tolist()
+        self.default_size = (x, y, z)
+
+    @cached_property
+    def content(self) -> str:
+        """A digest of the surface and of how its distance is told."""
+        parts = b"".join(np.ascontiguousarray(each).tobytes() for each in self.surface)
+        return f"felt {TOLERANCE} {UNDECIDED} {hashlib.sha256(parts).hexdigest()}"
+
+    def check_size(self, size: ArrayLike | None) -> NDArray[np.float64]:
+        extents = super().check_size(size)
+        ratio = extents / self.default_size
+        if np.ptp(ratio) > 1e-6 * ratio[0]:
+            valid = (ratio[0] * np.array(self.default_size)).round(6).tolist()
+            raise ValueError(f"what was felt is only scaled as a whole, e.g. to {valid} m, got {extents.tolist()}")
+        return extents
+
+    def signed_distance(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:
+        scale = size[0] / self.default_size[0]
+        places = np.asarray(points, dtype=np.float64).reshape(-1, 3) / scale
+        distance = distance_from(self.surface.vertices, self.surface.faces, places)
+        known = TOLERANCE / np.hypot(TOLERANCE, self._std(places))
+        return scale * (known * distance + (1.0 - known) * UNDECIDED).reshape(np.shape(points)[:-1])
+
+    def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> NoReturn:
+        raise ValueError(
+            "what was felt is an object for observers alone; to explore it, save its surface and name that file"
+        )
+
+    def _std(self, places: Array) -> Array:
+        """(M,) m, how surely the surface is known where it is nearest to each of `places` (M, 3)."""
+        near = triangles.nearest(self.surface.mesh, places)
+        return np.einsum("mk,mk->m", self.surface.std[self.surface.faces[near.face]], near.share)
+
+    def solid(self, name: str, hand: Hand) -> Solid:
+        """Put it where a hand explores.
+
+        Args:
+            name: of the object.
+            hand: that explores.
+
+        Returns:
+            The solid.
+        """
+        x, y, z = hand.place(np.array(self.default_size)).tolist()
+        return Solid(f"{name}: {self.content}", self, self.default_size, (x, y, z))
