@@ -27,13 +27,13 @@ from observer.shape.hypotheses import RANGES, Variants
 from observer.shape.registration import UNKNOWNS, Touched, register
 
 STARTS, AGAIN = 24, 4  # turns at random, and variants there are that explain most
-MODES = 6
+MODES = 12
 NEWER = 1.03  # times as much touched as when it was last put into the world
 APART = 0.003, 0.2  # m and rad by which modes differ
-WIDER = 1.5  # times as wide as the touches say, lest the tails be missed
+WIDER = 1.2  # times as wide as the touches say, lest the tails be missed
 WIDEST_TURN = 0.7  # rad, SD about each axis; wider ones go around
 ANY_TURN = 0.25  # of the draws: any turn at all, as of what is round
-WORSE = 20.0  # nats below the best mode, what does not matter any more
+WORSE = 12.0  # nats below the best mode, what does not matter any more
 SIZE_AND_PLACE = np.array([0, 2, 3, 4])  # of the units of a variant
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from haptic_env.arrays import Array
+from observer import resampling
 from observer.shape.distance_fields import Solids
 from observer.shape.felt import Felt, Look
 from observer.shape.hypotheses import RANGES, Variants, reflected
@@ -27,7 +28,11 @@ AT_A_STEP = 40_000  # records held against hypotheses after which moves wait for
 WORTH = 1e-3  # share of the posterior below which a solid's variants are resampled and not moved
 FEW = 60  # variants of such a solid
 FEWEST_TOUCHES, GROWN = 3.0, 1.5  # before modes are searched for; times as many before they are again
-MISSED = 1.0  # nats by which modes must be better than what there is
+SOONER = 1.2  # solids that may be it are searched for so many times sooner
+MISSED = 1.0  # nats by which modes must be better than what there is, unless so many draws are effective:
+ENOUGH = 5.0
+HOPELESS = 10.0  # nats below all evidence, a solid that explains no more than that is not it
+MANY = 120  # draws of a solid that may be it
 FIRST_STEP, SHORTEST, LONGEST = 0.3, 0.006, 0.6  # of a range, and rad, of a move
 VARIED = 0.7  # SD of the log of a step's length: short and long ones at any time
 ANEW = 0.15  # of the moves: any turn at all
@@ -128,20 +133,24 @@ class Rejuvenation:
         Returns:
             Whether that was so.
         """
+        share = self._share(log_evidence)
         grown = self._felt.touched_so_far / np.maximum(self._searched, FEWEST_TOUCHES / GROWN)
-        solid = int(np.argmax(grown))
-        if grown[solid] < GROWN:
+        solid = int(np.argmax(grown * np.where(share > WORTH, SOONER, 1.0)))
+        if grown[solid] * (SOONER if share[solid] > WORTH else 1.0) < GROWN:
             return False
         self._searched[solid] = self._felt.touched_so_far
         first, awake = solid * self._variants.count, self._awake[solid]
         fit = self._fit[first : first + awake]
         modes = self._search.modes(self._felt, solid, units[first + np.argsort(-fit)[:AGAIN]], rng)
         evidence = np.logaddexp.reduce(log_evidence[first : first + awake])
-        if modes.fit.max() < max(fit.max(), evidence) + MISSED:
+        there = np.logaddexp.reduce(log_evidence)
+        if modes.fit.max() < max(there - HOPELESS, fit.max() - MISSED):  # no evidence is above the best fit
             return False
-        draws = min(FEW, self._variants.count)
+        draws = min(MANY if modes.fit.max() > there - MISSED else FEW, self._variants.count)
         found = self._search.posterior(self._felt, solid, modes, rng, draws)
-        if np.logaddexp.reduce(found.log_weight) < evidence + MISSED:
+        told = np.logaddexp.reduce(found.log_weight)
+        effective = resampling.effective_sample_size(np.exp(found.log_weight - told))
+        if told < evidence + MISSED and effective < ENOUGH:
             return False
         mine = slice(first, first + draws)
         units[mine], self._fit[mine], self._awake[solid] = found.units, found.fit, draws
