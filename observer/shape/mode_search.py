@@ -34,6 +34,7 @@ WIDER = 1.2  # times as wide as the touches say, lest the tails be missed
 WIDEST_TURN = 0.7  # rad, SD about each axis; wider ones go around
 ANY_TURN = 0.25  # of the draws: any turn at all, as of what is round
 WORSE = 12.0  # nats below the best mode, what does not matter any more
+LARGEST = 1e300  # nats
 SIZE_AND_PLACE = np.array([0, 2, 3, 4])  # of the units of a variant
 
 
@@ -63,6 +64,13 @@ class Found(NamedTuple):
     units: Array
     log_weight: Array
     fit: Array
+
+    @property
+    def effective(self) -> float:
+        """How many draws matter; 0 where none explains anything."""
+        weights = np.exp(self.log_weight - max(self.log_weight.max(), -LARGEST))
+        total = weights.sum()
+        return float(total**2 / (weights**2).sum()) if total else 0.0
 
 
 class ModeSearch:

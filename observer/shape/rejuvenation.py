@@ -16,7 +16,6 @@ from __future__ import annotations
 import numpy as np
 
 from haptic_env.arrays import Array
-from observer import resampling
 from observer.shape.distance_fields import Solids
 from observer.shape.felt import Felt, Look
 from observer.shape.hypotheses import RANGES, Variants, reflected
@@ -149,8 +148,7 @@ class Rejuvenation:
         draws = min(MANY if modes.fit.max() > there - MISSED else FEW, self._variants.count)
         found = self._search.posterior(self._felt, solid, modes, rng, draws)
         told = np.logaddexp.reduce(found.log_weight)
-        effective = resampling.effective_sample_size(np.exp(found.log_weight - told))
-        if told < evidence + MISSED and effective < ENOUGH:
+        if told < evidence + MISSED and found.effective < ENOUGH:
             return False
         mine = slice(first, first + draws)
         units[mine], self._fit[mine], self._awake[solid] = found.units, found.fit, draws
