@@ -7,13 +7,22 @@ import dataclasses
 import numba
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from scipy.special import betaln
 
 from haptic_env import hands, shapes
 from haptic_env.shapes.base import rotation_matrix
 from observer import HapticSLAM, ShapePosterior, TruePose
 from observer.kinematics import link_frames, tree_of
-from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, patch_gaps, resample, weigh
+from observer.shape.contact_likelihood import (
+    THIN,
+    PoseSamples,
+    TouchModel,
+    contact_likelihood,
+    patch_gaps,
+    resample,
+    weigh,
+)
 from observer.shape.distance_fields import box_of, field_distance, solids_of
 from observer.shape.drawn_fields import FIELD_RESOLUTION
 from observer.shape.hypotheses import Variants
@@ -183,6 +192,18 @@ def _reference_gaps(hand, solid, pose, clear):
     return np.minimum(gaps, clear)
 
 
+def _reference_flesh(hand, solid, pose):
+    """(L,) how far the flesh about each bone is from the solid, by points of the bone 0.1 mm apart."""
+    position, rotation = link_frames(tree_of(hand), pose)
+    along = [np.arange(0.0, link.length + 1e-4, 1e-4) for link in hand.links]
+    return np.array(
+        [
+            solid.signed_distance(at + s[:, None] * turn[:, 2]).min() - link.radius
+            for at, turn, s, link in zip(position, rotation, along, hand.links, strict=True)
+        ]
+    )
+
+
 @pytest.mark.parametrize("shape", shapes.SHAPES)
 def test_gaps_are_those_of_the_nearest_points_of_the_skin(two_finger, shape):
     """What is skipped as too far away is too far away."""
@@ -208,14 +229,16 @@ def _likelihood(tree, skin, solids, poses, column, contacts, tolerance, press, s
     return out
 
 
-def _reference_likelihood(hand, gaps, contacts, tolerance, press, surprise):
-    """(G,) of each finger, link by link, from the `gaps` (P,) of all patches."""
+def _reference_likelihood(hand, gaps, flesh, contacts, tolerance, press, surprise):
+    """(G,) of each finger, link by link, from the `gaps` (P,) of all patches and the `flesh` (L,) of all links."""
     result = np.ones(len(np.unique(hand.link_group)))
     for link, group in enumerate(hand.link_group):
         mine = hand.patches.link == link
         touched, silent = gaps[mine & contacts], gaps[mine & ~contacts].min(initial=4 * tolerance)
         depth = np.where(touched < 0.0, np.minimum(touched + press, 0.0), touched) / tolerance
         fits = list(np.where(depth < 4.0, np.exp(-0.5 * depth**2), 0.0))
+        if flesh[link] < gaps[mine].min() - THIN:
+            silent = flesh[link]
         ratio = silent / tolerance
         if len(touched):
             ratio += 1.0 + (press - touched.min()) / tolerance
@@ -237,10 +260,29 @@ def test_the_likelihood_is_the_product_over_a_fingers_links(two_finger, press):
     for h, solid in enumerate(made):
         for s, pose in enumerate(poses):
             gaps = _reference_gaps(two_finger, solid, pose, 0.008)
-            expected = _reference_likelihood(two_finger, gaps, contacts, *likelihood)
+            expected = _reference_likelihood(
+                two_finger, gaps, _reference_flesh(two_finger, solid, pose), contacts, *likelihood
+            )
             # A gap that is off by a tenth of its tolerance changes the log of one patch by some tenths.
             np.testing.assert_allclose(np.log(out[:, h, s]), np.log(expected), atol=3)
             np.testing.assert_allclose(np.log(out[:, h, s]).sum(), np.log(expected).sum(), rtol=0.1, atol=0.5)
+
+
+def test_a_thin_wall_cannot_run_through_flesh(two_finger):
+    """Between the points of the skin there is room for one, yet not in the link."""
+    skin, tree, column = skin_of(two_finger), tree_of(two_finger), parts_of(two_finger).column
+    position, rotation = link_frames(tree, two_finger.rest_pose)
+    link = len(two_finger.links) - 1
+    bead = skin.first_bead[link] + 1
+    middle = position[link] + 0.5 * (skin.along[bead] + skin.along[bead + 1]) * rotation[link][:, 2]
+    across = Rotation.from_matrix(rotation[link]).as_quat()
+    wall = shapes.make("cube", (0.05, 0.05, 0.005), middle, np.roll(across, 1))
+    beyond = middle + (0.5 * two_finger.links[link].length + 0.02) * rotation[link][:, 2]
+    away = shapes.make("cube", (0.05, 0.05, 0.005), beyond, np.roll(across, 1))
+    silent = np.zeros(len(two_finger.patches), dtype=bool)
+    told = tree, skin, solids_of([wall, away], FAR), two_finger.rest_pose[None], column, silent, 0.001, 0.0, 0.001
+    through, clear = _likelihood(*told)[:, :, 0].prod(axis=0)
+    assert through < 0.01 < 0.9 < clear
 
 
 def test_silence_says_the_same_of_a_flat_face_as_of_a_point(two_finger):
