@@ -26,8 +26,8 @@ from observer.shape.felt import Felt
 from observer.shape.hypotheses import RANGES, Variants
 from observer.shape.registration import UNKNOWNS, Touched, register
 
-STARTS, AGAIN = 24, 4  # turns at random, and variants there are that explain most
-MODES = 12
+STARTS, AGAIN = 16, 4  # turns at random, and variants there are that explain most
+MODES = 8
 NEWER = 1.03  # times as much touched as when it was last put into the world
 APART = 0.003, 0.2  # m and rad by which modes differ
 WIDER = 1.2  # times as wide as the touches say, lest the tails be missed

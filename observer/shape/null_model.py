@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from haptic_env.arrays import Array
 from haptic_env.moved import renamed
@@ -56,6 +57,28 @@ class NullModel:
             self.log_likelihood += _chain(changed, of, among) + _chain(stayed, among - of, among + changed.sum())
             self._counts[row] += changed.sum(), changed.sum() + stayed.sum()
         self._felt = contacts
+
+
+def shares(candidates: Array, null: float = 0.0, prior: float = 0.0, weight: float = 1.0, least: float = 0.0) -> Array:
+    """Tell the posterior of labels.
+
+    Args:
+        candidates: (C,) log likelihood of each.
+        null: log likelihood of "none of these".
+        prior: probability of that; 0: there is no such label.
+        weight: exponent of the evidence against all candidates.
+        least: probability of "none" that is known otherwise.
+
+    Returns:
+        (C,), or (C + 1,) with "none" the last.
+    """
+    odds = np.exp(candidates - candidates.max())
+    share = np.asarray(odds / odds.sum())
+    if not prior:
+        return share
+    against = null - candidates.max() - np.log(odds.mean())
+    none = max(expit(np.log(prior / (1.0 - prior)) + weight * against), least)
+    return np.append((1.0 - none) * share, none)
 
 
 def _chain(share: Array, of: float, among: float) -> float:

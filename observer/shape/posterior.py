@@ -23,7 +23,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.special import expit
 
 from haptic_env import shapes, validate
 from haptic_env.arrays import Array
@@ -40,7 +39,7 @@ from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_l
 from observer.shape.felt import Look
 from observer.shape.hypotheses import Hypotheses, Variants, far_of
 from observer.shape.misfit import Misfit
-from observer.shape.null_model import NullModel
+from observer.shape.null_model import NullModel, shares
 from observer.shape.rejuvenation import Rejuvenation
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
@@ -51,6 +50,7 @@ LOOSEST = 0.05  # m: tolerance with which distances are told apart as far as a t
 WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
 TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # with jitter the latter: what fits best of many solids fits too well
+TEMPER_ANY_WAY = 0.3  # with rotation jitter: modes are searched for, so that each solid fits as well as it can
 
 
 class ShapePosterior:
@@ -97,7 +97,8 @@ class ShapePosterior:
             tolerance: m, SD of the gap between a patch that feels contact and the surface.
             press: m, how deep a link that feels contact may lie inside, as in recordings that were fitted to markers.
             surprise: probability of what the model cannot explain.
-            temper: exponent of the evidence of a step; None: 0.15 for solids that are known exactly, 0.07 for others.
+            temper: exponent of the evidence of a step; None: 0.15 for solids that are known exactly, 0.3 for those that
+                lie any way, 0.07 for others.
             stride: only one step in so many is taken in.
             alike: looks of a link within so many times what is not known of its place share an exponent of one
                 (`observer.novelty`); 0: each counts as news.
@@ -138,6 +139,7 @@ class ShapePosterior:
         if self.none and self.variants.unknown:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
         usual = TEMPER_UNKNOWN if self.variants.unknown else TEMPER
+        usual = TEMPER_ANY_WAY if self.variants.turns.most else usual
         self.temper = validate.number("temper", usual if temper is None else temper, 0.0, 1.0, above=0.0)
         self.stride = validate.integer("stride", stride, 1)
         self.alike = validate.number("alike", alike, 0.0)
@@ -273,16 +275,9 @@ class ShapePosterior:
     def _share(self) -> Array:
         """(C,) the posterior of what was taken in so far."""
         log = self.log_likelihood
-        candidates = log[:-1] if self.none else log
-        odds = np.exp(candidates - candidates.max())
-        share = odds / odds.sum()
-        if not self.none:
-            return np.asarray(share)
         # Per step felt, whatever part of its evidence `temper` and `stride` let count.
         weight = DOUBT * self.stride / self.temper
-        against = log[-1] - candidates.max() - np.log(odds.mean())
-        none = max(expit(np.log(self.none / (1.0 - self.none)) + weight * against), self._unfit)
-        return np.append((1.0 - none) * share, none)
+        return shares(log[:-1], log[-1], self.none, weight, self._unfit) if self.none else shares(log)
 
     def _propagate(self, transition: Transition, covariance: Array, anew: bool) -> None:
         """Move the samples on; some start anew, from the `covariance` (J, J) of the pose, so that none are stuck where

@@ -22,10 +22,10 @@ from observer.shape.hypotheses import RANGES, Variants, reflected
 from observer.shape.mode_search import AGAIN, ModeSearch
 from observer.shape.skin import Skin
 
-FEWEST, MOST, REPLAYED = 3, 10, 400  # moves each time that a solid's variants are resampled: many while looks are few
-AT_A_STEP = 40_000  # records held against hypotheses after which moves wait for the next step: some ten milliseconds
-WORTH = 1e-3  # share of the posterior below which a solid's variants are resampled and not moved
-FEW = 60  # variants of such a solid
+FEWEST, MOST, REPLAYED = 1, 2, 80  # moves each time that a solid's variants are resampled: many while looks are few
+AT_A_STEP = 15_000  # records held against hypotheses after which moves wait for the next step: some ten milliseconds
+WORTH = 0.01  # share of the posterior below which a solid's variants are resampled and not moved
+FEW = 40  # variants of such a solid
 FEWEST_TOUCHES, GROWN = 3.0, 1.5  # before modes are searched for; times as many before they are again
 SOONER = 1.2  # solids that may be it are searched for so many times sooner
 MISSED = 1.0  # nats by which modes must be better than what there is, unless so many draws are effective:
