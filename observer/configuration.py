@@ -5,6 +5,7 @@ Shapes: N particles, J joints, P patches, K candidates.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 
 from haptic_env import validate
@@ -121,6 +122,7 @@ class Configured(TracksPose):
         Raises:
             ValueError: for a value out of range.
         """
+        told = {name: value for name, value in locals().items() if name not in ("self", "hand")}  # to be saved
         edge.world(hand=hand)
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
@@ -164,4 +166,5 @@ class Configured(TracksPose):
             "smooth_motion": motion == "kinematic",
             "known_solids": solids is not None,
         }
+        self._told = {name: value if name == "solids" else copy.deepcopy(value) for name, value in told.items()}
         self._needs = (*compiling.USUAL, *(f"observer.warming:{name}" for name, needed in also.items() if needed))
