@@ -45,6 +45,7 @@ class Configured(TracksPose):
         contact_model: what contacts say of voxels.
         pose: the Gaussian that is the same for all particles.
         in_hindsight: whether the last belief has the map in hindsight.
+        needs: what is to be compiled for it (`observer.compiling`).
         on_part: where it is set, called with the name of each part of a step when it is done, in order: "pose" of every
             step, and of those that enter the maps the rest of `observer.fastslam.PARTS`.
     """
@@ -165,6 +166,7 @@ class Configured(TracksPose):
             "sampled_matching": matching == "sample",
             "smooth_motion": motion == "kinematic",
             "known_solids": solids is not None,
+            "contacts": self._reports is not None,
         }
         self._told = {name: value if name == "solids" else copy.deepcopy(value) for name, value in told.items()}
-        self._needs = (*compiling.USUAL, *(f"observer.warming:{name}" for name, needed in also.items() if needed))
+        self.needs = (*compiling.USUAL, *(f"observer.warming:{name}" for name, needed in also.items() if needed))

@@ -84,7 +84,7 @@ class HapticSLAM(Configured):
         Raises:
             ValueError: for a seed that is none, and for angles as `step` does.
         """
-        compiling.ensure(self._needs, self.hand)
+        compiling.ensure(self.needs, self.hand)
         rng = np.random.default_rng(validate.seed(seed))
         self._begin(joint_angles)
         self._state = FilterState.begin(
@@ -100,11 +100,14 @@ class HapticSLAM(Configured):
             self._known.reset(seed)
         return self._belief(self._state, ago=0)
 
-    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
+    def step(
+        self, torque: ArrayLike | None, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None
+    ) -> Belief:
         """Take one turn.
 
         Args:
-            torque: (J,) that was commanded, fractions of the limits.
+            torque: (J,) that was commanded, fractions of the limits; None, where the motion asks for none ("kinematic",
+                "raw_angles"): it is not known.
             joint_angles: (J,) rad that were felt after it; NaN where a joint was not measured.
             contacts: (P,) that were felt; NaN where a patch was not measured.
             root: where the frame in which the hand is drawn lies in the grid's, for a hand that moves as a whole about
@@ -118,7 +121,7 @@ class HapticSLAM(Configured):
                 can be: torques of ± 1, angles of ± 4π rad.
         """
         state = self._running()
-        u, q, z, unmeasured = edge.told(self.hand, torque, joint_angles, contacts)
+        u, q, z, unmeasured = edge.told(self.hand, torque, joint_angles, contacts, self.pose.needs_torque)
         at = edge.root(root)
         touched = self._touched(z, unmeasured)
         self.pose.step(u, q, touched)

@@ -319,8 +319,12 @@ ENTRIES: dict[str, Entry] = {
     ),
     "observer.variants.check": Entry(lambda name: variants.check("name", name), {"name": NAMED}),
     "observer.warm_up": Entry(
-        lambda hand, progress: observer.warm_up(hand, progress),
-        {"hand": Parameter(odd_numbers, odd_numbers | odd_names, needed=True), "progress": one_of(None).always},
+        lambda hand, progress, **call: observer.warm_up(hand, progress, **call),
+        {
+            "hand": Parameter(odd_numbers, odd_numbers | odd_names, needed=True),
+            "progress": one_of(None).always,
+            "observer": one_of(None),
+        },
         weight=0.3,
     ),
     "observer.ContactModel": Entry(
