@@ -37,6 +37,7 @@ OBJECT = ("name", "size", "position", "quaternion")  # what settings say of the 
 SIMULATED = {"contacts": "simulated"}  # what they say where it is not the recording's own
 VOXEL = 0.005  # metres, of a map in the object's frame
 MARGIN = 0.03  # metres of a map about the object
+SMALL = 0.06  # metres, mean extent of an object whose map is drawn in hindsight
 GLOVE = "adroit"  # the hand that a glove moves where nothing is said
 # Hands fitted to markers sink into what they hold, fingertips by 5 to 13 mm, and all of their skin with them.
 SINKING = ContactModel(give=3.0, deep=1.0)
@@ -244,8 +245,10 @@ def _in_object_frame(
     """What the object may be, who names it, and what observers of a hand that is followed are told and informed of."""
     candidates = possible.beside(settings, solid)
     grid = Grid.around(solid.position, np.asarray(solid.size) + 2.0 * MARGIN, VOXEL)
-    # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true.
-    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": False}
+    # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true. A
+    # small object is touched so little at any one place that without hindsight its map has nothing at all.
+    small = float(np.mean(solid.size)) < SMALL
+    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": small}
     # For the pose the surface counts as exactly as it is known: what is not known of the pose is the pose's own matter.
     # A set without the object is not to pull the pose.
     surface = ShapePosterior(hand, candidates, press=SINKING_NAMER["press"], none=settings.none or possible.DOUBT)
