@@ -8,7 +8,7 @@ replay). Any other drives the hand by joint servos (driven replay).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,8 @@ from haptic_env.hand import Hand
 from haptic_env.hands import wrist
 from haptic_env.measured_playback import MeasuredPlayback
 from haptic_env.recordings import MeasuredTouch, Recording, checks
-from haptic_env.replay import KinematicReplay, Playback
+from haptic_env.recordings.foreign import of_felt
+from haptic_env.replay import KinematicReplay, Playback, steady_rate
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh, is_path
 from haptic_lab import possible
@@ -174,7 +175,7 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
     if isinstance(recording, MeasuredTouch):
         return _measured(settings, recording)
     if recording.felt is not None:
-        return _playback(settings, recording)
+        return _playback(settings, recording) if recording.settings else _felt(settings, recording)
     if recording.root is not None and recording.object is not None:
         return _kinematic(settings, recording, render_mode)
     return _driven(settings, recording, render_mode)
@@ -187,6 +188,17 @@ def _measured(settings: Any, recording: MeasuredTouch) -> ExplorationSession:
     told = {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
     env = MeasuredPlayback(recording, solid)
     return ExplorationSession(env, RepeatTorques(env, []), candidates, namer, told, measured=recording)
+
+
+def _felt(settings: Any, recording: Recording) -> ExplorationSession:
+    """What was felt with torques that are told, by a hand of which no exploration tells."""
+    hand = hands.make(registration.hand_name(settings.env))
+    found = _measured(settings, of_felt(recording, hand, steady_rate(recording)))
+    torques = recording.felt.torques[1:, recording.columns_of(hand)]  # type: ignore[union-attr]
+    if not torques.any():
+        return found
+    told = {name: value for name, value in found.told.items() if name != "motion"}
+    return replace(found, policy=RepeatTorques(found.env, torques), told=told)
 
 
 def _playback(settings: Any, recording: Recording) -> ExplorationSession:
