@@ -81,10 +81,11 @@ def allow(several: Iterable[str]) -> None:
         several: names that the user has typed or trusts.
 
     Raises:
-        ValueError: for one that cannot be imported, or an object that is not in its set.
+        ValueError: for one that is no text or cannot be imported, or an object that is not in its set.
     """
     for name in several:
-        meant = sets.meaning(name) if sets.is_member(name) else name
+        validate.instance("name of a shape", name, (str, Path), "a text or a path")
+        meant = sets.meaning(str(name)) if sets.is_member(str(name)) else str(name)
         said = names.parsed(meant)
         if said is not None and own.is_named(said.family):
             own.load("shape", said.family)
@@ -131,7 +132,8 @@ def _made(name: Any) -> tuple[str, Shape] | None:
 
 def _resolved(what: str, name: Any) -> tuple[str, Shape]:
     """The name of a shape, as it is always written, and the shape; raises as `check`."""
-    if isinstance(name, str) and sets.is_member(name):
+    if isinstance(name, str | Path) and sets.is_member(str(name)):
+        name = str(name)
         meant = sets.meaning(name)
         try:
             return name, _resolved(what, meant)[1]

@@ -12,9 +12,9 @@ from haptic_lab.commands.explore import FILES, parse, run
 from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled
 
-EXAMPLE = """examples: haptic-slam learn mug1 --shape mug.stl --hand AdroitHand --policy enclosure --library objects
+EXAMPLE = """examples: haptic-slam learn mug1 --shape mug.stl --hand adroit --policy enclosure --library objects
           haptic-slam learn key --recording inspect.npz --library objects
-          haptic-slam explore --shape mug.stl --hand AdroitHand --policy enclosure --library objects --none 0.2"""
+          haptic-slam explore --shape mug.stl --hand adroit --policy enclosure --library objects"""
 
 
 @styled

@@ -14,6 +14,7 @@ from haptic_env.shapes import triangles
 from haptic_env.shapes.names import NONE
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.terminal import as_path
+from haptic_lab.terminal import refuse as refuse_at_once
 from haptic_lab.terminal import tell as tell_at_once
 from haptic_lab.worlds import Candidates, truth_among
 from observer import ShapePosterior
@@ -211,7 +212,11 @@ def tell(console: Console, settings: ExplorationSettings, exploration: Explorati
     library, named = Library(settings.library), trace.name
     sure = float(trace.posterior[-1][trace.labels.index(named)])
     if settings.name is not None:
-        console.print(_added(library, settings, exploration, trace.belief.surface()), highlight=False)
+        try:
+            said = _added(library, settings, exploration, trace.belief.surface())
+        except (ValueError, OSError) as error:  # taken meanwhile, of no size that one could hold, a full disk
+            refuse_at_once(f"{settings.name} is not learnt: {error}")
+        console.print(said, highlight=False)
     elif named == NONE:
         console.print(f"Never felt this, {sure:.2f}.", highlight=False)
     elif named in library:

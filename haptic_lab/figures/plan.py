@@ -19,7 +19,7 @@ from haptic_lab.sweeps.measures import COURSE_SECONDS
 from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.tasks import STREAM
 from haptic_lab.terminal import Parser, as_path, refuse
-from haptic_lab.worlds import as_shape
+from haptic_lab.worlds import typed_shape
 
 EXAMPLE = """examples: haptic-slam figures --out out/figures
           haptic-slam figures figure5 film --seed 3 --show-seconds 60 --out out/long
@@ -98,7 +98,8 @@ def parse(description: str | None, arguments: list[str] | None) -> FiguresPlan:
     add = parser.add_argument
     add("names", nargs="*", metavar="NAME", help=f"which figures (default all): {', '.join(FIGURES)}")
     add("--out", type=as_path, default="out/figures", help="folder for the figures (default out/figures)")
-    add("--shapes", nargs="+", type=as_shape, help="what is explored, and the candidates (default all)")
+    explored = "what is explored, and the candidates: shapes, sets (default the four shapes)"
+    add("--shapes", nargs="+", type=typed_shape, metavar="SHAPE", help=explored)
     add("--scale", type=float, help="metres that the unit of a mesh file is long (default 1)")
     add("--sigmas", nargs="+", type=float, help="noise of the sweep, SD in degrees (default 1 2 3 4 5)")
     add("--trials", type=int, help="explorations of the sweep for each shape and sigma (default 72, the paper's)")

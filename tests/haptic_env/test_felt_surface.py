@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 from haptic_env import shapes
+from haptic_env.shapes import felt_surface
 from haptic_env.shapes.base import Shape
 from haptic_env.shapes.felt_surface import fit
 
@@ -28,14 +29,17 @@ class Swollen(Shape):
 
 
 class Halves(Shape):
-    """A box of two boxes that touch: no line gets in between."""
+    """A box of two boxes that touch, or are some way apart: no line gets in between."""
+
+    def __init__(self, apart: float = 0.0) -> None:
+        self.apart = apart
 
     def signed_distance(self, points: Any, size: Any) -> Any:
         return shapes.SHAPES["cube"].signed_distance(points, size)
 
     def geoms(self, root: Any, size: Any) -> list[dict[str, Any]]:
         half = size * [0.25, 0.5, 0.5]
-        return [{"type": "box", "size": half, "pos": [x * size[0] / 4, 0, 0]} for x in (-1, 1)]
+        return [{"type": "box", "size": half, "pos": [x * (size[0] / 4 + self.apart / 2), 0, 0]} for x in (-1, 1)]
 
 
 @pytest.mark.parametrize("more", [-0.003, 0.0, 0.002])
@@ -54,6 +58,13 @@ def test_no_place_lies_between_pieces_that_touch() -> None:
     assert found.pieces == 2
     np.testing.assert_allclose(found.off, 0.0, atol=1e-6)
     assert found.volume == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("aside", "meets"), [(-4e-6, 0), (0.01, 1)])
+def test_a_line_that_slips_in_between_two_pieces_meets_no_surface(aside: float, meets: int) -> None:
+    physics = felt_surface._Physics(Halves(apart=1e-5), np.full(3, 0.05))
+    start, way = np.array([[aside, 0.0, 0.05]]), np.array([[2.5e-4, 0.0, -1.0]])
+    assert len(physics.met(start, way / np.linalg.norm(way))) == meets
 
 
 @pytest.mark.parametrize(("name", "most"), [("torus", 3e-4), ("noise(4, 0.3)", 9e-4), ("L", 1e-6), ("cone", 3e-4)])

@@ -150,3 +150,9 @@ def test_a_module_that_fails_is_refused_in_a_line(here: Path, content: str, why:
     (here / "own_shapes.py").write_text(content)
     with pytest.raises(ValueError, match=rf"own_shapes:Egg.*cannot be imported: {why}"):
         shapes.allow(["own_shapes:Egg"])
+
+
+@pytest.mark.parametrize("no_text", [object, b"", 3, None])
+def test_what_is_no_name_is_refused(no_text: object) -> None:
+    with pytest.raises(ValueError, match="name of a shape must be"):
+        shapes.allow([no_text])  # type: ignore[list-item]

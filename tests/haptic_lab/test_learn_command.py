@@ -72,6 +72,17 @@ def test_nothing_touched_is_not_learnt(tmp_path, capsys):
     assert not folder.exists()
 
 
+def test_a_name_that_is_taken_meanwhile_is_told(objects, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(Library, "check", lambda *_, **__: None)
+    monkeypatch.setattr(Library, "add", lambda *_, **__: (_ for _ in ()).throw(ValueError("taken")))
+    arguments = ["block", "--shape", "cube", *SHORT, "--library", str(objects), "--out", str(tmp_path / "again")]
+    capsys.readouterr()
+    with pytest.raises(SystemExit):
+        learn.main(arguments)
+    assert capsys.readouterr().err.strip().endswith("error: block is not learnt: taken")
+    assert (tmp_path / "again" / "explore.json").exists()
+
+
 def test_a_library_is_listed(objects, capsys):
     (objects / "cut.npz").write_bytes((objects / "block.npz").read_bytes()[:500])
     assert library.main([str(objects)]) == 0

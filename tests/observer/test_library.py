@@ -144,6 +144,20 @@ def test_nothing_is_left_of_what_cannot_be_added(tmp_path, surface, hand):
     assert not library.path.exists()
 
 
+def test_an_object_is_written_whole_or_not_at_all(library, surface, monkeypatch):
+    before = {each.name: each.read_bytes() for each in library.path.iterdir()}
+
+    def cut_short(place, **arrays):
+        place.write_bytes(b"PK")
+        raise OSError("no space left")
+
+    monkeypatch.setattr(np, "savez_compressed", cut_short)
+    for name, replace in (("new", False), ("mug1", True)):
+        with pytest.raises(OSError, match="no space"):
+            library.add(name, surface, replace=replace)
+    assert {each.name: each.read_bytes() for each in library.path.iterdir()} == before
+
+
 def test_a_file_is_no_library(tmp_path, surface):
     (tmp_path / "file").write_text("")
     with pytest.raises(ValueError, match="folder"):

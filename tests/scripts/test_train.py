@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium as gym
@@ -347,3 +348,21 @@ def test_sigma_is_drawn_for_each_episode_and_told_to_the_observer():
         drawn.add(white.sigma)
     assert len(drawn) == 10
     env.close()
+
+
+def test_other_shapes_than_the_four_are_drawn_and_named():
+    names = ("cube", "torus(0.4)", "prism(3, size=0.06)")
+    world = TrainingWorld(seconds=0.1, observation=("names",), variants=2, samples=1, shapes=names)
+    env = make_env(world)
+    assert env.observation_space.shape == (3,)
+    env.reset(seed=0)
+    drawn = set()
+    for _ in range(12):
+        env.reset()
+        drawn.add(env.unwrapped.solid.name)
+    assert drawn == set(names)
+    env.close()
+    usual = presets.configuration(presets.read("trained"))
+    assert "shapes" not in usual["world"], "runs from before go on"
+    other = replace(presets.read("trained"), world=replace(presets.read("trained").world, shapes=names))
+    assert presets.configuration(other)["world"]["shapes"] == list(names)
