@@ -145,7 +145,7 @@ def test_what_of_the_model_is_left_out_is_told(tmp_path):
     coupling = '<equality><joint name="mirror" joint1="left_slide" joint2="right_slide"/></equality>'
     motor = '<actuator><motor joint="left_slide"/></actuator>'
     notes = " ".join(own.read(parallel(tmp_path, after=coupling + motor)).notes)
-    assert "coupling 'mirror' of joints is left out" in notes
+    assert "the constraint of 'left_slide' and 'right_slide' is left out" in notes
     assert "actuators of the model (1) are left out" in notes
     assert "without skin: base" in notes
 
