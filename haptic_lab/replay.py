@@ -8,7 +8,7 @@ replay). Any other drives the hand by joint servos (driven replay).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,8 @@ from haptic_env.hand import Hand
 from haptic_env.hands import wrist
 from haptic_env.measured_playback import MeasuredPlayback
 from haptic_env.recordings import MeasuredTouch, Recording, checks
-from haptic_env.replay import KinematicReplay, Playback
+from haptic_env.recordings.foreign import of_felt
+from haptic_env.replay import KinematicReplay, Playback, steady_rate
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh, is_path
 from haptic_lab import possible
@@ -37,6 +38,7 @@ OBJECT = ("name", "size", "position", "quaternion")  # what settings say of the 
 SIMULATED = {"contacts": "simulated"}  # what they say where it is not the recording's own
 VOXEL = 0.005  # metres, of a map in the object's frame
 MARGIN = 0.03  # metres of a map about the object
+SMALL = 0.06  # metres, mean extent of an object whose map is drawn in hindsight
 GLOVE = "adroit"  # the hand that a glove moves where nothing is said
 # Hands fitted to markers sink into what they hold, fingertips by 5 to 13 mm, and all of their skin with them.
 SINKING = ContactModel(give=3.0, deep=1.0)
@@ -173,7 +175,7 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
     if isinstance(recording, MeasuredTouch):
         return _measured(settings, recording)
     if recording.felt is not None:
-        return _playback(settings, recording)
+        return _playback(settings, recording) if recording.settings else _felt(settings, recording)
     if recording.root is not None and recording.object is not None:
         return _kinematic(settings, recording, render_mode)
     return _driven(settings, recording, render_mode)
@@ -186,6 +188,17 @@ def _measured(settings: Any, recording: MeasuredTouch) -> ExplorationSession:
     told = {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
     env = MeasuredPlayback(recording, solid)
     return ExplorationSession(env, RepeatTorques(env, []), candidates, namer, told, measured=recording)
+
+
+def _felt(settings: Any, recording: Recording) -> ExplorationSession:
+    """What was felt with torques that are told, by a hand of which no exploration tells."""
+    hand = hands.make(registration.hand_name(settings.env))
+    found = _measured(settings, of_felt(recording, hand, steady_rate(recording)))
+    torques = recording.felt.torques[1:, recording.columns_of(hand)]  # type: ignore[union-attr]
+    if not torques.any():
+        return found
+    told = {name: value for name, value in found.told.items() if name != "motion"}
+    return replace(found, policy=RepeatTorques(found.env, torques), told=told)
 
 
 def _playback(settings: Any, recording: Recording) -> ExplorationSession:
@@ -244,8 +257,10 @@ def _in_object_frame(
     """What the object may be, who names it, and what observers of a hand that is followed are told and informed of."""
     candidates = possible.beside(settings, solid)
     grid = Grid.around(solid.position, np.asarray(solid.size) + 2.0 * MARGIN, VOXEL)
-    # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true.
-    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": False}
+    # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true. A
+    # small object is touched so little at any one place that without hindsight its map has nothing at all.
+    small = float(np.mean(solid.size)) < SMALL
+    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": small}
     # For the pose the surface counts as exactly as it is known: what is not known of the pose is the pose's own matter.
     # A set without the object is not to pull the pose.
     surface = ShapePosterior(hand, candidates, press=SINKING_NAMER["press"], none=settings.none or possible.DOUBT)
