@@ -8,7 +8,7 @@ replay). Any other drives the hand by joint servos (driven replay).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +25,11 @@ from haptic_env.hand import Hand
 from haptic_env.hands import wrist
 from haptic_env.measured_playback import MeasuredPlayback
 from haptic_env.recordings import MeasuredTouch, Recording, checks
-from haptic_env.replay import KinematicReplay, Playback
+from haptic_env.recordings.foreign import of_felt
+from haptic_env.replay import KinematicReplay, Playback, steady_rate
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh, is_path
+from haptic_lab import possible
 from haptic_lab.exploration import learnt
 from haptic_lab.worlds import Candidates, candidates_of
 from observer import ContactModel, ShapePosterior
@@ -36,6 +38,7 @@ OBJECT = ("name", "size", "position", "quaternion")  # what settings say of the 
 SIMULATED = {"contacts": "simulated"}  # what they say where it is not the recording's own
 VOXEL = 0.005  # metres, of a map in the object's frame
 MARGIN = 0.03  # metres of a map about the object
+SMALL = 0.06  # metres, mean extent of an object whose map is drawn in hindsight
 GLOVE = "adroit"  # the hand that a glove moves where nothing is said
 # Hands fitted to markers sink into what they hold, fingertips by 5 to 13 mm, and all of their skin with them.
 SINKING = ContactModel(give=3.0, deep=1.0)
@@ -172,7 +175,7 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
     if isinstance(recording, MeasuredTouch):
         return _measured(settings, recording)
     if recording.felt is not None:
-        return _playback(settings, recording)
+        return _playback(settings, recording) if recording.settings else _felt(settings, recording)
     if recording.root is not None and recording.object is not None:
         return _kinematic(settings, recording, render_mode)
     return _driven(settings, recording, render_mode)
@@ -181,29 +184,21 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
 def _measured(settings: Any, recording: MeasuredTouch) -> ExplorationSession:
     hand = recording.hand
     solid = None if settings.shape is None else shapes.usual(settings.shape, hand, settings.scale)
-    namer, candidates = learnt.naming(settings, hand, chosen(settings, hand), **SINKING_NAMER)
+    namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand), **SINKING_NAMER)
     told = {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
     env = MeasuredPlayback(recording, solid)
     return ExplorationSession(env, RepeatTorques(env, []), candidates, namer, told, measured=recording)
 
 
-def chosen(settings: Any, hand: Hand) -> Candidates:
-    """List what the object may be, as the settings say.
-
-    Args:
-        settings: `ExplorationSettings`.
-        hand: that explores.
-
-    Returns:
-        Solids by label: those that are named, each at its own size; where none are named, the four shapes and `shape`.
-
-    Raises:
-        ValueError: for a name that is none.
-    """
-    if settings.among is None:
-        return candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    names = [shapes.check("--candidates", name) for name in settings.among]
-    return candidates_of(hand, names, scale=settings.scale)
+def _felt(settings: Any, recording: Recording) -> ExplorationSession:
+    """What was felt with torques that are told, by a hand of which no exploration tells."""
+    hand = hands.make(registration.hand_name(settings.env))
+    found = _measured(settings, of_felt(recording, hand, steady_rate(recording)))
+    torques = recording.felt.torques[1:, recording.columns_of(hand)]  # type: ignore[union-attr]
+    if not torques.any():
+        return found
+    told = {name: value for name, value in found.told.items() if name != "motion"}
+    return replace(found, policy=RepeatTorques(found.env, torques), told=told)
 
 
 def _playback(settings: Any, recording: Recording) -> ExplorationSession:
@@ -213,12 +208,13 @@ def _playback(settings: Any, recording: Recording) -> ExplorationSession:
     env = Playback(hand, recording, solid)
     policy = RepeatTorques(env, recording.felt.torques[1:, recording.columns_of(hand)])  # type: ignore[union-attr]
     if moved:
-        return ExplorationSession(env, policy, *_in_object_frame(hand, solid), recording)
-    candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    if solid.name not in candidates and not is_path(solid.name):  # a mesh may lie elsewhere now
-        candidates |= candidates_of(hand, (solid.name,))
+        return ExplorationSession(env, policy, *_in_object_frame(settings, hand, solid), recording)
+    candidates = dict(possible.chosen(settings, hand))
+    if settings.among is None and solid.name not in candidates and not is_path(solid.name):
+        candidates |= candidates_of(hand, (solid.name,))  # a mesh may lie elsewhere now
     simulated = SIMULATED.items() <= recording.settings.items()
-    return ExplorationSession(env, policy, candidates, ShapePosterior(hand, candidates), simulated=simulated)
+    namer = ShapePosterior(hand, candidates, none=settings.none)
+    return ExplorationSession(env, policy, candidates, namer, simulated=simulated)
 
 
 def _explored(recording: Recording) -> tuple[Solid, bool]:
@@ -252,19 +248,24 @@ def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> 
         episode_seconds=recording.seconds if settings.seconds is None else settings.seconds,
         render_mode=render_mode,
     )
-    return ExplorationSession(env, RepeatTorques(env, []), *_in_object_frame(env.hand, solid), env.recording)
+    return ExplorationSession(env, RepeatTorques(env, []), *_in_object_frame(settings, env.hand, solid), env.recording)
 
 
-def _in_object_frame(hand: Hand, solid: Solid) -> tuple[Candidates, ShapePosterior, dict[str, Any], dict[str, Any]]:
+def _in_object_frame(
+    settings: Any, hand: Hand, solid: Solid
+) -> tuple[Candidates, ShapePosterior, dict[str, Any], dict[str, Any]]:
     """What the object may be, who names it, and what observers of a hand that is followed are told and informed of."""
-    size = np.full(3, np.mean(solid.size))
-    candidates = {name: [shapes.make(name, size, solid.position)] for name in shapes.SHAPES}
+    candidates = possible.beside(settings, solid)
     grid = Grid.around(solid.position, np.asarray(solid.size) + 2.0 * MARGIN, VOXEL)
-    # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true.
-    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": False}
+    # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true. A
+    # small object is touched so little at any one place that without hindsight its map has nothing at all.
+    small = float(np.mean(solid.size)) < SMALL
+    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": small}
     # For the pose the surface counts as exactly as it is known: what is not known of the pose is the pose's own matter.
-    surface = ShapePosterior(hand, candidates, press=SINKING_NAMER["press"])
-    return candidates, ShapePosterior(hand, candidates, **SINKING_NAMER), told, {"solids": surface}
+    # A set without the object is not to pull the pose.
+    surface = ShapePosterior(hand, candidates, press=SINKING_NAMER["press"], none=settings.none or possible.DOUBT)
+    none = possible.doubt_of(settings, solid, candidates)
+    return candidates, ShapePosterior(hand, candidates, none=none, **SINKING_NAMER), told, {"solids": surface}
 
 
 def _driven(settings: Any, recording: Recording, render_mode: str | None) -> ExplorationSession:
@@ -284,5 +285,6 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
     )
     policy = FollowRecording(env, recording)
     hand = hand_of(env)
-    candidates = candidates_of(hand, shapes.SHAPES, like=settings.shape, scale=settings.scale)
-    return ExplorationSession(env, policy, candidates, ShapePosterior(hand, candidates), simulated=True)
+    candidates = possible.chosen(settings, hand)
+    namer = ShapePosterior(hand, candidates, none=settings.none)
+    return ExplorationSession(env, policy, candidates, namer, simulated=True)

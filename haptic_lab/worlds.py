@@ -153,15 +153,23 @@ def truth_among(solid: Solid, candidates: Candidates, none: bool = False) -> str
         return solid.name
     if none:
         return NONE
-    reach = max(max(each.size) for several in candidates.values() for each in (*several, solid))
+    return max(candidates, key=lambda label: max(common_volume(solid, each) for each in candidates[label]))
+
+
+def common_volume(solid: Solid, other: Solid) -> float:
+    """Tell how much two solids share.
+
+    Args:
+        solid: one.
+        other: another.
+
+    Returns:
+        Their common volume over that of both together.
+    """
+    reach = max(*solid.size, *other.size)
     points = Grid.around(solid.position, np.full(3, 1.1 * reach), reach / 30).centres()
-    inside = solid.signed_distance(points) < 0
-
-    def common(other: Solid) -> float:
-        theirs = other.signed_distance(points) < 0
-        return float((inside & theirs).sum() / (inside | theirs).sum())
-
-    return max(candidates, key=lambda label: max(common(each) for each in candidates[label]))
+    inside, theirs = (each.signed_distance(points) < 0 for each in (solid, other))
+    return float((inside & theirs).sum() / (inside | theirs).sum())
 
 
 HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, the id of an environment, or a hand.toml of your own"

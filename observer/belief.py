@@ -87,6 +87,8 @@ class Belief:
         lagged_covariance: (J, J) rad², of that pose before the maps, or known solids, had a say.
         lagged_contacts: (P,) which patches were touched there, as far as is known; None while the lag fills up.
         transition: how that pose follows from the one before; None likewise.
+        unfit: probability that the object is none of the solids that the observer was told (`solids` with `none`); None
+            where it was told none, or does not doubt.
         lagged_unmeasured: (P,) patches whose contact was not measured there; None where all were.
         lagged_root: where the hand's own frame then lay in the grid's; None where it does not move.
         lag_steps: how long ago that pose was.
@@ -121,6 +123,7 @@ class Belief:
     moved_share: float
     snapshot: OccupancySnapshot
     lagged_unmeasured: NDArray[np.bool_] | None = None
+    unfit: float | None = None
 
     @property
     def occupancy(self) -> Array:

@@ -156,9 +156,9 @@ def _resolve_objects(given: dict[str, Any]) -> None:
 
 def _told_by(recording: Recording, given: Mapping[str, Any]) -> dict[str, Any]:
     """What a recording says of the settings with which it is replayed, where they are not `given`."""
+    learnt.refuse(given)
     if recording.felt is not None:
         _refuse_noise(given)
-    _refuse_candidates(given)
     if given["trust"]:
         shapes.allow(_names_in(recording))
     # A preset is all that is believed, of which the recording's single values are no part.
@@ -174,16 +174,6 @@ def _names_in(recording: Recording) -> list[str]:
     told = recording.settings.get("object")
     names = recording.settings.get("shape"), told.get("name") if isinstance(told, dict) else None
     return [name for name in names if isinstance(name, str)]
-
-
-def _refuse_candidates(given: Mapping[str, Any]) -> None:
-    """Raise `ValueError` for candidates, or an object that varies, that were asked for where a recording tells."""
-    learnt.refuse(given)
-    for name in ("candidates", "objects", "none"):
-        if given[name]:
-            raise ValueError(
-                f"--{name} is for explorations: a recording's object is sought among the four shapes and --mesh"
-            )
 
 
 def _refuse_noise(given: Mapping[str, Any]) -> None:
@@ -268,7 +258,7 @@ def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | No
         measured.finish(settings, exploration, traces, took, session.measured, console)
         learnt.tell(console, settings, exploration, traces[OBSERVER])
         return 130 if stopped else 0
-    truth = learnt.truth(settings, exploration, session.candidates)
+    truth = learnt.truth(settings, exploration, session.candidates, session.namer.none > 0.0)
     summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, traces, summary)

@@ -179,13 +179,14 @@ def sources(settings: ExplorationSettings) -> dict[str, str]:
     return {name: each[SHAPE] for name, each in about.items() if isinstance(each.get(SHAPE), str)}
 
 
-def truth(settings: ExplorationSettings, exploration: Exploration, among: Candidates) -> str:
+def truth(settings: ExplorationSettings, exploration: Exploration, among: Candidates, none: bool) -> str:
     """Find what the object would be called rightly.
 
     Args:
         settings: of the exploration.
         exploration: what happened.
         among: the candidates.
+        none: whether it may be none of them.
 
     Returns:
         Its label.
@@ -195,7 +196,7 @@ def truth(settings: ExplorationSettings, exploration: Exploration, among: Candid
         for name, shape in sources(settings).items():
             if shape == solid.name and name in among:
                 return name
-    return truth_among(solid, among, none=settings.none > 0.0)
+    return truth_among(solid, among, none=none)
 
 
 def tell(console: Console, settings: ExplorationSettings, exploration: Exploration, trace: BeliefTrace) -> None:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from haptic_lab.exploration import offsets, patches
 from haptic_lab.exploration.settings import OBSERVER, RAW
-from haptic_lab.exploration.summary import object_of
+from haptic_lab.exploration.summary import object_of, touch_of
 from haptic_lab.files import atomic
 from haptic_lab.panels import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
 from haptic_lab.records import BeliefTrace, Exploration
@@ -67,7 +67,8 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
     if simulated:
         verdict = f"contacts simulated with {with_article(as_drawn(titles[truth]))}"
     figure.suptitle(
-        f"{exploration.seconds[-1]:g} s of blind touch, joint noise σ = {settings['sigma']:g}°{_lasting(settings)}: "
+        f"{exploration.seconds[-1]:g} s of {touch_of(summary)} touch, "
+        f"joint noise σ = {settings['sigma']:g}°{_lasting(settings)}: "
         f"“{with_article(as_drawn(titles[slam.name]))}”, {sure:.0%} sure ({verdict})",
         fontsize=13,
         fontweight="bold",

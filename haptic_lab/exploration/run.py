@@ -11,7 +11,7 @@ from rich.console import Console
 
 from haptic_env import hand_env, hand_of, registration, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
-from haptic_lab import replay
+from haptic_lab import possible, replay
 from haptic_lab.exploration import learnt
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
@@ -47,7 +47,7 @@ def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | 
         **wrist,
     )
     hand = hand_of(env)
-    namer, candidates = learnt.naming(settings, hand, replay.chosen(settings, hand))
+    namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand))
     check_model(env, settings.policy, namer, settings.trust)
     return replay.ExplorationSession(env, settings.policy, candidates, namer)
 

@@ -65,7 +65,8 @@ def summarise(
         "named": slam.name,
         "truth": None if simulated else truth,
         "correct": None if simulated else slam.name == truth,
-        **({**replay.SIMULATED, "simulated_object": truth} if simulated else {}),
+        **(replay.SIMULATED if simulated or roots is not None else {}),
+        **({"simulated_object": truth} if simulated else {}),
         "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
         "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
         "touching_share": float(touching.mean()),
@@ -95,7 +96,9 @@ def table(summary: dict[str, Any]) -> Table:
     """
     named, sure = summary["named"], summary["posterior"][summary["named"]]
     result = Table(
-        show_header=False, title=f"After {summary['explored_seconds']:g} s of blind touch", title_justify="left"
+        show_header=False,
+        title=f"After {summary['explored_seconds']:g} s of {touch_of(summary)} touch",
+        title_justify="left",
     )
     result.add_column(style="dim")
     result.add_column()
@@ -124,6 +127,18 @@ def table(summary: dict[str, Any]) -> Table:
     result.add_row("fingers touched it", f"{summary['touching_share']:.0%} of the time")
     result.add_row("computing took", f"{summary['computing_seconds']:.1f} s")
     return result
+
+
+def touch_of(summary: dict[str, Any]) -> str:
+    """Say what kind of touch an exploration is of.
+
+    Args:
+        summary: what `summarise` returns.
+
+    Returns:
+        "simulated" where a recording is followed whose touch was not measured, else "blind".
+    """
+    return "simulated" if replay.SIMULATED.items() <= summary.items() else "blind"
 
 
 def object_of(summary: dict[str, Any]) -> tuple[str, bool]:

@@ -20,8 +20,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit, logit
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.moved import renamed
 from haptic_env.pose import Pose
@@ -41,6 +43,9 @@ __getattr__ = renamed(__name__, {"KnownSolids": "PoseCorrection"})
 StepContacts = tuple[NDArray[np.bool_], Pose | None, NDArray[np.bool_] | None]
 UNMEASURED = -1
 AFTER = 0.06  # s: contacts up to so much later are taken in
+PULL = 25.0  # times as large as they should be are squared shifts by solids that are not there
+LASTING = 0.15  # share of a step that is news: errors of the pose last
+MOST = 6.0  # log odds: a set that fitted so far is never past all doubt
 UNLIKELY = 0.02  # hypotheses less probable than this share of the best one are left out
 
 
@@ -81,6 +86,7 @@ class PoseCorrection:
         """
         self.shape.reset(seed)
         self._before: list[StepContacts] = []
+        self._against = 0.0  # log odds of what has told against all solids
         self._touching = np.zeros(len(self.hand.links), dtype=bool)
 
     @property
@@ -144,5 +150,39 @@ class PoseCorrection:
                 take_in(tree, self._skin, hypotheses.solids, h, touches, (mean, covariance), k * joints, model)
         weights = np.exp(log[likely] - np.logaddexp.reduce(log[likely]))
         lagged = slice(now * joints, (now + 1) * joints)
-        mean, covariance = mixture(weights[None], means[None, :, lagged], covariances[None, :, lagged, lagged])
-        return replace(belief, lagged_joint_angles=mean[0], lagged_joint_std=np.sqrt(np.diag(covariance[0])))
+        means, covariances, unfit = means[:, lagged], covariances[:, lagged, lagged], None
+        if self.shape.none:  # it may be none of them, and then contacts tell nothing of the pose
+            at = pose.lagged(belief.lag_steps)
+            before = pose.mean[at], pose.covariance[at, at]
+            unfit = self._doubt(weights, means, covariances, *before)
+            weights = np.append((1.0 - unfit) * weights, unfit)
+            means, covariances = (
+                np.append(a, b[None], axis=0) for a, b in zip((means, covariances), before, strict=True)
+            )
+        mean, covariance = mixture(weights[None], means[None], covariances[None])
+        std = np.sqrt(np.diag(covariance[0]))
+        return replace(belief, lagged_joint_angles=mean[0], lagged_joint_std=std, unfit=unfit)
+
+    def _doubt(self, weights: Array, means: Array, covariances: Array, mean: Array, covariance: Array) -> float:
+        """Weigh whether the object is one of the solids, by how far they pull the pose.
+
+        What tells of the pose moves it, on average, as far as it makes it surer: the squared shift is what the variance
+        loses. Solids that are not there move it further. Both have a likelihood, of shifts as large as that, and of
+        ones whose square is `PULL` times as large.
+
+        Args:
+            weights: (H,) of the hypotheses.
+            means: (H, J) rad, of the pose given each.
+            covariances: (H, J, J) rad².
+            mean: (J,) rad, of the pose given none.
+            covariance: (J, J) rad².
+
+        Returns:
+            The probability that it is none of them.
+        """
+        variance = np.diag(covariance)
+        shift = ((means - mean) ** 2 / variance).sum(axis=1)
+        surer = (1.0 - np.diagonal(covariances, axis1=1, axis2=2) / variance).sum(axis=1)
+        ratio = 0.5 * (shift * (1.0 - 1.0 / PULL) - surer * np.log(PULL))
+        self._against = float(np.clip(self._against + LASTING * weights @ ratio, -MOST, MOST))
+        return float(expit(logit(self.shape.none) + self._against))

@@ -91,8 +91,7 @@ class ShapePosterior:
             position_jitter: likewise.
             rotation_jitter: likewise; only with one pose sample.
             variants: V, samples of what is not known, for each solid.
-            none: prior probability of one label more, "none": the object is none of the candidates (only without
-                jitter); 0: no such label.
+            none: prior probability of one label more, "none" of the candidates (only without jitter); 0: no such label.
             samples: S, of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider.
             tolerance: m, SD of the gap between a patch that feels contact and the surface.
             press: m, how deep a link that feels contact may lie inside, as in recordings that were fitted to markers.
@@ -174,7 +173,7 @@ class ShapePosterior:
         self._news = np.ones(len(self._lengths))
         self._habit = NullModel(len(self.hand.patches))
         self._moved: Transition | None = None  # how the pose moved since the samples did
-        self._steps = 0
+        self._steps, self._unfit = 0, 0.0
         self._posterior = self._share()
         return self.posterior
 
@@ -219,6 +218,7 @@ class ShapePosterior:
         if belief.transition is None or belief.lagged_contacts is None:
             return self.posterior
         now, covariance, contacts, root, unmeasured = edge.belief(self.hand, belief)
+        self._unfit = belief.unfit or 0.0
         moved = self._moved
         self._moved = now if moved is None or self.samples == 1 else moved.then(now)
         self._steps += 1
@@ -278,7 +278,7 @@ class ShapePosterior:
         # Per step felt, whatever part of its evidence `temper` and `stride` let count.
         weight = DOUBT * self.stride / self.temper
         against = log[-1] - candidates.max() - np.log(odds.mean())
-        none = expit(np.log(self.none / (1.0 - self.none)) + weight * against)
+        none = max(expit(np.log(self.none / (1.0 - self.none)) + weight * against), self._unfit)
         return np.append((1.0 - none) * share, none)
 
     def _propagate(self, transition: Transition, covariance: Array, anew: bool) -> None:

@@ -1,9 +1,9 @@
 """A solid of which all that is known was felt, as something that an object may be.
 
 `ShapePosterior` holds touches against distances from a surface. Where this one was not felt, there is no such distance:
-a touch there shall say as little against the object as none. So the distance is drawn towards one of which the model of
-touch makes both about as probable, the more the worse the surface is known; where it is known surely, it is the
-distance. Shapes: V vertices, F faces. Metres.
+neither a touch there nor none shall decide. So the distance is drawn towards a gap at which a touch is not expected but
+possible, the more the worse the surface is known; where it is known surely, it is the distance. Shapes: V vertices, F
+faces. Metres.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from observer.surface.mesh import Surface
 
 TOLERANCE = 0.002  # m, SD of the gap between skin and surface, about, that hands which explore are sure of
 KNOWN = 0.003  # m, SD of a surface up to which it counts as known
-UNDECIDED = 2.0 * TOLERANCE  # m, a gap at which touch and silence tell about as little
+UNDECIDED = 2.0 * TOLERANCE  # m, a gap at which a touch is not expected but possible
 
 
 class FeltShape(Shape):
