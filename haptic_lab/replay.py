@@ -232,23 +232,54 @@ def _explored(recording: Recording) -> tuple[Solid, bool]:
         raise ValueError(f"{recording.source}: its settings are not those that explore.py writes: {error}") from error
 
 
+def world(
+    settings: Any, recording: Recording, render_mode: str | None = None
+) -> tuple[gym.Env[Any, Any], RepeatTorques | FollowRecording]:
+    """Set up the environment in which a recording is repeated of which nothing was felt, and who moves the hand.
+
+    Args:
+        settings: `ExplorationSettings`.
+        recording: that the hand repeats.
+        render_mode: of the environment.
+
+    Returns:
+        The environment, and the policy.
+
+    Raises:
+        ValueError: where they do not fit together.
+    """
+    if recording.root is not None and recording.object is not None:
+        env = _kinematic_world(settings, recording, render_mode)
+        return env, RepeatTorques(env, [])
+    return _driven_world(settings, recording, render_mode)
+
+
 def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> ExplorationSession:
+    env = _kinematic_world(settings, recording, render_mode)
+    told = _in_object_frame(settings, env.hand, _held(settings, recording))
+    return ExplorationSession(env, RepeatTorques(env, []), *told, env.recording)
+
+
+def _held(settings: Any, recording: Recording) -> Solid:
+    """The object of a recording, at its place in the frame of its path."""
     if settings.shape is None:
         known = f" ({recording.mesh})" if recording.mesh else ""
         raise ValueError(f"{recording.source}: say what was held{known}: --mesh FILE or --shape NAME")
     shape = shapes.find(settings.shape)
     # The middle of a mesh, in its file's frame.
     own = shape.centre * shape.scale(settings.scale) if isinstance(shape, Mesh) else np.zeros(3)
-    solid = shapes.make(settings.shape, shapes.default_size(settings.shape, settings.scale), own)
-    env = KinematicReplay(
+    return shapes.make(settings.shape, shapes.default_size(settings.shape, settings.scale), own)
+
+
+def _kinematic_world(settings: Any, recording: Recording, render_mode: str | None) -> KinematicReplay:
+    return KinematicReplay(
         registration.hand_name(settings.env),
         recording,
-        solid,
+        _held(settings, recording),
         **settings.noise,
         episode_seconds=recording.seconds if settings.seconds is None else settings.seconds,
         render_mode=render_mode,
     )
-    return ExplorationSession(env, RepeatTorques(env, []), *_in_object_frame(settings, env.hand, solid), env.recording)
 
 
 def _in_object_frame(
@@ -269,6 +300,16 @@ def _in_object_frame(
 
 
 def _driven(settings: Any, recording: Recording, render_mode: str | None) -> ExplorationSession:
+    env, policy = _driven_world(settings, recording, render_mode)
+    hand = hand_of(env)
+    candidates = possible.chosen(settings, hand)
+    namer = ShapePosterior(hand, candidates, none=settings.none)
+    return ExplorationSession(env, policy, candidates, namer, simulated=True)
+
+
+def _driven_world(
+    settings: Any, recording: Recording, render_mode: str | None
+) -> tuple[gym.Env[Any, Any], FollowRecording]:
     if settings.shape is None:
         raise ValueError(
             f"{recording.source}: it has joint angles alone, and does not tell of an object; name the one with which "
@@ -283,8 +324,4 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
         render_mode=render_mode,
         reveal_truth=True,  # for the observer's judge alone
     )
-    policy = FollowRecording(env, recording)
-    hand = hand_of(env)
-    candidates = possible.chosen(settings, hand)
-    namer = ShapePosterior(hand, candidates, none=settings.none)
-    return ExplorationSession(env, policy, candidates, namer, simulated=True)
+    return env, FollowRecording(env, recording)
