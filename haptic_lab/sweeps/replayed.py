@@ -13,7 +13,7 @@ from typing import Any
 
 from haptic_env import hand_env, registration, shapes, validate
 from haptic_env.recordings import MeasuredTouch, Recording
-from haptic_lab import conditions, replay
+from haptic_lab import conditions, recorded, replay
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import Condition
 from haptic_lab.exploration import run
@@ -61,7 +61,7 @@ def _beside(path: str) -> str:
 @lru_cache(maxsize=64)
 def _read(path: str, hand: str | None) -> Recording:
     try:
-        found = replay.load(path, None, None, hand)
+        found = recorded.load(path, None, None, hand)
     except (ImportError, OSError) as error:
         raise ValueError(f"--recordings: {path} cannot be read: {error}") from error
     if isinstance(found, MeasuredTouch) or found.felt is not None:
@@ -86,7 +86,7 @@ def environment_of(recordings: Sequence[str], said: str | None) -> str:
     """
     if said is not None:
         return said
-    first, *others = ((path, replay.environment_of(_read(path, None))) for path in recordings)
+    first, *others = ((path, recorded.environment_of(_read(path, None))) for path in recordings)
     for path, env in others:
         if env != first[1]:
             raise ValueError(
