@@ -14,7 +14,7 @@ import agents
 import haptic_env
 from haptic_env import hand_of, hands, registration
 from haptic_env.hands import own
-from haptic_lab import replay
+from haptic_lab import recorded
 from observer import HapticSLAM
 from tests.haptic_env.own_hands import GRIPPER, gripper, parallel, taxels
 
@@ -188,6 +188,6 @@ def test_a_recording_with_measured_touch_is_of_it(tmp_path):
     (tmp_path / "felt.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
     (tmp_path / "map.toml").write_text('hand = "gripper.toml"\n[joints]\nunit = "degrees"\n')
     for told in ((str(tmp_path / "gripper.toml"), None), (None, str(tmp_path / "map.toml"))):
-        found = replay.load(str(tmp_path / "felt.csv"), None, None, *told)
+        found = recorded.load(str(tmp_path / "felt.csv"), None, None, *told)
         assert found.hand.source == str(tmp_path / "gripper.toml")
         assert found.contacts.sum() == 1
