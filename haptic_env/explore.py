@@ -61,7 +61,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         """Check all arguments; the object is drawn at the reset.
 
         Args:
-            hand: one of `haptic_env.hands.HANDS`.
+            hand: one of `haptic_env.hands.HANDS`, or the path of a TOML file that describes one's own.
             shape: a name or a mesh's path, several to draw from at each reset, or None for all named shapes.
             scale: metres that the unit of mesh files is long; 0.001 for millimetres.
             sigma_deg: degrees, SD of the white noise of each step: for all joints or (J,), as the next two.

@@ -141,7 +141,7 @@ class Playback(gym.Env[Observation, NDArray[np.float32]]):
                 f"{len(hand.patches)}"
             )
         self.hand, self.solid = hand, solid
-        self.control_hz = _steady_rate(recording)
+        self.control_hz = steady_rate(recording)
         self.episode_steps = len(recording) - 1
         self.action_space = gym.spaces.Box(-1.0, 1.0, (hand.joints,), np.float32)
         self._angles = recording.angles_of(hand)
@@ -204,8 +204,18 @@ class Playback(gym.Env[Observation, NDArray[np.float32]]):
         return {"truth": truth} | ({} if self._roots is None else {"root": self._roots[self._steps]})
 
 
-def _steady_rate(recording: Recording) -> float:
-    """Frames a second; raises `ValueError` where they do not come at a steady rate, or one of no exploration."""
+def steady_rate(recording: Recording) -> float:
+    """Tell how often frames come.
+
+    Args:
+        recording: any.
+
+    Returns:
+        Hz.
+
+    Raises:
+        ValueError: where they do not come at a steady rate, or one of no exploration.
+    """
     rate = round((len(recording) - 1) / recording.seconds, 6)  # stamps are rounded
     validate.number(f"{recording.source}: frames a second", rate, 1.0, 1.0 / scene.PHYSICS_SECONDS, unit="Hz")
     steps = np.diff(recording.time)

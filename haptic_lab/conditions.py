@@ -139,6 +139,7 @@ class Condition:
         patches_dead: the patches that never do, likewise.
         policy: name, or path of a model.
         seconds: how long is explored.
+        recording: path of the one that the hand repeats, which then is no policy's; "": none.
 
     Raises:
         ValueError: for a value out of its range.
@@ -157,11 +158,13 @@ class Condition:
     patches_dead: float | str = _DEFAULTS["patches_dead"]
     policy: str = "random_torque"
     seconds: float = _DEFAULTS["episode_seconds"]
+    recording: str = ""
 
     def __post_init__(self) -> None:
         validate.number("--sigmas", self.sigma_deg, high=90.0, above=0.0, unit="degrees")
         check_noise(self.noise)
-        agents.find(self.policy, "--policy")
+        if not self.recording:
+            agents.find(self.policy, "--policy")
         validate.number("--seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
 
     @property
@@ -177,16 +180,19 @@ class Condition:
 
     @property
     def named_by(self) -> dict[str, Any]:
-        """Those of `FACTORS` that a file is named by: of `LATER`, only what is not as usual."""
+        """Those of `FACTORS` that a file is named by: of `UNTOLD`, only what is not as usual."""
         told = {name: getattr(self, name) for name in FACTORS}
-        return {name: value for name, value in told.items() if name not in LATER or value != DEFAULTS[name]}
+        return {name: value for name, value in told.items() if name not in UNTOLD or value != UNTOLD[name]}
 
 
 FACTORS = tuple(each.name for each in fields(Condition))
 NOISES = FACTORS[: FACTORS.index("policy")]
 DEFAULTS = {name: _DEFAULTS[name] for name in NOISES if name != "sigma_deg"}
 CONTACTS = tuple(name for name in NOISES if name.startswith(("contact_", "patches_")))
-LATER = ("contact_confusion", *FAULTS)  # which tables have only where one is not as usual, as those from before
+LATER = ("contact_confusion", *FAULTS)
+# What tables have only where one is not as usual, as those from before.
+UNTOLD: dict[str, Any] = {**{name: DEFAULTS[name] for name in LATER}, "recording": Condition.recording}
+RECORDED = "recording"  # the policy of hands that repeat one
 
 
 def factors_in(columns: Collection[str]) -> list[str]:

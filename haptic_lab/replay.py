@@ -8,24 +8,23 @@ replay). Any other drives the hand by joint servos (driven replay).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
-import haptic_env
 from agents.follow_recording import LEAD_SECONDS, FollowRecording
 from agents.policy import Policy
 from agents.repeat_torques import RepeatTorques
-from haptic_env import hand_of, hands, recordings, registration, shapes, validate
+from haptic_env import hand_of, hands, registration, shapes, validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.hands import wrist
 from haptic_env.measured_playback import MeasuredPlayback
 from haptic_env.recordings import MeasuredTouch, Recording, checks
-from haptic_env.replay import KinematicReplay, Playback
+from haptic_env.recordings.foreign import of_felt
+from haptic_env.replay import KinematicReplay, Playback, steady_rate
 from haptic_env.shapes import Solid
 from haptic_env.shapes.mesh import Mesh, is_path
 from haptic_lab import possible
@@ -37,10 +36,12 @@ OBJECT = ("name", "size", "position", "quaternion")  # what settings say of the 
 SIMULATED = {"contacts": "simulated"}  # what they say where it is not the recording's own
 VOXEL = 0.005  # metres, of a map in the object's frame
 MARGIN = 0.03  # metres of a map about the object
-GLOVE = "adroit"  # the hand that a glove moves where nothing is said
+SMALL = 0.06  # metres, mean extent of an object whose map is drawn in hindsight
 # Hands fitted to markers sink into what they hold, fingertips by 5 to 13 mm, and all of their skin with them.
 SINKING = ContactModel(give=3.0, deep=1.0)
 SINKING_NAMER: dict[str, Any] = {"press": 0.05, "tolerance": 0.003}
+# Where it is known to the millimetre how hand and object lay, and for seconds only, every step counts.
+FOLLOWED_NAMER: dict[str, Any] = {"press": 0.05, "tolerance": 0.001, "stride": 1, "temper": 0.3}
 
 
 @dataclass(frozen=True)
@@ -76,86 +77,6 @@ class ExplorationSession:
         return hand_of(self.env)
 
 
-def load(
-    path: str, part: str | None, calibration: str | None, hand: str | None, columns: str | None = None
-) -> Recording | MeasuredTouch:
-    """Read a recording.
-
-    Args:
-        path: of the file: .npz, a glove's .txt, or one of those of `recordings.FOREIGN`.
-        part: which recording, of a file that holds several.
-        calibration: path of a glove's calibration; None: the one that comes for `hand`.
-        hand: that a glove moves, or that felt, by its name.
-        columns: path of a TOML that says what the columns mean of a file with measured touch.
-
-    Returns:
-        The recording.
-
-    Raises:
-        ValueError: for what is wrong with it.
-        ImportError: where a library is missing that reads it.
-        OSError: where it cannot be read.
-    """
-    validate.choice("kind of recording", Path(path).suffix.lower(), {*recordings.READERS, *recordings.FOREIGN})
-    meaning = None
-    if columns is not None or _has_touch(Path(path)):
-        if calibration is not None:
-            raise ValueError(f"--glove-calibration is for a glove's text, not for {path}")
-        return _load_measured(path, part, hand, columns)
-    if Path(path).suffix.lower() == ".txt":
-        name = hand or GLOVE
-        meaning = recordings.read_calibration(calibration) if calibration else recordings.calibration_for(name)
-    elif calibration is not None:
-        raise ValueError(f"--glove-calibration is for a glove's text, not for {path}")
-    return recordings.read(path, part=part, calibration=meaning)
-
-
-def _has_touch(path: Path) -> bool:
-    """Whether a file is of a kind that has measured touch, told by its name, or, of arrays, by theirs."""
-    suffix = path.suffix.lower()
-    return suffix in recordings.FOREIGN and (suffix != ".npz" or recordings.has_touch(path))
-
-
-def _load_measured(path: str, part: str | None, hand: str | None, columns: str | None) -> MeasuredTouch:
-    told = None if columns is None else recordings.read_columns(columns)
-    name = hand or (told.hand if told is not None else None)
-    if hand is None and columns is not None and registration.is_file(name):
-        name = str(Path(columns).parent / str(name))
-    if name is None:
-        raise ValueError(f"{path}: say whose joints and patches it has: --hand NAME, or hand = NAME in --columns")
-    return recordings.read_measured(path, told, hands.make(hands.check("hand", name)), part=part)
-
-
-def environment_of(recording: Recording) -> str:
-    """Find the environment whose hand a recording is of.
-
-    Args:
-        recording: with the names of joints.
-
-    Returns:
-        Its id.
-
-    Raises:
-        ValueError: where no hand has these joints.
-    """
-    names, known = set(recording.joint_names), []
-    for env_id, name in haptic_env.ENVIRONMENTS.items():
-        try:
-            hand = hands.make(name)
-        except ImportError:  # of a hand that is not installed
-            continue
-        if names == set(hand.joint_names):
-            return env_id
-        known.append(hand)
-    nearest = max(known, key=lambda hand: len(names & set(hand.joint_names)))
-    if names & set(nearest.joint_names):
-        recording.columns_of(nearest)  # raises, and says which joints are missing or unknown
-    raise ValueError(
-        f"{recording.source}: no hand has its joints, {validate.listed(recording.joint_names)}; "
-        "say which it is by --hand"
-    )
-
-
 def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: str | None = None) -> ExplorationSession:
     """Set up the replay of a recording.
 
@@ -173,7 +94,7 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
     if isinstance(recording, MeasuredTouch):
         return _measured(settings, recording)
     if recording.felt is not None:
-        return _playback(settings, recording)
+        return _playback(settings, recording) if recording.settings else _felt(settings, recording)
     if recording.root is not None and recording.object is not None:
         return _kinematic(settings, recording, render_mode)
     return _driven(settings, recording, render_mode)
@@ -182,10 +103,37 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
 def _measured(settings: Any, recording: MeasuredTouch) -> ExplorationSession:
     hand = recording.hand
     solid = None if settings.shape is None else shapes.usual(settings.shape, hand, settings.scale)
-    namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand), **SINKING_NAMER)
-    told = {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
+    namer, candidates, told = of_measured(settings, hand)
     env = MeasuredPlayback(recording, solid)
     return ExplorationSession(env, RepeatTorques(env, []), candidates, namer, told, measured=recording)
+
+
+def of_measured(settings: Any, hand: Hand) -> tuple[ShapePosterior, Candidates, dict[str, Any]]:
+    """Say who observes a hand whose touch is measured, in a file or as it comes.
+
+    Args:
+        settings: `ExplorationSettings`.
+        hand: that moved.
+
+    Returns:
+        The namer, what the object may be, and keywords of the observer.
+
+    Raises:
+        ValueError: for candidates that are none.
+    """
+    namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand), **SINKING_NAMER)
+    return namer, candidates, {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
+
+
+def _felt(settings: Any, recording: Recording) -> ExplorationSession:
+    """What was felt with torques that are told, by a hand of which no exploration tells."""
+    hand = hands.make(registration.hand_name(settings.env))
+    found = _measured(settings, of_felt(recording, hand, steady_rate(recording)))
+    torques = recording.felt.torques[1:, recording.columns_of(hand)]  # type: ignore[union-attr]
+    if not torques.any():
+        return found
+    told = {name: value for name, value in found.told.items() if name != "motion"}
+    return replace(found, policy=RepeatTorques(found.env, torques), told=told)
 
 
 def _playback(settings: Any, recording: Recording) -> ExplorationSession:
@@ -219,23 +167,54 @@ def _explored(recording: Recording) -> tuple[Solid, bool]:
         raise ValueError(f"{recording.source}: its settings are not those that explore.py writes: {error}") from error
 
 
+def world(
+    settings: Any, recording: Recording, render_mode: str | None = None
+) -> tuple[gym.Env[Any, Any], RepeatTorques | FollowRecording]:
+    """Set up the environment in which a recording is repeated of which nothing was felt, and who moves the hand.
+
+    Args:
+        settings: `ExplorationSettings`.
+        recording: that the hand repeats.
+        render_mode: of the environment.
+
+    Returns:
+        The environment, and the policy.
+
+    Raises:
+        ValueError: where they do not fit together.
+    """
+    if recording.root is not None and recording.object is not None:
+        env = _kinematic_world(settings, recording, render_mode)
+        return env, RepeatTorques(env, [])
+    return _driven_world(settings, recording, render_mode)
+
+
 def _kinematic(settings: Any, recording: Recording, render_mode: str | None) -> ExplorationSession:
+    env = _kinematic_world(settings, recording, render_mode)
+    told = _in_object_frame(settings, env.hand, _held(settings, recording))
+    return ExplorationSession(env, RepeatTorques(env, []), *told, env.recording)
+
+
+def _held(settings: Any, recording: Recording) -> Solid:
+    """The object of a recording, at its place in the frame of its path."""
     if settings.shape is None:
         known = f" ({recording.mesh})" if recording.mesh else ""
         raise ValueError(f"{recording.source}: say what was held{known}: --mesh FILE or --shape NAME")
     shape = shapes.find(settings.shape)
     # The middle of a mesh, in its file's frame.
     own = shape.centre * shape.scale(settings.scale) if isinstance(shape, Mesh) else np.zeros(3)
-    solid = shapes.make(settings.shape, shapes.default_size(settings.shape, settings.scale), own)
-    env = KinematicReplay(
+    return shapes.make(settings.shape, shapes.default_size(settings.shape, settings.scale), own)
+
+
+def _kinematic_world(settings: Any, recording: Recording, render_mode: str | None) -> KinematicReplay:
+    return KinematicReplay(
         registration.hand_name(settings.env),
         recording,
-        solid,
+        _held(settings, recording),
         **settings.noise,
         episode_seconds=recording.seconds if settings.seconds is None else settings.seconds,
         render_mode=render_mode,
     )
-    return ExplorationSession(env, RepeatTorques(env, []), *_in_object_frame(settings, env.hand, solid), env.recording)
 
 
 def _in_object_frame(
@@ -244,16 +223,28 @@ def _in_object_frame(
     """What the object may be, who names it, and what observers of a hand that is followed are told and informed of."""
     candidates = possible.beside(settings, solid)
     grid = Grid.around(solid.position, np.asarray(solid.size) + 2.0 * MARGIN, VOXEL)
-    # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true.
-    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": False}
+    # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true. A
+    # small object is touched so little at any one place that without hindsight its map has nothing at all.
+    small = float(np.mean(solid.size)) < SMALL
+    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": small}
     # For the pose the surface counts as exactly as it is known: what is not known of the pose is the pose's own matter.
     # A set without the object is not to pull the pose.
-    surface = ShapePosterior(hand, candidates, press=SINKING_NAMER["press"], none=settings.none or possible.DOUBT)
+    surface = ShapePosterior(hand, candidates, press=FOLLOWED_NAMER["press"], none=settings.none or possible.DOUBT)
     none = possible.doubt_of(settings, solid, candidates)
-    return candidates, ShapePosterior(hand, candidates, none=none, **SINKING_NAMER), told, {"solids": surface}
+    return candidates, ShapePosterior(hand, candidates, none=none, **FOLLOWED_NAMER), told, {"solids": surface}
 
 
 def _driven(settings: Any, recording: Recording, render_mode: str | None) -> ExplorationSession:
+    env, policy = _driven_world(settings, recording, render_mode)
+    hand = hand_of(env)
+    candidates = possible.chosen(settings, hand)
+    namer = ShapePosterior(hand, candidates, none=settings.none)
+    return ExplorationSession(env, policy, candidates, namer, simulated=True)
+
+
+def _driven_world(
+    settings: Any, recording: Recording, render_mode: str | None
+) -> tuple[gym.Env[Any, Any], FollowRecording]:
     if settings.shape is None:
         raise ValueError(
             f"{recording.source}: it has joint angles alone, and does not tell of an object; name the one with which "
@@ -268,8 +259,4 @@ def _driven(settings: Any, recording: Recording, render_mode: str | None) -> Exp
         render_mode=render_mode,
         reveal_truth=True,  # for the observer's judge alone
     )
-    policy = FollowRecording(env, recording)
-    hand = hand_of(env)
-    candidates = possible.chosen(settings, hand)
-    namer = ShapePosterior(hand, candidates, none=settings.none)
-    return ExplorationSession(env, policy, candidates, namer, simulated=True)
+    return env, FollowRecording(env, recording)

@@ -5,6 +5,7 @@ Shapes: N particles, J joints, P patches, K candidates.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 
 from haptic_env import validate
@@ -44,6 +45,7 @@ class Configured(TracksPose):
         contact_model: what contacts say of voxels.
         pose: the Gaussian that is the same for all particles.
         in_hindsight: whether the last belief has the map in hindsight.
+        needs: what is to be compiled for it (`observer.compiling`).
         on_part: where it is set, called with the name of each part of a step when it is done, in order: "pose" of every
             step, and of those that enter the maps the rest of `observer.fastslam.PARTS`.
     """
@@ -121,6 +123,7 @@ class Configured(TracksPose):
         Raises:
             ValueError: for a value out of range.
         """
+        told = {name: value for name, value in locals().items() if name not in ("self", "hand")}  # to be saved
         edge.world(hand=hand)
         motor = validate.number("motor_noise", motor_noise, 0.0, 1.0)
         rate = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
@@ -163,5 +166,7 @@ class Configured(TracksPose):
             "sampled_matching": matching == "sample",
             "smooth_motion": motion == "kinematic",
             "known_solids": solids is not None,
+            "contacts": self._reports is not None,
         }
-        self._needs = (*compiling.USUAL, *(f"observer.warming:{name}" for name, needed in also.items() if needed))
+        self._told = {name: value if name == "solids" else copy.deepcopy(value) for name, value in told.items()}
+        self.needs = (*compiling.USUAL, *(f"observer.warming:{name}" for name, needed in also.items() if needed))

@@ -6,7 +6,7 @@ Shapes: J joints, P patches, N particles, K candidates, V voxels.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -70,23 +70,27 @@ class Followed(NamedTuple):
     unmeasured: NDArray[np.bool_] | None = None
 
 
-def told(hand: Hand, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike) -> SensedStep:
+def told(
+    hand: Hand, torque: ArrayLike | None, joint_angles: ArrayLike, contacts: ArrayLike, needs_torque: bool = True
+) -> SensedStep:
     """Check what an observer is told at a step.
 
     Args:
         hand: with J joints and P patches.
-        torque: (J,) fractions.
+        torque: (J,) fractions; None, where none is needed: it is not known.
         joint_angles: (J,) rad; NaN where a joint was not measured.
         contacts: (P,); NaN where a patch was not measured.
+        needs_torque: whether the motion asks what was commanded.
 
     Returns:
-        The same as arrays.
+        The same as arrays; of torques that are not known zeros.
 
     Raises:
         ValueError: that names the joint, for a torque beyond ± 1 of its limit, an angle beyond ± 4π rad, and what is
             not finite, NaN of angles apart; and for contacts that are not 0, 1 or NaN.
     """
-    u = validate.array("torque", torque, (hand.joints,), bound=1.0, names=hand.joint_names)
+    commanded: Any = np.zeros(hand.joints) if torque is None and not needs_torque else torque
+    u = validate.array("torque", commanded, (hand.joints,), bound=1.0, names=hand.joint_names)
     if (missing := _missing(joint_angles)) is None:
         q = angles(hand, joint_angles)
     else:

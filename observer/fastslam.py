@@ -9,6 +9,7 @@ is one hypothesis of the path of the pose about that Gaussian, drawn at the lag,
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -19,7 +20,7 @@ from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.moved import renamed
 from haptic_env.pose import Pose
-from observer import compiling, edge
+from observer import compiling, edge, saved_state
 from observer import threads as side_by_side
 from observer.belief import Belief
 from observer.configuration import Configured
@@ -83,7 +84,7 @@ class HapticSLAM(Configured):
         Raises:
             ValueError: for a seed that is none, and for angles as `step` does.
         """
-        compiling.ensure(self._needs, self.hand)
+        compiling.ensure(self.needs, self.hand)
         rng = np.random.default_rng(validate.seed(seed))
         self._begin(joint_angles)
         self._state = FilterState.begin(
@@ -99,11 +100,14 @@ class HapticSLAM(Configured):
             self._known.reset(seed)
         return self._belief(self._state, ago=0)
 
-    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
+    def step(
+        self, torque: ArrayLike | None, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None
+    ) -> Belief:
         """Take one turn.
 
         Args:
-            torque: (J,) that was commanded, fractions of the limits.
+            torque: (J,) that was commanded, fractions of the limits; None, where the motion asks for none ("kinematic",
+                "raw_angles"): it is not known.
             joint_angles: (J,) rad that were felt after it; NaN where a joint was not measured.
             contacts: (P,) that were felt; NaN where a patch was not measured.
             root: where the frame in which the hand is drawn lies in the grid's, for a hand that moves as a whole about
@@ -117,7 +121,7 @@ class HapticSLAM(Configured):
                 can be: torques of ± 1, angles of ± 4π rad.
         """
         state = self._running()
-        u, q, z, unmeasured = edge.told(self.hand, torque, joint_angles, contacts)
+        u, q, z, unmeasured = edge.told(self.hand, torque, joint_angles, contacts, self.pose.needs_torque)
         at = edge.root(root)
         touched = self._touched(z, unmeasured)
         self.pose.step(u, q, touched)
@@ -171,6 +175,38 @@ class HapticSLAM(Configured):
             ImportError: where the extra `meshes` is missing.
         """
         return surface_of(*self._now(), self.grid)
+
+    def save(self, path: Path | str) -> None:
+        """Save the observer as it is now, in mid-trial too: arrays and JSON in an `.npz`, whole or not at all.
+
+        Args:
+            path: of the file.
+
+        Raises:
+            ValueError: where it cannot be written, and for an observer that was told `solids`.
+        """
+        saved_state.write(path, self)
+
+    @classmethod
+    def load(cls, path: Path | str, hand: Hand | None = None) -> Self:
+        """Take up an observer that was saved; it goes on to the same bits.
+
+        Nothing in the file is run.
+
+        Args:
+            path: of the file.
+            hand: that it was saved of; None: the one of `haptic_env.hands` of that name, as it is made without
+                keywords.
+
+        Returns:
+            The observer.
+
+        Raises:
+            ValueError: for a file that is none, is cut short, of another hand or another format.
+            OSError: where it cannot be read.
+        """
+        made: Self = saved_state.read(path, hand, cls)
+        return made
 
     @property
     def particle_maps(self) -> NDArray[np.int8]:

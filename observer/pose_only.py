@@ -134,11 +134,14 @@ class PoseOnly(TracksPose):
         self._belief = self._now(ago=0)
         return self._belief
 
-    def step(self, torque: ArrayLike, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None) -> Belief:
+    def step(
+        self, torque: ArrayLike | None, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None
+    ) -> Belief:
         """Take one turn.
 
         Args:
-            torque: (J,) that was commanded, fractions of the limits.
+            torque: (J,) that was commanded, fractions of the limits; None, where the motion asks for none ("kinematic",
+                "raw_angles"): it is not known.
             joint_angles: (J,) rad that were felt after it; NaN where a joint was not measured.
             contacts: (P,) that were felt; NaN where a patch was not measured.
             root: None: where no map is, another one means nothing.
@@ -156,7 +159,7 @@ class PoseOnly(TracksPose):
                 "PoseOnly maps nothing, so a hand that moves as a whole needs HapticSLAM; got "
                 f"root={validate.shown(root)}"
             )
-        u, q, z, unmeasured = edge.told(self.hand, torque, joint_angles, contacts)
+        u, q, z, unmeasured = edge.told(self.hand, torque, joint_angles, contacts, self.pose.needs_torque)
         self.pose.step(u, q, self._touched(z, unmeasured))
         felt.append(Waiting(z, None, unmeasured))
         if len(felt) % self.stride == 0:

@@ -30,7 +30,7 @@ from observer.shape.posterior import ShapePosterior
 UNKNOWN: dict[str, Any] = {"size_jitter": 0.1, "yaw_jitter": 10.0, "variants": 8}
 
 
-def warm_up(hand: Hand, progress: Progress | None = None) -> None:
+def warm_up(hand: Hand, progress: Progress | None = None, observer: HapticSLAM | None = None) -> None:
     """Compile, or load, all that an exploration needs, so that no step of it waits for the compiler.
 
     Compiling takes its time once for each version of the code on each kind of processor.
@@ -39,16 +39,21 @@ def warm_up(hand: Hand, progress: Progress | None = None) -> None:
         hand: that explores.
         progress: called with how many functions are done and how many there are; None: a line is logged where anything
             has to be compiled.
+        observer: whose settings ask for more than is usual: motion without torques, doubtful contacts, known solids;
+            None: one as it is by default.
 
     Raises:
-        ValueError: for what is no hand, or no such function.
+        ValueError: for what is no hand, no such function, or no such observer.
     """
     edge.world(hand=hand)
     if progress is not None and not callable(progress):
         raise ValueError(f"progress must be a function of two numbers, or None, got {validate.shown(progress)}")
-    compiling.ensure(compiling.USUAL, hand, progress)
-    maps(hand)
-    pose_and_hindsight(hand)
+    if observer is not None:
+        validate.instance("observer", observer, HapticSLAM, "a HapticSLAM, or None")
+    needed = compiling.USUAL if observer is None else observer.needs
+    compiling.ensure(needed, hand, progress)
+    for name in needed:
+        globals()[name.partition(":")[2]](hand)
 
 
 def maps(hand: Hand) -> None:

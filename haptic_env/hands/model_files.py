@@ -7,12 +7,16 @@ transmissions and what is meant for other simulators are left out.
 
 from __future__ import annotations
 
+import logging
 import stat
+import warnings
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from haptic_env import reading
 
@@ -21,6 +25,9 @@ DEEPEST = 20  # includes within includes
 NAMED = ("include", "mesh", "hfield", "skin", "texture")  # elements that name files
 REFUSED = ("extension", "plugin")
 MESHES = (".stl", ".obj", ".msh")  # what MuJoCo reads
+NUMBERS = (
+    "body_pos", "body_quat", "geom_pos", "geom_quat", "geom_size", "geom_aabb", "jnt_pos", "jnt_axis", "jnt_range",
+)  # fmt: skip
 URDF_KEPT = ("link", "joint", "material")
 PACKAGE = "package://"
 
@@ -40,20 +47,44 @@ def load(path: Path, packages: Mapping[str, Path]) -> mujoco.MjModel:
     """
     try:
         root = _parsed(path)
-        if root.tag == "robot":
-            spec = mujoco.MjSpec.from_string(ElementTree.tostring(_prepared(path, root, packages), encoding="unicode"))
-        elif root.tag == "mujoco":
-            _check(path, root, path.parent, 0)
-            spec = mujoco.MjSpec.from_file(str(path))
-        else:
-            raise ValueError(f"it begins with <{root.tag[:40]}>; a model is MJCF, <mujoco>, or URDF, <robot>")
-        return spec.compile()
+        with _quiet():
+            return _finite(_spec(path, root, packages).compile())
     except OSError as error:
         place = error.filename or path
         raise ValueError(f"model {place} cannot be read: {error.strerror or error}") from error
     except (ValueError, RuntimeError, mujoco.FatalError) as error:  # MuJoCo's own are of several lines
         told = "; ".join(line.strip() for line in str(error).splitlines() if line.strip())
         raise ValueError(f"model {path}: {told}") from error
+
+
+def _spec(path: Path, root: ElementTree.Element, packages: Mapping[str, Path]) -> mujoco.MjSpec:
+    if root.tag == "robot":
+        return mujoco.MjSpec.from_string(ElementTree.tostring(_prepared(path, root, packages), encoding="unicode"))
+    if root.tag != "mujoco":
+        raise ValueError(f"it begins with <{root.tag[:40]}>; a model is MJCF, <mujoco>, or URDF, <robot>")
+    _check(path, root, path.parent, 0)
+    return mujoco.MjSpec.from_file(str(path))
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without what MuJoCo says of masses, which are left out, and of NaN, which are refused."""
+    logger = logging.getLogger("absl")
+    level = logger.level
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        logger.setLevel(logging.ERROR)
+        try:
+            yield
+        finally:
+            logger.setLevel(level)
+
+
+def _finite(model: mujoco.MjModel) -> mujoco.MjModel:
+    for name in NUMBERS:
+        if not np.isfinite(getattr(model, name)).all():
+            raise ValueError(f"{name} has numbers that are not finite")
+    return model
 
 
 def _parsed(path: Path) -> ElementTree.Element:

@@ -75,7 +75,8 @@ class OwnModel:
                         f"{self.name(ends[1])!r}; a hand is a tree of joints: take it out of the model"
                     )
             elif kind == EQUALITY.mjEQ_JOINT:
-                notes.append(f"coupling {name!r} of joints is left out: each joint has a drive of its own")
+                coupled = " and ".join(repr(model.joint(joint).name) for joint in ends if joint >= 0)
+                notes.append(f"the constraint of {coupled} is left out: each joint has a drive of its own")
         if model.ntendon:
             notes.append(f"tendons of the model ({model.ntendon}) are left out: each joint has a drive of its own")
         if model.nu:

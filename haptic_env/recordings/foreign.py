@@ -12,7 +12,8 @@ from haptic_env.hand import Hand
 from haptic_env.recordings import archive, checks, tables, xdf, zarr_stores
 from haptic_env.recordings.adroit_demonstrations import SUFFIX
 from haptic_env.recordings.column_map import ColumnMap
-from haptic_env.recordings.measured import MeasuredTouch, merge
+from haptic_env.recordings.measured import Coverage, MeasuredTouch, merge
+from haptic_env.recordings.recording import Recording
 from haptic_env.recordings.streams import Streams, numbered
 
 
@@ -68,7 +69,17 @@ def _usual(path: Path, hand: Hand) -> ColumnMap:
             touch_stream="contacts",
             touch_order=hand.patches.names,
         )
-    return ColumnMap(str(path))
+    return ColumnMap(str(path), control_hz=_rate(path))
+
+
+def _rate(path: Path) -> float | None:
+    """The rate of the steps, where an `.npz` tells it as `control_hz`."""
+    if path.suffix.lower() != ".npz" or "control_hz" not in (content := reading.npz(path)):
+        return None
+    try:
+        return validate.number("control_hz", content["control_hz"].item(), 1.0, 500.0, unit="Hz")
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def read_measured(path: Path | str, columns: ColumnMap | None, hand: Hand, *, part: str | None = None) -> MeasuredTouch:
@@ -95,3 +106,26 @@ def read_measured(path: Path | str, columns: ColumnMap | None, hand: Hand, *, pa
     if columns is not None:
         validate.instance("columns", columns, ColumnMap, "a ColumnMap, as read_columns gives")
     return merge(reader(place, part), _usual(place, hand) if columns is None else columns, hand)
+
+
+def of_felt(recording: Recording, hand: Hand, control_hz: float) -> MeasuredTouch:
+    """Take what was felt in a recording for measured touch, all of it measured.
+
+    Args:
+        recording: with `felt`.
+        hand: whose joints and patches they are.
+        control_hz: Hz, of its frames.
+
+    Returns:
+        The same as measured touch.
+
+    Raises:
+        ValueError: for other joints, or another number of patches.
+    """
+    felt, columns = recording.felt, recording.columns_of(hand)
+    if felt is None or felt.contacts.shape[1] != len(hand.patches):
+        got = "none" if felt is None else felt.contacts.shape[1]
+        raise ValueError(f"{recording.source}: contacts of {got} patches; hand {hand.name!r} has {len(hand.patches)}")
+    coverage = Coverage(len(recording), control_hz, 0.0, 0.0, len(hand.patches), 0.0, 0, 0)
+    angles, contacts = felt.joint_angles[:, columns], felt.contacts.astype(np.float64)
+    return MeasuredTouch(recording.source, hand, control_hz, angles, contacts, coverage)

@@ -141,9 +141,8 @@ def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:
     handles, labels = panels[1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     trials = int(overall["trials"].max())
-    figure.suptitle(
-        f"{trials} explorations for each noise, 95 % intervals; dotted: chance", fontsize=12, fontweight="bold"
-    )
+    what = "replays with simulated contacts" if "recording" in summary else "explorations"
+    figure.suptitle(f"{trials} {what} for each noise, 95 % intervals; dotted: chance", fontsize=12, fontweight="bold")
     return figure
 
 

@@ -61,6 +61,8 @@ def report(plan: SweepPlan, results: Results, console: Console) -> None:
     table, settings = results.path, plan.settings
     written, summaries = [str(table), "summary.csv"], []
     all_rows = pd.read_csv(table)
+    if settings.recordings:
+        console.print("Recordings are replayed: contacts are simulated with the objects that --shapes names.")
     for name, rows in parts(all_rows):
         folder = _part(table.parent, name, console)
         of_novelty = [novelty.summarise(rows)] if settings.none else []
@@ -70,7 +72,8 @@ def report(plan: SweepPlan, results: Results, console: Console) -> None:
             names = ablation.save(rows, folder)
             ablation.print_table(folder / "ablation.csv", console)
         else:
-            save_picture(summaries[-1], settings.namers, 1.0 / len(settings.labels), folder)
+            labels = rows[[f"p_{label}" for label in settings.labels]].notna().any().sum()  # of this recording, say
+            save_picture(summaries[-1], settings.namers, 1.0 / max(1, labels), folder)
             print_report(summaries[-1], console)
             names = ["evaluate.png"]
         if plan.calibration:

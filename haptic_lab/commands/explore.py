@@ -14,7 +14,7 @@ from typing import Any
 import agents
 from haptic_env import hand_env, recordings, registration, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
-from haptic_lab import believed, conditions, kept, replay
+from haptic_lab import believed, conditions, kept, recorded, replay
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
 from haptic_lab.exploration import learnt, measured, offsets, patches, surface
@@ -122,7 +122,7 @@ def parse(
             given["env"] = environment(given["env"])
         _resolve_objects(given)
         if source[0] is not None:
-            found = replay.load(*source, given["env"] and registration.hand_name(given["env"]), columns)
+            found = recorded.load(*source, given["env"] and registration.hand_name(given["env"]), columns)
             _refuse_wrist(given)
             if isinstance(found, MeasuredTouch):
                 _refuse_noise(given)
@@ -165,7 +165,7 @@ def _told_by(recording: Recording, given: Mapping[str, Any]) -> dict[str, Any]:
     kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
     told = {name: value for name, value in recording.settings.items() if name in kept}
     if given["env"] is None and "env" not in recording.settings:
-        told["env"] = replay.environment_of(recording)
+        told["env"] = recorded.environment_of(recording)
     return told
 
 

@@ -20,7 +20,7 @@ from rich.console import Console
 
 from haptic_env import hand_of, registration
 from haptic_lab.analysis.summary import SLAM, parts
-from haptic_lab.conditions import LATER
+from haptic_lab.conditions import UNTOLD
 from haptic_lab.figures import FROM_EXPLORATIONS, FROM_NOISES, FROM_TRIALS, PaperFigure, offsets, save
 from haptic_lab.figures import plan as plans
 from haptic_lab.figures.explorations import ShownExploration, file_of, read, run_shown_explorations
@@ -158,7 +158,7 @@ def _read(folder: Path) -> pd.DataFrame:
     if not table.read_bytes().endswith(b"\n"):
         raise ValueError(f"{table} is cut off in its last line; run its sweep again, which mends it")
     rows = pd.read_csv(table)
-    key = [name for name in KEY if name not in LATER or name in rows]
+    key = [name for name in KEY if name not in UNTOLD or name in rows]
     missing = [name for name in (*key, *MEASURES, *HISTOGRAMS, *COURSES, "candidates") if name not in rows]
     if missing:
         raise ValueError(f"{table} is no table of evaluate.py, or of another version: it has no {', '.join(missing)}")

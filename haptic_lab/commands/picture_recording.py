@@ -19,7 +19,7 @@ from haptic_env.pose import Pose
 from haptic_env.recordings import Recording
 from haptic_env.rendering import without_opengl
 from haptic_env.replay import KinematicReplay
-from haptic_lab import replay
+from haptic_lab import recorded, replay
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
 from haptic_lab.files import atomic, check_writable
 from haptic_lab.folder_lock import made
@@ -64,10 +64,10 @@ def main(arguments: list[str] | None = None) -> int:
         for angle in given.view:
             validate.number("--view", angle, -360.0, 360.0, unit="degrees")
         validate.choice("kind of picture in --out", Path(given.out).suffix.lower(), PICTURES)
-        recording = replay.load(given.recording, None, None, None)
+        recording = recorded.load(given.recording, None, None, None)
         if not isinstance(recording, Recording):
             parser.error(f"{given.recording}: the recording does not say where the hand and the object were")
-        told = {"env": replay.environment_of(recording), "shape": given.mesh, "sigma": given.sigma}
+        told = {"env": recorded.environment_of(recording), "shape": given.mesh, "sigma": given.sigma}
         more: dict[str, Any] = {"seconds": None, "policy": "random_torque", "out": given.out, "seed": given.seed}
         settings = ExplorationSettings(**{**DEFAULTS, **told, **more})
         session = replay.session(settings, recording, render_mode="rgb_array")

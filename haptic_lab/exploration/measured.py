@@ -63,8 +63,13 @@ def finish(
     with atomic(out / "recording.npz") as place:
         np.savez_compressed(place, **recording.streams())  # type: ignore[arg-type]
     console.print(table(summary))
+    if "joint_offset" in summary:
+        console.print(offsets.table(summary["joint_offset"]))
     if "patches" in summary:
         console.print(patches.table(summary["patches"]))
+    if settings.save_offsets is not None:
+        lying = summary.get("patches", {})
+        offsets.save(Path(settings.save_offsets), summary["joint_offset"], recording.source, lying)
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import signal
 import time
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -17,7 +18,7 @@ from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.trial import Trial, check_model, guided, make_observers
-from observer.variants import Observer
+from observer.variants import VARIANTS, Observer
 
 
 def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | None) -> replay.ExplorationSession:
@@ -52,12 +53,19 @@ def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | 
     return replay.ExplorationSession(env, settings.policy, candidates, namer)
 
 
-def make_trial(settings: ExplorationSettings, session: replay.ExplorationSession) -> Trial:
+def make_trial(
+    settings: ExplorationSettings,
+    session: replay.ExplorationSession,
+    names: Sequence[str] = (RAW, OBSERVER),
+    naming: Collection[str] = (OBSERVER,),
+) -> Trial:
     """Make who acts and who observes.
 
     Args:
         settings: of the exploration.
         session: what `begin` returns.
+        names: of the observers; those that are no brackets are informed.
+        naming: those that name the object.
 
     Returns:
         The trial, not begun.
@@ -65,17 +73,17 @@ def make_trial(settings: ExplorationSettings, session: replay.ExplorationSession
     Raises:
         ValueError: for a policy that does not fit the environment.
     """
-    names = {RAW: session.told, OBSERVER: {**session.told, **session.informed}}
     observers: dict[str, Observer] = {}
     rate = hand_env(session.env).control_hz
     noise = settings.told(settings.noise, session.hand)
-    for name, told in names.items():
-        told = {"control_hz": rate, **noise, **told}
+    for name in names:
+        informed = session.informed if name.split("+")[0] in (OBSERVER, *VARIANTS) else {}
+        told = {"control_hz": rate, **noise, **session.told, **informed}
         observers |= make_observers((name,), session.hand, particles=settings.particles, **told)
     env = session.env
     if isinstance(session.policy, str):
         env = guided(env, session.policy, shape=session.namer, **noise)
-    return Trial(env, session.policy, observers, session.namer, settings.seed, naming=(OBSERVER,), trust=settings.trust)
+    return Trial(env, session.policy, observers, session.namer, settings.seed, naming=naming, trust=settings.trust)
 
 
 def explore(trial: Trial, console: Console) -> tuple[Exploration, dict[str, BeliefTrace], float, bool]:

@@ -49,7 +49,7 @@ def sweep(
         SweepTask(settings, condition, shape, settings.first_seed + number)
         for condition in plan.conditions
         for number in range(plan.trials)
-        for shape in settings.shapes
+        for shape in plan.explored(condition)
     ]
     missing = [task for task in trials if task.key not in results.trials]
     if len(missing) < len(trials):

@@ -78,16 +78,17 @@ class GroundTruth(NamedTuple):
         Returns:
             The truth.
         """
-        hand, truth, contacts, solid = (
+        hand, truth, contacts, solid, roots = (
             exploration.hand,
             exploration.true_angles,
             exploration.contacts,
             exploration.solid,
+            exploration.roots,
         )
-        swept = metrics.swept(hand, truth, grid)
+        swept = metrics.swept(hand, truth, grid, roots)
         return cls(
             np.asarray(contacts.any(axis=1)),
-            metrics.touched_places(hand, truth, contacts, solid),
+            metrics.touched_places(hand, truth, contacts, solid, roots=roots),
             metrics.neighbourhood(swept),
             solid.occupancy(grid),
             metrics.neighbourhood(swept, faces=True),

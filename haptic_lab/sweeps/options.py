@@ -15,7 +15,7 @@ import agents
 from haptic_env import reading, shapes, validate
 from haptic_lab import believed, conditions, faults
 from haptic_lab.conditions import TRUST
-from haptic_lab.sweeps.plan import SweepPlan, planned
+from haptic_lab.sweeps.plan import HAND, SweepPlan, planned
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns, unusual
@@ -31,6 +31,7 @@ EXAMPLE = """examples: haptic-slam evaluate --shapes cube sphere --sigmas 3 5 --
           haptic-slam evaluate --config sweep.toml --cluster tcp://10.0.0.1:8786"""
 FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
 NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the paper's, and what touch has added
+REPLAYED: dict[str, Any] = {"seconds": None, "classifiers": []}  # what is usual of recordings: whole
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
 KINDS: dict[Any, str] = {
     bool: "true or false",
@@ -151,7 +152,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         option = parser.add_argument(*flags, **keywords)
         options[option.dest] = option
 
-    add("--env", "--hand", default="two_finger", help=f"{HANDS_OR_IDS} (default two_finger)")
+    add("--env", "--hand", help=f"{HANDS_OR_IDS} (default {HAND}, or the one that recordings are of)")
     add(
         "--shapes",
         nargs="+",
@@ -160,6 +161,14 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         f"({', '.join(shapes.FAMILIES)}), mesh files, sets, module:Class",
     )
     add("--objects", type=as_path, metavar="SET", help=f"or all objects of a set: {SETS}")
+    add(
+        "--recordings",
+        nargs="+",
+        type=as_path,
+        metavar="FILE",
+        help="replay these, each with its object of --shapes (one for all, or one for each in their order; default the "
+        "mesh that each names, beside it), whole",
+    )
     named = "what the object may be, shapes or sets (default: what is explored)"
     add("--candidates", type=typed_shape, nargs="+", metavar="SHAPE", help=named)
     add("--none", type=float, help="prior probability that it is none of these (default 0)")
@@ -227,6 +236,8 @@ def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: M
     """
     parser.set_defaults(**file)
     given = parser.parse_args(arguments)
+    if given.recordings is not None:
+        parser.set_defaults(**{name: file.get(name, value) for name, value in REPLAYED.items()})
     if given.ablation and "observers" not in file:
         parser.set_defaults(observers=list(ABLATION))
     if given.quick:

@@ -6,6 +6,7 @@ import argparse
 import importlib.util
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any
@@ -14,7 +15,10 @@ import agents
 from agents.sb3 import Sb3
 from haptic_env import hand_of, registration, shapes, validate
 from haptic_env.hand import Hand
-from haptic_lab.conditions import CONTACTS, FACTORS, Condition, check_contacts, check_policy
+from haptic_lab.conditions import CONTACTS, FACTORS, RECORDED, Condition, check_contacts, check_policy
+from haptic_lab.exploration.learnt import JITTER
+from haptic_lab.possible import DOUBT
+from haptic_lab.sweeps import replayed
 from haptic_lab.sweeps.tasks import SweepSettings
 from haptic_lab.trial import check_model
 from haptic_lab.worlds import candidates_of, environment, expanded
@@ -22,6 +26,7 @@ from observer import ShapePosterior
 from observer.variants import FULL
 
 MOST_CONDITIONS = 10_000
+HAND = "two_finger"  # that explores where nothing is said
 FLAGS = {"among": "candidates"}  # of settings that are called otherwise there
 
 
@@ -38,6 +43,7 @@ class SweepPlan:
         cluster: address of a dask scheduler, asked in place of these.
         ablation: whether the table compares variants of the observer.
         calibration: whether it is shown how sure observers are and may be.
+        held: path of each recording, and its object.
     """
 
     settings: SweepSettings
@@ -48,6 +54,18 @@ class SweepPlan:
     cluster: str | None
     ablation: bool
     calibration: bool
+    held: tuple[tuple[str, str], ...] = ()
+
+    def explored(self, condition: Condition) -> tuple[str, ...]:
+        """List what is explored under a condition.
+
+        Args:
+            condition: one of them.
+
+        Returns:
+            Names of shapes.
+        """
+        return (dict(self.held)[condition.recording],) if condition.recording else self.settings.shapes
 
 
 def planned(given: argparse.Namespace) -> SweepPlan:
@@ -63,7 +81,9 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         ValueError: for what makes no sense.
     """
     told = {each.name: getattr(given, FLAGS.get(each.name, each.name)) for each in fields(SweepSettings)}
-    told["env"] = environment(given.env)
+    if given.recordings is not None:
+        _check_recorded(given)
+    told["env"] = environment(HAND if given.env is None else given.env)
     if given.objects is not None and given.shapes is not None:
         raise ValueError("--objects says what is explored, and so does --shapes: say one of them")
     explored = given.shapes if given.objects is None else shapes.read_set(given.objects)
@@ -71,10 +91,25 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     if given.candidates is not None:
         told["among"] = expanded(given.candidates, trust=given.trust)
     told["none"] = given.none or None
+    held: dict[str, str] = {}
+    if given.recordings is not None:
+        said = None if explored is None else told["shapes"]
+        held = replayed.objects_of(given.recordings, said)
+        told["shapes"] = list(dict.fromkeys(held.values()))
+        told["env"] = replayed.environment_of(given.recordings, given.env and told["env"])
+        among = given.candidates and told["among"]
+        if among is not None and told["none"] is None and not {*told["shapes"]} <= {*among}:
+            told["none"] = DOUBT
     told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
     settings = SweepSettings(**told)
-    flags = {name: "sigmas" if name == "sigma_deg" else name for name in FACTORS}
-    values = {name: sorted(set(getattr(given, flag)), key=_order) for name, flag in flags.items()}
+    flags = {name: {"sigma_deg": "sigmas", "recording": "recordings"}.get(name, name) for name in FACTORS}
+    said = {name: getattr(given, flag) for name, flag in flags.items()}
+    said["recording"] = [""] if given.recordings is None else given.recordings
+    if given.recordings is not None:
+        said["policy"] = [RECORDED]
+    whole = said["seconds"] is None
+    said["seconds"] = [1.0] if whole else said["seconds"]
+    values = {name: sorted(set(several), key=_order) for name, several in said.items()}
     for name, several in values.items():
         if not several:
             raise ValueError(f"--{flags[name].replace('_', '-')} must have a value, got []")
@@ -87,7 +122,8 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         contacts = replace(conditions[0], **dict(zip(CONTACTS, each, strict=True))).noise
         check_contacts(settings.env, contacts)
         settings.check_told(settings.env, contacts)
-    for policy in values["policy"]:
+    policies = values["policy"] if given.recordings is None else []
+    for policy in policies:
         check_policy(policy, given.trust)
     most = values["sigma_deg"][-1] * settings.believed_sigma
     validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
@@ -97,10 +133,12 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")
     if given.cluster is not None and importlib.util.find_spec("distributed") is None:
         raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")
-    for policy in values["policy"]:
+    for policy in policies:
         _check_fit(settings, policy)
     if settings.none:
         _check_none(settings)
+    if held:
+        conditions = _lasting(settings, conditions, held, whole)
     return SweepPlan(
         settings,
         conditions,
@@ -110,7 +148,38 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         given.cluster,
         ablation=given.ablation,
         calibration=given.calibration,
+        held=tuple(held.items()),
     )
+
+
+def _check_recorded(given: argparse.Namespace) -> None:
+    """Raise `ValueError` for what is of explorations alone."""
+    if given.objects is not None:
+        raise ValueError("--objects is for explorations: say what was held in --recordings by --shapes, in their order")
+    if given.policy != [Condition.policy]:
+        raise ValueError("--policy is for hands that explore, and --recordings tell how theirs moved")
+    if given.classifiers:
+        raise ValueError("--classifiers learn from explorations, of which --recordings have none")
+    for name in JITTER:
+        if getattr(given, name):
+            flag = name.replace("_", "-")
+            raise ValueError(f"--{flag} is for explorations: a recording's object lay as it was recorded")
+
+
+def _lasting(
+    settings: SweepSettings, conditions: tuple[Condition, ...], held: Mapping[str, str], whole: bool
+) -> tuple[Condition, ...]:
+    """The conditions with how long their recordings are replayed, which are tried on hand and object for it."""
+    asked = dict.fromkeys((each.recording, each.seconds) for each in conditions)
+    usual = conditions[0]
+    lasting = {
+        (path, seconds): replayed.seconds_of(
+            settings, replace(usual, recording=path, seconds=seconds), held[path], whole
+        )
+        for path, seconds in asked
+    }
+    found = (replace(each, seconds=lasting[each.recording, each.seconds]) for each in conditions)
+    return tuple(dict.fromkeys(found))
 
 
 def _order(value: Any) -> tuple[bool, Any]:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from haptic_env.shapes.names import NONE
-from haptic_lab.conditions import DEFAULTS, FACTORS, LATER
+from haptic_lab.conditions import FACTORS, UNTOLD
 from haptic_lab.faults import FAULTS
 from haptic_lab.files import atomic, write_json, write_text
 
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 Row = dict[str, str]
 Key = tuple[float | str, ...]  # of a trial: `KEY` but for the observer
 KEY = (*FACTORS, "shape", "seed", "observer")
-TEXTS = (*FAULTS, "policy", "shape", "observer")  # of `KEY`
-USUAL = {name: str(DEFAULTS[name]) if name in FAULTS else DEFAULTS[name] for name in LATER}  # what no column tells
+TEXTS = (*FAULTS, "policy", "recording", "shape", "observer")  # of `KEY`
+USUAL = {name: str(value) if name in FAULTS else value for name, value in UNTOLD.items()}  # what no column tells
 CHECK = "check"  # the last column
 csv.field_size_limit(2**24)  # the course of an hour is longer than what `csv` takes for a field
 
@@ -104,13 +104,13 @@ class Results:
             columns: of the table.
             numbers: columns that hold numbers, or nothing.
             order: of a trial's observers.
-            needed: those of `LATER` that the table is to have; others it keeps where it has them.
+            needed: those of `UNTOLD` that the table is to have; others it keeps where it has them.
 
         Raises:
             ValueError: for a folder that holds another configuration, or a table that is corrupt.
         """
         self.folder, self.order, self.path = folder, list(order), folder / "trials.csv"
-        spared = {*LATER} - {*needed, *self._header()}
+        spared = {*UNTOLD} - {*needed, *self._header()}
         self.columns = [name for name in columns if name not in spared]
         self.numbers = {*numbers} - spared
         self._check_config(config)
@@ -190,7 +190,7 @@ class Results:
             raise ValueError(f"{self.path} is corrupt: {error}") from error
         lines = text.removeprefix("\ufeff").replace("\r\n", "\n").split("\n")[:-1]
         header = self._fields(1, lines[0]) if lines else []
-        there = [name for name in self.columns if name not in LATER or name in header]
+        there = [name for name in self.columns if name not in UNTOLD or name in header]
         if header != [*there, CHECK]:
             raise ValueError(f"{self.path}, line 1: the columns are not those of this table; choose another --out")
         seen: dict[tuple[Key, str], int] = {}

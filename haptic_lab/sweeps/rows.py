@@ -11,8 +11,9 @@ import numpy as np
 
 from haptic_env import reading
 from haptic_env.shapes.names import NONE
-from haptic_lab.conditions import DEFAULTS, LATER, Condition
+from haptic_lab.conditions import UNTOLD, Condition
 from haptic_lab.records import BeliefTrace
+from haptic_lab.replay import SIMULATED
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES, OF_MAPS
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import KEY, TEXTS, listed
@@ -39,7 +40,9 @@ def row_of(
     Returns:
         Values by column.
     """
-    row = {**dict(zip(KEY, (*task.key, observer), strict=True)), **measured}
+    # What one recording's object may be, that of another may not.
+    probabilities = {f"p_{label}": float("nan") for label in task.settings.labels}
+    row = {**dict(zip(KEY, (*task.key, observer), strict=True)), **probabilities, **measured}
     named = {STREAM: [trace.name]}
     if observer in variants.WITHOUT_MAP:
         row |= dict.fromkeys(OF_MAPS, float("nan"))
@@ -99,7 +102,7 @@ def constants(settings: SweepSettings) -> dict[str, str]:
     given = {name: value for name, value in asdict(settings).items() if value is not None}
     told = {name: listed(value) if isinstance(value, tuple) else str(value) for name, value in given.items()}
     told = {("candidates" if name in ("shapes", "among") else name): value for name, value in told.items()}
-    return told | versions()
+    return told | (SIMULATED if settings.recordings else {}) | versions()
 
 
 def columns(settings: SweepSettings) -> tuple[list[str], list[str]]:
@@ -125,6 +128,6 @@ def unusual(conditions: Iterable[Condition]) -> frozenset[str]:
         conditions: of its trials.
 
     Returns:
-        Those of `LATER` that are not as usual in one of them.
+        Those of `UNTOLD` that are not as usual in one of them.
     """
-    return frozenset(name for each in conditions for name in LATER if getattr(each, name) != DEFAULTS[name])
+    return frozenset(name for each in conditions for name in UNTOLD if getattr(each, name) != UNTOLD[name])

@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import agents
@@ -44,6 +45,7 @@ class SweepSettings(Believed):
         trust: whether policies whose files may run code are read.
         among: candidates, what the object may be; None: what is explored.
         none: prior probability that it is none of them; None: 0, of which no table tells.
+        recordings: paths of those that the hand repeats; None: it explores.
 
     Raises:
         ValueError: for a value out of its range.
@@ -65,6 +67,7 @@ class SweepSettings(Believed):
     trust: bool = False
     among: tuple[str, ...] | None = None
     none: float | None = None
+    recordings: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)
@@ -103,7 +106,10 @@ class SweepSettings(Believed):
     @property
     def known(self) -> tuple[str, ...]:
         """What the object may be, for all that observers know."""
-        return self.shapes if self.among is None else self.among
+        if self.among is not None:
+            return self.among
+        # Beside a recording's object the four shapes are as large as it is.
+        return self.shapes if self.recordings is None else tuple(dict.fromkeys((*self.shapes, *shapes.SHAPES)))
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -180,7 +186,8 @@ def bundles(tasks: Iterable[SweepTask]) -> list[tuple[SweepTask, ...]]:
     together: dict[Hashable, list[SweepTask]] = {}
     for task in tasks:
         sigma, *others = task.key
-        heeded = None if agents.find(task.condition.policy).blind else sigma
+        recorded = bool(task.condition.recording)
+        heeded = None if not recorded and agents.find(task.condition.policy).blind else sigma
         together.setdefault((task.settings, heeded, *others), []).append(task)
     return [tuple(each) for each in together.values()]
 
@@ -218,4 +225,5 @@ def files_of(settings: SweepSettings) -> dict[str, str]:
     if registration.is_file(settings.env):
         hand = hands.make(settings.env)
         told[settings.env] = repr((hand.xml, hand.patches.names, hand.rest_pose.tolist())).encode()
+    told |= {path: Path(path).read_bytes() for path in settings.recordings or ()}
     return {f"file {name}": hashlib.sha256(said).hexdigest()[:12] for name, said in told.items() if said}

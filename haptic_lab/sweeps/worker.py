@@ -12,6 +12,7 @@ import numpy as np
 
 from haptic_env import hand_of, registration, shapes
 from haptic_lab.records import BeliefTrace, Exploration
+from haptic_lab.sweeps import replayed
 from haptic_lab.sweeps.measures import GroundTruth, measures_of
 from haptic_lab.sweeps.rows import Exemplars, row_of
 from haptic_lab.sweeps.tasks import SweepSettings, SweepTask
@@ -33,7 +34,8 @@ def explore(tasks: Sequence[SweepTask], naming: bool) -> tuple[Exploration, dict
         What happened, and for each task what every observer made of it, by name.
     """
     first, *further = tasks
-    trial = make_trial(first, naming, further)
+    recorded = first.condition.recording
+    trial = replayed.make_trial(first, naming) if recorded else make_trial(first, naming, further)
     trial.run()
     trial.env.close()
     exploration, traces = trial.finish()
@@ -101,7 +103,7 @@ def prepare(settings: SweepSettings) -> None:
     """
     for name in dict.fromkeys((*settings.shapes, *settings.known)):
         shapes.find(name).prepare()
-    if any(shapes.find(name).content for name in settings.known):
+    if settings.recordings is None and any(shapes.find(name).content for name in settings.known):
         shape_posterior(settings)
 
 

@@ -101,7 +101,7 @@ class Hindsight:
             One that knows the same.
         """
         self._gather()
-        self._touches = _joined(self._touches)
+        self.join()
         other = copy.copy(self)
         other._swept, other._seen = self._swept.copy(), self._seen.copy()
         other._touches, other._fresh = self._touches.copy(), []
@@ -118,11 +118,15 @@ class Hindsight:
         log_odds = self._prior + QUANTUM * self._swept
         evidence = self._where[-1]
         if self._touches:
-            self._touches = _joined(self._touches)
+            self.join()
             share(*self._touches[0], 1.0 - evidence.false_alarm, ROUNDS, log_odds)
         told = np.zeros(len(log_odds), dtype=np.int8)
         spread(np.flatnonzero(self._seen), self._shape, told)
         return np.where(told, expit(log_odds), 0.5).reshape(self._shape)
+
+    def join(self) -> None:
+        """Put what was gathered of the touches into one part; to whoever asks it is the same."""
+        self._touches = _joined(self._touches)
 
     def _gather(self) -> None:
         """Gather what the fresh moments say."""

@@ -249,6 +249,7 @@ class KeepsErrors:
     covariance: Array
     _kinds: Sequence[slice]
     unfound = np.zeros(0)
+    needs_torque = True
 
     @property
     def constant(self) -> slice:
@@ -273,7 +274,7 @@ class KeepsErrors:
 class FollowsFelt:
     """What is told of errors where the angles are followed as they are felt: no more than is known beforehand."""
 
-    learns, constant = False, slice(0, 0)
+    learns, constant, needs_torque = False, slice(0, 0), False
     hand: Hand
     noise: AngleNoise
 

@@ -29,7 +29,7 @@ from observer.pose.kalman_updates import Measurement
 
 SKIN_SPACING = 0.001  # metres
 UNFELT = 0.25  # times the usual force, what may press where it would not be felt: mostly nothing does
-UNSEEN_SPEED = 4.0  # rad/s, SD of what a step adds to the speed of joints that skin may stop which feels nothing
+UNSEEN = 0.5  # of its motor's torque, SD of that of contact where nothing is felt, at each joint that it may stop
 MANY = 256  # patches in contact: with more, what they say of the joints' speeds is put together first
 
 
@@ -102,7 +102,7 @@ class ContactEffects:
         force = np.sqrt(dynamics.normal_force**2 * share + dynamics.tangential_force**2 * (1 - share))
         self._speeds = np.sqrt(dynamics.normal_speed**2 * share + dynamics.tangential_speed**2 * (1 - share))
         stopped = hand.stopped_by[hand.patches.numb].any(axis=0)
-        self._unseen = hand.joints + np.flatnonzero(stopped)  # speeds that contact may change where nothing is felt
+        self._unseen = np.where(stopped, UNSEEN * hand.torque_limits, 0.0)  # N·m
         self._forces = PatchForces(hand.link_bodies[hand.patches.link], hand.patches.position, axes, force)
 
     def kept(self, felt: NDArray[np.int64]) -> Array:
@@ -140,7 +140,9 @@ class ContactEffects:
             exert on average.
         """
         joints, how = self._hand.joints, self._dynamics
-        noise[self._unseen, self._unseen] += UNSEEN_SPEED**2
+        if self._unseen.any():
+            unseen = gain * self._unseen
+            noise[: 2 * joints, : 2 * joints] += unseen @ unseen.T
         if not how.constrained:
             index = joints + np.flatnonzero(self._stopped(felt))
             noise[index, index] += how.joint_speed**2

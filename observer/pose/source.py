@@ -25,6 +25,7 @@ class PoseSource(Protocol):
         covariance: (D, D), in the same order.
         log_evidence: log density of the angles felt so far.
         noise: what is wrong with the felt angles, beside white noise.
+        needs_torque: whether `step` asks what was commanded.
     """
 
     hand: Hand
@@ -33,6 +34,7 @@ class PoseSource(Protocol):
     covariance: Array
     log_evidence: float
     noise: AngleNoise
+    needs_torque: bool
 
     @property
     def offset(self) -> Offset:

@@ -81,6 +81,7 @@ def test_no_file_and_no_fingers(tmp_path):
         ("<mujoco model", '<!DOCTYPE x [<!ENTITY a "b">]><mujoco model', "declares a document type"),
         ('<joint damping="0.05"/>', '<joint dampning="0.05"/>', "dampning"),
         ('<compiler angle="degree"/>', '<include file="nowhere.xml"/>', "nowhere.xml"),
+        ('pos="0 0 0.046"', 'pos="0 nan 0.046"', "body_pos has numbers that are not finite"),
         ('size="0.0085"/>', 'size="8.5"/>', "are the model's lengths in metres?"),
         (CURL, '<joint name="left_curl" type="ball"/>', "a ball joint"),
         (CURL, '<joint type="slide"/>', "needs a name"),

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import mujoco
 import numpy as np
 import pytest
 
-from haptic_env import hands
+import agents
+from haptic_env import hands, registration
 from haptic_env.hand import Hand
 from haptic_env.neighbours import neighbours
+from observer import HapticSLAM
 from observer.maps.capsules import body_of, ringing
 from observer.shape.skin import skin_of
 from tests.haptic_env.own_hands import gripper, taxels
@@ -88,3 +93,46 @@ def test_a_taxel_feels_as_far_as_its_radius(tmp_path):
     large = hands.make(gripper(tmp_path, (LATTICE, ""), more=taxels(1).replace("0.004\n", "0.006\n")))
     np.testing.assert_allclose(small.patches.area, np.pi * 0.002**2, rtol=0.5)
     assert (large.patches.area > 5 * small.patches.area).all()
+
+
+def test_an_object_is_felt_where_there_is_a_taxel_and_nowhere_else(tmp_path):
+    """Fingers that go about a cube touch it with skin that feels nothing as well."""
+    path = gripper(tmp_path, (LATTICE, ""), more=taxels())
+    env = registration.make(str(path), shape="cube", reveal_truth=True)
+    world: Any = env.unwrapped
+    hand, tree = world.hand, mujoco.MjData(world.hand.model)
+    policy, state = agents.make("random_torque", env, seed=0), None
+    observation, info = env.reset(seed=900000)
+    unfelt = felt = 0
+    for _ in range(300):
+        torque, state = policy.predict(observation, state)
+        observation, _, _, _, info = env.step(torque)
+        tree.qpos[:] = info["truth"]["joint_angles"]
+        mujoco.mj_kinematics(hand.model, tree)
+        touched = np.flatnonzero(observation["contacts"])
+        bodies = hand.link_bodies[hand.patches.link[touched]]
+        turn = tree.xmat[bodies].reshape(-1, 3, 3)
+        place = tree.xpos[bodies] + np.einsum("pij,pj->pi", turn, hand.patches.position[touched])
+        assert (np.abs(world.solid.signed_distance(place)) < 0.006).all()
+        felt += len(touched)
+        unfelt += bool(world._data.ncon) and not len(touched)
+    assert felt > 0
+    assert unfelt > 0
+
+
+def test_maps_hold_a_touch_for_what_is_before_its_taxel(hand):
+    """And not for what is about skin that feels nothing, of the same rows."""
+    observer = HapticSLAM(hand, 1.0, particles=5)
+    observer.reset(seed=0)
+    contacts = np.arange(9) == 8
+    for _ in range(30):
+        observer.step(np.zeros(hand.joints), hand.rest_pose, contacts)
+    occupancy = observer.map_now()
+    data = mujoco.MjData(hand.model)
+    data.qpos[:] = hand.rest_pose
+    mujoco.mj_kinematics(hand.model, data)
+    body = hand.link_bodies[hand.patches.link[8]]
+    place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ hand.patches.position[8]
+    likely = observer.grid.centres().reshape(-1, 3)[(occupancy > 0.5).ravel()]
+    assert len(likely)
+    assert np.linalg.norm(likely - place, axis=1).max() < 0.012

@@ -14,7 +14,7 @@ import pytest
 from haptic_env import hands
 from haptic_lab import faults
 from haptic_lab.commands import evaluate, explore, figures, train
-from haptic_lab.conditions import CONTACTS, DEFAULTS, LATER, Condition
+from haptic_lab.conditions import CONTACTS, DEFAULTS, LATER, UNTOLD, Condition
 from haptic_lab.exploration.run import begin, make_trial
 from haptic_lab.learning.environments import make_env
 from haptic_lab.learning.presets import TrainingWorld
@@ -132,9 +132,9 @@ def test_a_learner_s_hand_has_them_too(tmp_path: Path) -> None:
 
 def test_files_are_as_they_were_where_no_patch_lies() -> None:
     usual, lying = task_of({}), task_of({"patches_stuck": "3,"})
-    assert not any(name in usual.name for name in LATER)
+    assert not any(name in usual.name for name in UNTOLD)
     assert "patches_stuck=3" in lying.name
-    assert Condition(sigma_deg=3.0, patches_dead="0.5").values[-3] == "0.5"
+    assert Condition(sigma_deg=3.0, patches_dead="0.5").values[-4] == "0.5"
     assert usual.key == (*usual.condition.values, "cube", 3)
 
 
@@ -143,8 +143,8 @@ def test_a_table_gets_their_columns_when_they_are_asked_for_and_goes_on(tmp_path
     folder = ["--classifiers", "--out", str(tmp_path)]
     assert evaluate.main([*TINY, *folder]) == 0
     before = (tmp_path / "trials.csv").read_bytes()
-    assert not {*LATER} & {*pd.read_csv(tmp_path / "trials.csv")}
-    assert not {*LATER} & {*pd.read_csv(tmp_path / "summary.csv")}
+    assert not {*UNTOLD} & {*pd.read_csv(tmp_path / "trials.csv")}
+    assert not {*UNTOLD} & {*pd.read_csv(tmp_path / "summary.csv")}
     lying = ["--patches-stuck", "0", "21,", "--contact-confusion", "0.2"]
     assert evaluate.main([*TINY, *folder, *lying]) == 0
     rows = pd.read_csv(tmp_path / "trials.csv")

@@ -77,6 +77,21 @@ def test_an_object_that_is_named_is_what_the_user_says(tmp_path: Path, named: st
     assert "you say it is" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("torques", [0.0, 0.3])
+def test_torques_are_told_where_there_are_any_and_nothing_else_is_asked_for(tmp_path: Path, torques: float) -> None:
+    hand, time, angles, contacts = measured_files.made()
+    felt = {"felt_angles": angles, "contacts": contacts, "torques": np.full(angles.shape, torques)}
+    np.savez(tmp_path / "a.npz", time=time, joint_names=np.array(hand.joint_names), joint_angles=angles, **felt)
+    summary = run(tmp_path, str(tmp_path / "a.npz"), "--sigma", "2")
+    assert (summary["contacts"], summary["truth"]) == ("measured", None)
+    with np.load(tmp_path / "out" / "explore.npz") as trace:
+        np.testing.assert_allclose(trace["torques"], torques)
+    if torques:
+        given = str(tmp_path / "a.npz"), "--believed-bias-deg", "3", "--save-offsets", str(tmp_path / "offsets.toml")
+        run(tmp_path, *given)
+        assert "offset_deg" in (tmp_path / "offsets.toml").read_text()
+
+
 def refuse(*given: str) -> str:
     with pytest.raises(SystemExit) as ended:
         replay.main([*given])

@@ -22,7 +22,7 @@ import pytest
 from scipy.special import log_ndtr, ndtr
 
 from haptic_env.arrays import Array
-from haptic_lab import replay
+from haptic_lab import recorded, replay
 from haptic_lab.exploration.run import begin
 from haptic_lab.exploration.settings import DEFAULTS, ExplorationSettings
 from haptic_lab.trial import Trial
@@ -49,9 +49,9 @@ statistical = pytest.mark.statistical
 
 
 def _session(label: str, bias_deg: float, seed: int) -> replay.ExplorationSession:
-    recording = replay.load(str(SHARED / "recordings" / f"{RECORDINGS[label]}_inspect.npz"), None, None, None)
+    recording = recorded.load(str(SHARED / "recordings" / f"{RECORDINGS[label]}_inspect.npz"), None, None, None)
     told = {
-        "env": replay.environment_of(recording),
+        "env": recorded.environment_of(recording),
         "shape": str(SHARED / "objects" / f"{RECORDINGS[label]}.stl"),
         "sigma": SIGMA,
         "bias_deg": bias_deg,

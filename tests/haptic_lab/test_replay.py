@@ -13,7 +13,7 @@ import pytest
 
 from haptic_env import recordings, shapes
 from haptic_env.recordings import ObserverInputs, Recording
-from haptic_lab import replay, worlds
+from haptic_lab import recorded, replay, worlds
 from haptic_lab.commands import explore
 from tests.haptic_env.movements import closing
 
@@ -219,13 +219,13 @@ def test_the_truth_is_what_shares_most_with_the_object() -> None:
 
 
 def test_a_recording_finds_its_hand() -> None:
-    assert replay.environment_of(closing()) == "HapticSLAM/TwoFinger-v0"
+    assert recorded.environment_of(closing()) == "HapticSLAM/TwoFinger-v0"
     other = Recording("made", np.arange(2.0), ("a",), np.zeros((2, 1)))
     with pytest.raises(ValueError, match="no hand has its joints, a; say which it is by --hand"):
-        replay.environment_of(other)
+        recorded.environment_of(other)
     near = replace(closing(), joint_names=("elbow", *closing().joint_names[1:]))
     with pytest.raises(ValueError, match=f"misses {closing().joint_names[0]} and has unknown elbow; the joints"):
-        replay.environment_of(near)
+        recorded.environment_of(near)
 
 
 # Recordings of people
@@ -258,6 +258,30 @@ def test_people_who_inspect_objects(tmp_path: Path, name: str, capsys: pytest.Ca
     assert (told["named"], told["truth"], told["correct"]) == ("none", "none", True)
     lagged = told["pose_error"]["haptic SLAM, lagged"]["degrees"]
     assert lagged < 1.08 * errors["haptic SLAM, lagged"]["degrees"]
+
+
+@people
+def test_a_small_object_has_a_map(tmp_path: Path) -> None:
+    """Touched little at any one place: a map as it grows has not a voxel."""
+    files = f"{SHARED}/recordings/cubemedium_inspect.npz", "--mesh", f"{SHARED}/objects/cubemedium.stl"
+    small = run(tmp_path, "--recording", *files, "--scale", "0.6", "--sigma", "3", "--seed", "1")
+    assert small["surface"]["2 voxels"]["haptic SLAM"]["f_score"] > 0.6
+
+
+@people
+@pytest.mark.parametrize(
+    ("name", "scale"),
+    [
+        ("cubemedium", 0.6),
+        pytest.param("spheremedium", 0.5, marks=pytest.mark.statistical),
+        pytest.param("cylinderlarge", 0.5, marks=pytest.mark.statistical),
+    ],
+)
+def test_a_small_object_is_named(tmp_path: Path, name: str, scale: float) -> None:
+    truth = f"{SHARED}/objects/{name}.stl"
+    told = "--recording", f"{SHARED}/recordings/{name}_inspect.npz", "--mesh", truth, "--scale", str(scale)
+    small = run(tmp_path, *told, "--sigma", "3", "--seed", "900000", "--particles", "1")
+    assert small["named"] == truth
 
 
 @people

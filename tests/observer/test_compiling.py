@@ -130,6 +130,14 @@ def nothing_is_compiled_late() -> None:
             shape.update(belief)
         belief.occupancy.sum()
         assert not names, (name, names)
+    doubtful = observer.HapticSLAM(hand, particles=2, motion="kinematic", lag=2, patches_stuck=0.01)
+    event.unregister("numba:compile", listener)
+    observer.warm_up(hand, observer=doubtful)
+    event.register("numba:compile", listener)
+    doubtful.reset(0, hand.rest_pose)
+    for step in range(6):
+        doubtful.step(None, hand.rest_pose, touch & (step % 5 > 1)).occupancy.sum()
+    assert not names, names
     print("ok")
 
 

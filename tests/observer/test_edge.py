@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -242,6 +244,30 @@ def test_dynamics_are_constrained_or_not(constrained):
 def test_progress_is_a_function(two_finger, progress):
     with pytest.raises(ValueError, match="progress must be a function"):
         warm_up(two_finger, progress)
+
+
+@pytest.mark.parametrize("made", [3, "slam", HapticSLAM])
+def test_what_is_warmed_up_for_is_an_observer(two_finger, made):
+    with pytest.raises(ValueError, match="observer must be a HapticSLAM"):
+        warm_up(two_finger, observer=made)
+
+
+@pytest.mark.parametrize("motion", ["kinematic", "raw_angles"])
+def test_torques_are_told_where_they_are_known(two_finger, bits, motion):
+    """A motion that asks for none believes the same whatever they are."""
+    told, untold = (HapticSLAM(two_finger, particles=2, motion=motion, lag=1) for _ in range(2))
+    felt, touch = two_finger.rest_pose, np.arange(len(two_finger.patches)) == 3
+    assert bits(told.reset(0, felt)) == bits(untold.reset(0, felt))
+    for _ in range(3):
+        assert bits(told.step(np.full(two_finger.joints, 0.5), felt, touch)) == bits(untold.step(None, felt, touch))
+
+
+@pytest.mark.parametrize("made", [PoseOnly, HapticSLAM, partial(HapticSLAM, motion="delta_pose")])
+def test_a_motion_by_torques_asks_for_them(two_finger, made):
+    slam = made(two_finger)
+    slam.reset(0)
+    with pytest.raises(ValueError, match="torque must be"):
+        slam.step(None, two_finger.rest_pose, np.zeros(len(two_finger.patches)))
 
 
 @pytest.mark.parametrize("resolution", [0.0, -1.0, np.nan, None, 1e9])

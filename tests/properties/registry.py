@@ -82,6 +82,7 @@ LEFT_OUT: dict[str, str] = {
     "haptic_env.reading.npy": "whoever asks says which file it was: agents.synergy.posture_basis",
     "haptic_env.reading.text": "whoever asks says which file it was: recordings.read",
     "haptic_env.reading.toml": "whoever asks says which file it was: recordings.read_calibration, presets.read",
+    "haptic_env.replay.steady_rate": "asked by Playback, which has an entry",
     "haptic_env.replay.roots": "asked by Playback and KinematicReplay, which have entries",
     "haptic_env.sensors.Lasting": "what Bias and Drift have in common",
     "haptic_env.sensors.FeltAngles": "made by ExploreEnv.felt_at, of sensors that have entries",

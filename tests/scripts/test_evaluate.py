@@ -20,7 +20,7 @@ import pytest
 import trimesh
 
 from haptic_lab.commands import evaluate
-from haptic_lab.conditions import CONTACTS, DEFAULTS, LATER, Condition
+from haptic_lab.conditions import CONTACTS, DEFAULTS, UNTOLD, Condition
 from haptic_lab.sweeps import executors, measures, options, results, tasks, worker
 
 pytestmark = pytest.mark.usefixtures("coarse")
@@ -249,8 +249,8 @@ def test_a_product_is_a_row_each_and_a_row_runs_again(tmp_path: Path) -> None:
     assert evaluate.main([*TINY, *several, "--classifiers", "--out", str(tmp_path)]) == 0
     rows = pd.read_csv(tmp_path / "trials.csv")
     assert len(rows) == 2 * 2 * 2 * 2
-    key = [name for name in results.KEY if name not in LATER]
-    assert not {*LATER} & {*rows}, "it is a table as from before there were any"
+    key = [name for name in results.KEY if name not in UNTOLD]
+    assert not {*UNTOLD} & {*rows}, "it is a table as from before there were any"
     assert not rows.duplicated(key).any()
     assert not list((tmp_path / "exemplars").iterdir()), "nothing learns from them"
     error = rows[rows["observer"] == "floor"].groupby("bias_deg")["pose_error_online_deg"].mean()

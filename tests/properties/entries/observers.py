@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import warnings
 from collections.abc import Mapping
 from dataclasses import fields
@@ -12,7 +13,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 import observer
-from haptic_env import hands
+from haptic_env import hands, reading
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
@@ -21,6 +22,7 @@ from observer.maps.matching import MATCHING
 from observer.pose.motions import MOTIONS
 from tests.properties import samples
 from tests.properties.entry import Entry
+from tests.properties.files import archives, file
 from tests.properties.parameters import (
     Parameter,
     array,
@@ -230,6 +232,27 @@ OBSERVER = Allowed(words=("observer", "solids", "candidate", "voxels", "memory",
 DRAWN: Mapping[str, Parameter] = {"steps": Parameter(STEPS | WILD, STEPS, needed=True)}
 NAMED = Parameter(name(NAMES).valid, odd_names, needed=True)
 
+
+def _explored() -> HapticSLAM:
+    """An observer in mid-trial."""
+    made = HapticSLAM(samples.hand(), particles=2, lag=1, grid=samples.grid())
+    made.reset(seed=0)
+    for step in _legal_but_wild("rest", 0)[:3]:
+        made.step(**step)
+    return made
+
+
+@lru_cache(maxsize=1)
+def _saved() -> Parameter:
+    """Files of one that was saved."""
+    with tempfile.TemporaryDirectory() as folder:
+        _explored().save(f"{folder}/state.npz")
+        arrays = dict(reading.npz(f"{folder}/state.npz"))
+    return file(".npz", samples.npz(arrays), also=archives(arrays), there=True)
+
+
+# Not before it is asked for: it takes an observer that has observed.
+SAVED = Parameter(st.deferred(lambda: _saved().valid), st.deferred(lambda: _saved().odd), needed=True)
 ENTRIES: dict[str, Entry] = {
     **{
         f"observer.variants[{kind}].step": Entry(
@@ -265,6 +288,15 @@ ENTRIES: dict[str, Entry] = {
     "observer.HapticSLAM.reset": Entry(
         lambda **call: _explore(samples.slam(), [], **call), {"seed": seed(), "joint_angles": ANGLES}, weight=2
     ),
+    "observer.HapticSLAM.save": Entry(
+        lambda path: _explored().save(path), {"path": file(".npz", b"").always}, Allowed(files=True)
+    ),
+    "observer.HapticSLAM.load": Entry(
+        lambda path: HapticSLAM.load(path).map_now(),
+        {"path": SAVED},
+        Allowed(files=True, words=("input",)),
+        weight=0.3,
+    ),
     "observer.PoseOnly": Entry(partial(_made, PoseOnly), {**POSE_ONLY, "stride": integer(1, 4)}, OBSERVER),
     "observer.PoseOnly.reset": Entry(
         lambda **call: _explore(_observer("smoother_pose"), [], **call), {"seed": seed(), "joint_angles": ANGLES}
@@ -287,8 +319,12 @@ ENTRIES: dict[str, Entry] = {
     ),
     "observer.variants.check": Entry(lambda name: variants.check("name", name), {"name": NAMED}),
     "observer.warm_up": Entry(
-        lambda hand, progress: observer.warm_up(hand, progress),
-        {"hand": Parameter(odd_numbers, odd_numbers | odd_names, needed=True), "progress": one_of(None).always},
+        lambda hand, progress, **call: observer.warm_up(hand, progress, **call),
+        {
+            "hand": Parameter(odd_numbers, odd_numbers | odd_names, needed=True),
+            "progress": one_of(None).always,
+            "observer": one_of(None),
+        },
         weight=0.3,
     ),
     "observer.ContactModel": Entry(
