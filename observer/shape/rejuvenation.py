@@ -4,7 +4,8 @@ Shapes: H hypotheses, V variants of each solid, P patches. Lengths in metres.
 
 A turn in space has many peaks: what fits an edge fits any edge. Variants that are drawn towards their mean (Liu & West,
 `observer.shape.hypotheses`) would lie between them. So what was felt is kept, and a variant moves where it explains all
-of that: Metropolis's rule, which leaves the posterior of a label as it is and its evidence untouched.
+of that: Metropolis's rule, which leaves the posterior of a label as it is and its evidence untouched. Where all of a
+solid's variants have missed what explains it, they are drawn anew about its modes (`observer.shape.mode_search`).
 
 References:
     Gilks & Berzuini 2001, J. R. Statist. Soc. B 63, 127-146 (resample, then move).
@@ -24,7 +25,8 @@ from observer.shape.skin import Skin
 
 FEWEST, MOST, REPLAYED = 1, 2, 80  # moves each time that a solid's variants are resampled: many while looks are few
 AT_A_STEP = 15_000  # records held against hypotheses after which moves wait for the next step: some ten milliseconds
-WORTH = 0.01  # share of the posterior below which a solid's variants are resampled and not moved
+WORTH = 0.01  # share of the posterior below which a solid's variants are resampled and not moved; less beyond
+MANY_SOLIDS = 50
 FEW = 40  # variants of such a solid
 FEWEST_TOUCHES, GROWN = 3.0, 1.5  # before modes are searched for; times as many before they are again
 SOONER = 1.2  # solids that may be it are searched for so many times sooner
@@ -54,6 +56,7 @@ class Rejuvenation:
         self._spent = 0  # records held against hypotheses in this step
         self._fit = np.zeros(variants.hypotheses)  # the log likelihood of all looks, of each hypothesis where it now is
         solids = variants.hypotheses // variants.count
+        self._worth = WORTH * min(1.0, MANY_SOLIDS / solids)
         self._step = np.full(solids, FIRST_STEP)
         self._due = np.zeros(solids, dtype=np.int64)  # moves of each solid
         self._awake = np.full(solids, variants.count)
@@ -87,7 +90,7 @@ class Rejuvenation:
         """
         changed = False
         share = self._share(log_evidence)
-        wanted = np.where(share < WORTH, min(FEW, self._variants.count), self._variants.count)
+        wanted = np.where(share < self._worth, min(FEW, self._variants.count), self._variants.count)
         for solid, _, kept in self._variants.resampled(log_evidence, rng, self._awake, wanted):
             first = solid * self._variants.count
             mine = slice(first, first + len(kept))
@@ -117,7 +120,7 @@ class Rejuvenation:
         if not self._due.any():
             return changed
         share = self._share(log_evidence)
-        self._due[share < WORTH] = 0
+        self._due[share < self._worth] = 0
         while self._due.any() and spent < AT_A_STEP:
             solid = int(np.argmax(np.where(self._due > 0, share, -1.0)))
             spent += self._metropolis(units, solid, rng)
@@ -134,8 +137,8 @@ class Rejuvenation:
         """
         share = self._share(log_evidence)
         grown = self._felt.touched_so_far / np.maximum(self._searched, FEWEST_TOUCHES / GROWN)
-        solid = int(np.argmax(grown * np.where(share > WORTH, SOONER, 1.0)))
-        if grown[solid] * (SOONER if share[solid] > WORTH else 1.0) < GROWN:
+        solid = int(np.argmax(grown * np.where(share > self._worth, SOONER, 1.0)))
+        if grown[solid] * (SOONER if share[solid] > self._worth else 1.0) < GROWN:
             return False
         self._searched[solid] = self._felt.touched_so_far
         first, awake = solid * self._variants.count, self._awake[solid]
