@@ -87,6 +87,9 @@ class TouchLayout:
         else:
             told = np.where(np.isnan(told), np.nan, told > self.threshold)
         result = np.full((len(values), len(self.measured)), np.nan)
+        if len(self.measured) == len(self.patch):  # a taxel each
+            result[:, self.patch] = told
+            return result, odd
         for column, patch in enumerate(self.patch):
             result[:, patch] = np.fmax(result[:, patch], told[:, column])  # where any of its taxels is touched
         return result, odd

@@ -207,6 +207,11 @@ class LiveMerger:
             yield self._tell(self._at(self._next))
 
     @property
+    def newest(self) -> float:
+        """The time of the newest sample of joints, s; minus infinity where there is none."""
+        return self._joints.newest
+
+    @property
     def _told(self) -> float:
         """The step that was told last."""
         return self._at(self._next - 1)

@@ -19,6 +19,7 @@ from haptic_lab.live.record import StepRecord
 from observer import Belief, HapticSLAM, ShapePosterior
 
 NEVER = 5.0  # s: what has not come by then is told
+BEHIND = 1.0  # s, of the belief behind what has come
 AGAIN = 5.0  # s between two times that the same is told
 
 
@@ -215,6 +216,10 @@ class LiveSession:
                 self._silent ^= {kind}
                 is_silent = f"{stream} is silent: no {kind} are measured, and the belief grows vaguer"
                 self._say(is_silent if kind in silent else f"{stream} is back")
+        behind = 0.0 if self.told is None else self.merger.newest - self.told.time
+        if behind > BEHIND and now - self._never.get("behind", -np.inf) > AGAIN:
+            self._never["behind"] = now
+            self._say(f"the observer is {behind:.1f} s behind: take fewer steps a second, or fewer particles")
         if counts.clock_steps > self._seen:
             self._seen = counts.clock_steps
             self._say("the clock of a stream has stepped; its samples go on where they were")
