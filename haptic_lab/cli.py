@@ -23,6 +23,7 @@ COMMANDS = {
     "learn": "let it feel a new object, to recognise it later",
     "library": "list the objects that were learnt",
     "replay": "let the hand repeat a recording, and name what it touched",
+    "live": "observe a hand as it moves, from streams of joints and contacts",
     "evaluate": "measure the observer between its brackets over many trials",
     "figures": "draw the figures of the paper, and those beyond it",
     "train": "train a policy to name what the hand touches",

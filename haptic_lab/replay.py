@@ -104,10 +104,26 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
 def _measured(settings: Any, recording: MeasuredTouch) -> ExplorationSession:
     hand = recording.hand
     solid = None if settings.shape is None else shapes.usual(settings.shape, hand, settings.scale)
-    namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand), **SINKING_NAMER)
-    told = {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
+    namer, candidates, told = of_measured(settings, hand)
     env = MeasuredPlayback(recording, solid)
     return ExplorationSession(env, RepeatTorques(env, []), candidates, namer, told, measured=recording)
+
+
+def of_measured(settings: Any, hand: Hand) -> tuple[ShapePosterior, Candidates, dict[str, Any]]:
+    """Say who observes a hand whose touch is measured, in a file or as it comes.
+
+    Args:
+        settings: `ExplorationSettings`.
+        hand: that moved.
+
+    Returns:
+        The namer, what the object may be, and keywords of the observer.
+
+    Raises:
+        ValueError: for candidates that are none.
+    """
+    namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand), **SINKING_NAMER)
+    return namer, candidates, {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
 
 
 def _felt(settings: Any, recording: Recording) -> ExplorationSession:

@@ -69,7 +69,17 @@ def _usual(path: Path, hand: Hand) -> ColumnMap:
             touch_stream="contacts",
             touch_order=hand.patches.names,
         )
-    return ColumnMap(str(path))
+    return ColumnMap(str(path), control_hz=_rate(path))
+
+
+def _rate(path: Path) -> float | None:
+    """The rate of the steps, where an `.npz` tells it as `control_hz`."""
+    if path.suffix.lower() != ".npz" or "control_hz" not in (content := reading.npz(path)):
+        return None
+    try:
+        return validate.number("control_hz", content["control_hz"].item(), 1.0, 500.0, unit="Hz")
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def read_measured(path: Path | str, columns: ColumnMap | None, hand: Hand, *, part: str | None = None) -> MeasuredTouch:

@@ -5,6 +5,7 @@ Shapes: T samples, K steps, J joints, P patches. Seconds. NaN: not measured.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -81,7 +82,7 @@ def in_order(source: str, what: str, time: Array, values: Array) -> Samples:
     return Samples(stamps[fresh], values[order][fresh], int((back > 0).sum()), int((~fresh).sum()))
 
 
-def angles_at(samples: Samples, steps: Array) -> Array:
+def angles_at(samples: Samples, steps: Array, step: float | None = None) -> Array:
     """Tell where joints were at steps.
 
     Between two samples of a joint that are at most `BRIDGED` steps apart a line is drawn; elsewhere the nearest sample
@@ -90,17 +91,14 @@ def angles_at(samples: Samples, steps: Array) -> Array:
     Args:
         samples: of angles (T, J) rad.
         steps: (K,) s, evenly spaced.
+        step: s, from one to the next; None: as the first two lie.
 
     Returns:
         (K, J) rad; NaN where a joint was not measured.
     """
-    step = steps[1] - steps[0]
+    step = steps[1] - steps[0] if step is None else step
     result = np.full((len(steps), samples.values.shape[1]), np.nan)
-    for joint, told in enumerate(samples.values.T):
-        finite = np.isfinite(told)
-        time, value = samples.time[finite], told[finite]
-        if not len(time):
-            continue
+    for joints, time, value in _alike(samples):
         after = np.searchsorted(time, steps).clip(1, max(len(time) - 1, 1))
         before = after - 1
         after = after.clip(max=len(time) - 1)
@@ -109,41 +107,61 @@ def angles_at(samples: Samples, steps: Array) -> Array:
         gap = time[after] - time[before]
         inside = (time[before] <= steps) & (steps <= time[after]) & (gap > 0) & (gap <= BRIDGED * step)
         share = np.divide(steps - time[before], gap, out=np.zeros(len(steps)), where=gap > 0)
-        between = value[before] + share * (value[after] - value[before])
-        result[:, joint] = np.where(inside, between, np.where(away <= 0.5 * step, value[near], np.nan))
+        between = value[before] + share[:, None] * (value[after] - value[before])
+        alone = np.where((away <= 0.5 * step)[:, None], value[near], np.nan)
+        told = np.where(inside[:, None], between, alone)
         exact = away <= SAME * step
-        result[exact, joint] = value[near[exact]]
+        told[exact] = value[near[exact]]
+        result[:, joints] = told
     return result
 
 
-def contacts_at(samples: Samples, steps: Array) -> Array:
+def contacts_at(
+    samples: Samples, steps: Array, grid: tuple[float, float] | None = None, interval: float | None = None
+) -> Array:
     """Tell what was touched at steps: whatever touched about a step; and where samples come less often, the nearest.
 
     Args:
         samples: of contacts (T, P), 0 or 1.
         steps: (K,) s, evenly spaced.
+        grid: s, when the first of all steps is, and from one to the next; None: these are all, as they lie.
+        interval: s, from one sample to the next, usually; None: as they lie.
 
     Returns:
         (K, P), 0 or 1; NaN where a patch was not measured.
     """
-    step = steps[1] - steps[0]
+    first, step = (steps[0], steps[1] - steps[0]) if grid is None else grid
+    skipped = 0 if grid is None else int(np.rint((steps[0] - first) / step))
     result = np.full((len(steps), samples.values.shape[1]), np.nan)
-    held = max(0.5 * step, HELD * samples.interval) if len(samples) > 1 else 0.5 * step
-    for patch, told in enumerate(samples.values.T):
-        finite = np.isfinite(told)
-        time, value = samples.time[finite], told[finite]
-        if not len(time):
-            continue
-        of = np.rint((time - steps[0]) / step).astype(np.int64)
+    if interval is None and len(samples) > 1:
+        interval = samples.interval
+    held = 0.5 * step if interval is None else max(0.5 * step, HELD * interval)
+    for patches, time, value in _alike(samples):
+        of = np.rint((time - first) / step).astype(np.int64) - skipped
         inside = (of >= 0) & (of < len(steps))
-        most = np.full(len(steps), -np.inf)
+        most = np.full((len(steps), value.shape[1]), -np.inf)
         np.maximum.at(most, of[inside], value[inside])
         after = np.searchsorted(time, steps).clip(max=len(time) - 1)
         before = (after - 1).clip(min=0)
         near = np.where(np.abs(time[after] - steps) < np.abs(steps - time[before]), after, before)
         close = np.abs(time[near] - steps) <= held
-        result[:, patch] = np.where(np.isfinite(most), most, np.where(close, value[near], np.nan))
+        result[:, patches] = np.where(np.isfinite(most), most, np.where(close[:, None], value[near], np.nan))
     return result
+
+
+def _alike(samples: Samples) -> Iterator[tuple[NDArray[np.int64], Array, Array]]:
+    """The columns that were measured in the same samples, together: which they are, the time of these, the values."""
+    finite = np.isfinite(samples.values)
+    masks: dict[bytes, list[int]] = {}
+    if finite.all():  # mostly
+        masks[finite[:, :1].tobytes()] = list(range(finite.shape[1]))
+    else:
+        for column in range(finite.shape[1]):
+            masks.setdefault(finite[:, column].tobytes(), []).append(column)
+    for columns in masks.values():
+        rows = finite[:, columns[0]] if columns else np.zeros(0, dtype=bool)
+        if rows.any():
+            yield np.array(columns), samples.time[rows], samples.values[rows][:, columns]
 
 
 def longest_run(missing: NDArray[np.bool_]) -> int:

@@ -37,7 +37,7 @@ def test_it_tells_its_version(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("exlpore",), "unknown command 'exlpore' (did you mean 'explore'?); choose from bench, evaluate, explore"),
+        (("exlpore",), "unknown command 'exlpore' (did you mean 'explore'?); choose from bench"),
         (("Explore", "--help"), "unknown command 'Explore' (did you mean 'explore'?); choose from"),
         (("sphere",), "unknown command 'sphere'; choose from bench"),
         (("a\nb",), r"unknown command 'a\nb'; choose from bench"),

@@ -57,6 +57,8 @@ def flags(command: str) -> frozenset[str]:
     text = (place / "commands" / f"{command.replace('-', '_')}.py").read_text()
     if command in ("explore", "figures", "train"):
         text += (place / "believed.py").read_text() + "".join(f'"--{name.replace("_", "-")}"' for name in DEFAULTS)
+    if command == "live":
+        text += (place / "believed.py").read_text()
     if command == "explore":
         text += (place / "exploration" / "learnt.py").read_text()
     if command == "figures":

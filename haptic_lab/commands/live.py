@@ -1,0 +1,202 @@
+"""Observe a hand as it moves: joints and contacts come as streams, what is believed goes out as streams.
+
+Streams are those of the Lab Streaming Layer (--lsl-in), or JSON lines by UDP (--udp). docs/live.md has the formats.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from haptic_env import hands, recordings, registration, validate
+from haptic_env.hand import Hand
+from haptic_env.recordings import ColumnMap
+from haptic_env.recordings.measured import USUAL_HZ
+from haptic_lab import believed, replay
+from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
+from haptic_lab.live import udp
+from haptic_lab.live.layout import layouts
+from haptic_lab.live.lsl import LslSink, LslSource
+from haptic_lab.live.record import StepRecord
+from haptic_lab.live.session import LiveSession
+from haptic_lab.terminal import Parser, as_path, make_console, tell, tell_error
+from haptic_lab.trial import make_observers
+from haptic_lab.warm_up import get_ready, told_on
+from haptic_lab.worlds import environment, expanded, typed_shape
+from observer import HapticSLAM, warm_up
+
+EXAMPLE = """examples: haptic-slam live --lsl-in Glove Skin --hand adroit --columns map.toml --record session.npz
+          haptic-slam live --udp 5005 --udp-out 5006 --hand two_finger --candidates cube sphere
+          haptic-slam replay session.npz --hand two_finger"""
+UNTOLD: dict[str, Any] = {"seconds": None, "policy": "random_torque", "out": "out/live"}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
+    parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add("--lsl-in", nargs="+", metavar="NAME", help="streams that have the joints and the contacts")
+    add("--udp", type=int, metavar="PORT", help="listen for JSON lines at this port instead; 0: any that is free")
+    add("--host", default=udp.HERE, help=f"address at which to listen (default {udp.HERE}: this machine only)")
+    add("--udp-out", type=int, metavar="PORT", help="send beliefs to this port of this machine, as JSON lines")
+    add("--hand", help=f"whose joints and patches they are: {', '.join(hands.HANDS)}, or {hands.OWN}")
+    meaning = "TOML: which column is which joint, and which taxel which patch (docs/recordings.md)"
+    add("--columns", type=as_path, metavar="FILE", help=meaning)
+    rate = f"steps a second (default: as joints come, {USUAL_HZ:g} at most; --udp {USUAL_HZ:g})"
+    add("--control-hz", type=float, metavar="HZ", help=rate)
+    named = "what the object may be, shapes or sets, each at its own size (default: the four shapes)"
+    add("--candidates", type=typed_shape, nargs="+", metavar="SHAPE", help=named)
+    add("--none", type=float, default=0.0, help="prior probability that it is none of these (default 0)")
+    add("--sigma", type=float, help="error of the joint sensors, SD in degrees (default 3)")
+    believed.add_flags(add)
+    add("--particles", type=int, help="hypotheses of the observer (default 200)")
+    add("--seed", type=int, help="of all that is left to chance (default 0)")
+    add("--record", type=as_path, metavar="FILE", help="keep what was told to the observer, as .npz for replay")
+    add("--save", type=as_path, metavar="FILE", help="keep the observer as it is at the end (HapticSLAM.load)")
+    add("--seconds", type=float, help="end after so long (default: at Ctrl-C)")
+    given = vars(parser.parse_args(arguments))
+    source: LslSource | udp.UdpSource | None = None
+    try:
+        source, session, sinks = _set_up(given)
+    except (ValueError, ImportError, OSError) as error:
+        tell_error(str(error))
+        return 2
+    return _run(given, source, session, sinks)
+
+
+def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:
+    if (given["lsl_in"] is None) == (given["udp"] is None):
+        raise ValueError("say where joints and contacts come from: --lsl-in NAME ... or --udp PORT")
+    for name in ("udp", "udp_out"):
+        if given[name] is not None:
+            validate.integer(f"--{name.replace('_', '-')}", given[name], 0, 65535)
+    if given["seconds"] is not None:
+        validate.number("--seconds", given["seconds"], 0.0, above=0.0, unit="s")
+    columns = None if given["columns"] is None else recordings.read_columns(given["columns"])
+    hand = _hand(given, columns)
+    settings = _settings(given, hand)
+    rate = given["control_hz"] or (columns.control_hz if columns is not None else None)
+    if rate is not None:
+        rate = validate.number("--control-hz", rate, 1.0, 500.0, unit="Hz")
+    record = StepRecord(None if given["record"] is None else Path(given["record"]), hand, rate or USUAL_HZ)
+    source: Any
+    if given["udp"] is None:
+        source = LslSource(given["lsl_in"])
+        named, rates = [(name, source.labels[name]) for name in given["lsl_in"]], source.rates
+    else:
+        labels = _udp_columns(hand, columns)
+        source = udp.UdpSource(given["udp"], given["host"], labels, _say)
+        named, rates = list(labels.items()), {}
+    try:
+        found = layouts(named, columns, hand)
+        rate = rate or _rate(rates.get(found[0].stream, 0.0), found[0].stream, given["udp"] is not None)
+        touched = rates.get(found[1].stream, 0.0)
+        record = StepRecord(record.path, hand, rate)
+        namer, _, told = replay.of_measured(settings, hand)
+        noise = settings.told(settings.noise, hand)
+        told = {"control_hz": rate, **noise, **told}
+        slam = make_observers((OBSERVER,), hand, particles=settings.particles, **told)[OBSERVER]
+        assert isinstance(slam, HapticSLAM)
+        sinks: list[Any] = []
+        if given["udp"] is None:
+            sinks.append(LslSink(hand.joint_names, namer.labels, rate))
+        if given["udp_out"] is not None:
+            sinks.append(udp.UdpSink(given["udp_out"], udp.HERE, hand.joint_names))
+    except BaseException:
+        source.close()
+        raise
+    interval = 1.0 / touched if touched > 0.0 else 1.0 / rate
+    return source, LiveSession(slam, namer, found, interval, settings.seed, record, _say), sinks
+
+
+def _say(told: str) -> None:
+    tell("warning", told)
+
+
+def _hand(given: dict[str, Any], columns: ColumnMap | None) -> Hand:
+    name = given["hand"] or (columns.hand if columns is not None else None)
+    if given["hand"] is None and columns is not None and registration.is_file(name):
+        name = str(Path(given["columns"]).parent / str(name))
+    if name is None:
+        raise ValueError("say whose joints and patches they are: --hand NAME, or hand = NAME in --columns")
+    return hands.make(hands.check("--hand", name))
+
+
+def _settings(given: dict[str, Any], hand: Hand) -> ExplorationSettings:
+    told = {name: given[name] for name in (*believed.BELIEVED, "sigma", "particles", "seed", "none")}
+    known = {**DEFAULTS, **UNTOLD, **{name: each for name, each in told.items() if each is not None}}
+    among = None if given["candidates"] is None else expanded(given["candidates"], trust=False)
+    return ExplorationSettings(**{**known, "env": environment(hand.source or hand.name), "candidates": among})
+
+
+def _udp_columns(hand: Hand, columns: ColumnMap | None) -> dict[str, Sequence[str]]:
+    """What a line may tell of joints, and of contacts."""
+    joints: Sequence[str] = hand.joint_names
+    touch: Sequence[str] = hand.patches.names
+    if columns is not None:
+        joints = [f"joints[{k}]" for k in range(len(columns.joints_order))] or list(
+            dict.fromkeys(line.column for line in columns.joints.values() if line.column is not None)
+        )
+        touch = [f"contacts[{k}]" for k in range(len(columns.touch_order))] or list(columns.taxels)
+    return {udp.JOINTS: joints or hand.joint_names, udp.CONTACTS: touch or hand.patches.names}
+
+
+def _rate(nominal: float, stream: str, usual: bool) -> float:
+    """Hz of the steps: as of a recording whose joints come so often."""
+    if nominal > 0.0:
+        if not 1.0 <= nominal <= 1e5:
+            raise ValueError(f"stream {stream!r} tells a rate of {nominal:g} Hz; it must be from 1 to 100000, or 0")
+        return min(max(round(nominal, 3), 1.0), USUAL_HZ)
+    if not usual:
+        raise ValueError(f"stream {stream!r} tells no rate: say by --control-hz how many steps a second there are")
+    return USUAL_HZ
+
+
+def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[Any]) -> int:
+    console = make_console()
+    slam = session.slam
+    with told_on(console):
+        get_ready(console, slam.hand)
+        warm_up(slam.hand, observer=slam)
+    where = f"UDP port {source.port}" if isinstance(source, udp.UdpSource) else ", ".join(given["lsl_in"])
+    console.print(
+        f"Listening to {where} for hand {slam.hand.name}, {slam.control_hz:g} steps a second; Ctrl-C ends it …"
+    )
+
+    def interrupt(*_: object) -> None:
+        session.stop = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
+
+    usual = signal.signal(signal.SIGINT, interrupt)
+    try:
+        session.run(source, sinks, given["seconds"])
+    finally:
+        signal.signal(signal.SIGINT, usual)
+        source.close()
+        for sink in sinks:
+            sink.close()
+        if session.record.write():
+            console.print(f"Recorded: {session.record.path}, {len(session.record)} steps", highlight=False)
+    if given["save"] is not None and session.told is not None:
+        slam.save(given["save"])
+    counts = session.merger.counts
+    console.print(
+        f"{counts.steps} steps told; {counts.joints} samples of joints and {counts.touch} of touch, {counts.late} "
+        f"late, {counts.repeated} twice, {counts.refused} numbers refused, {counts.clock_steps} steps of clocks; "
+        f"{counts.joints_missing} steps without a joint, {counts.touch_missing} without touch",
+        highlight=False,
+    )
+    if session.told is not None:
+        best = int(session.told.posterior.argmax())
+        console.print(f"Most likely: {session.told.labels[best]}, {session.told.posterior[best]:.0%}", highlight=False)
+    return 0

@@ -1,0 +1,1 @@
+"""The observer beside a moving hand: streams in, beliefs out."""

@@ -1,0 +1,272 @@
+"""Samples as they come, on the steps of an observer: as a whole recording is merged, but for what nobody can know yet.
+
+A step is told as soon as no sample that comes in time can change it. What comes later than that changes nothing that
+was told: a touch then counts for the next step, so that none is lost. Where a stream falls silent, steps wait for it
+for `PATIENCE`, and are then told as not measured.
+
+Shapes: T samples, J joints, P patches, M of them measured. Seconds. NaN: not measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+from haptic_env.recordings.merging import BRIDGED, HELD, LATE, SAME, Samples, angles_at, contacts_at
+from haptic_lab.live.clock import StreamClock
+
+PATIENCE = 0.25  # s
+SILENT = 1.0  # s: of a stream that is silent for so long nothing is waited for
+EARLY = 0.25  # of the interval: samples of touch come no earlier than that before they are due
+
+
+class LiveStep(NamedTuple):
+    """What an observer is told at a step.
+
+    Attributes:
+        time: s, on the line of all streams.
+        joint_angles: (J,) rad.
+        contacts: (P,) 0 or 1.
+    """
+
+    time: float
+    joint_angles: Array
+    contacts: Array
+
+
+@dataclass
+class Counts:
+    """What became of samples.
+
+    Attributes:
+        joints: that came.
+        touch: that came.
+        late: that came when their step was told.
+        repeated: with the time stamp of another.
+        refused: numbers that no joint, or no contact, can have.
+        clock_steps: how often a clock has stepped.
+        steps: that were told.
+        joints_missing: steps without the angle of some joint.
+        touch_missing: steps without any touch.
+    """
+
+    joints: int = 0
+    touch: int = 0
+    late: int = 0
+    repeated: int = 0
+    refused: int = 0
+    clock_steps: int = 0
+    steps: int = 0
+    joints_missing: int = 0
+    touch_missing: int = 0
+
+
+class _Stream:
+    """The samples of a stream that still count, in the order of their time."""
+
+    def __init__(self, width: int, keep: float) -> None:
+        self.clock, self.keep = StreamClock(), keep
+        self.time, self.values = np.empty(0), np.empty((0, width))
+        self.heard: float | None = None  # when it was heard last, by this machine
+
+    @property
+    def newest(self) -> float:
+        return float(self.time[-1]) if len(self.time) else -np.inf
+
+    def add(self, time: Array, values: Array) -> int:
+        """Take samples in; how many are there twice."""
+        known = np.isfinite(values).any(axis=1)
+        time, values = np.concatenate([self.time, time[known]]), np.concatenate([self.values, values[known]])
+        order = np.argsort(time, kind="stable")
+        time, values = time[order], values[order]
+        fresh = np.diff(time, prepend=-np.inf) > 0
+        self.time, self.values = time[fresh], values[fresh]
+        return int((~fresh).sum())
+
+    def forget(self, before: float) -> None:
+        keep = int(np.searchsorted(self.time, before))
+        if keep > 256:
+            self.time, self.values = self.time[keep:].copy(), self.values[keep:].copy()
+
+    def about(self, low: float, high: float) -> Samples:
+        rows = slice(np.searchsorted(self.time, low), np.searchsorted(self.time, high, side="right"))
+        return Samples(self.time[rows], self.values[rows])
+
+
+class LiveMerger:
+    """Two streams on the steps of an observer.
+
+    Attributes:
+        counts: of samples and steps.
+    """
+
+    def __init__(self, joints: int, patches: int, measured: NDArray[np.int64], rate: float, interval: float) -> None:
+        """Begin before the first sample.
+
+        Args:
+            joints: J.
+            patches: P.
+            measured: (M,) the patches that are.
+            rate: Hz, of the steps.
+            interval: s, from one sample of touch to the next, usually.
+        """
+        self.counts, self._patches, self._measured = Counts(), patches, measured
+        self._rate, self._interval = rate, interval
+        self._keep = 2.0 * max(BRIDGED / rate, HELD * interval) + LATE
+        self._joints, self._touch = _Stream(joints, self._keep), _Stream(len(measured), self._keep)
+        self._start: float | None = None
+        self._step, self._begun, self._next = 0.0, 0.0, 0
+        self._carried = np.zeros(len(measured), dtype=bool)  # touched, but told too late for their own step
+
+    def add_joints(self, stamps: Array, angles: Array, arrival: float) -> None:
+        """Take in angles.
+
+        Args:
+            stamps: (T,) s, by the stream.
+            angles: (T, J) rad.
+            arrival: s, by this machine.
+        """
+        if not len(stamps):
+            return
+        time = self._heard(self._joints, stamps, arrival, self._touch)
+        self.counts.joints += len(time)
+        if self._start is not None:
+            self.counts.late += int((time < self._told).sum())
+        self.counts.repeated += self._joints.add(time, angles)
+        if self._start is None:
+            whole = np.isfinite(self._joints.values).all(axis=1)
+            if whole.any():
+                first = int(np.argmax(whole))
+                self._start, self._begun = float(self._joints.time[first]), arrival
+                self._step = (self._start + 1 / self._rate) - self._start  # as a recording's steps lie
+                self._joints.time, self._joints.values = self._joints.time[first:], self._joints.values[first:]
+
+    def add_touch(self, stamps: Array, contacts: Array, arrival: float) -> None:
+        """Take in contacts.
+
+        Args:
+            stamps: (T,) s, by the stream.
+            contacts: (T, M).
+            arrival: s, by this machine.
+        """
+        if not len(stamps):
+            return
+        time = self._heard(self._touch, stamps, arrival, self._joints)
+        self.counts.touch += len(time)
+        if self._start is not None and self._next:
+            late = np.rint((time - self._start) / self._step) < self._next
+            self.counts.late += int(late.sum())
+            self._carried |= (contacts[late] == 1.0).any(axis=0)
+        self.counts.repeated += self._touch.add(time, contacts)
+
+    def waits_for(self) -> str:
+        """Tell which stream the next step waits for: "joints" or "touch"."""
+        return "touch" if self._start is not None and self._joints_told(self._at(self._next)) else "joints"
+
+    def silent(self, now: float) -> list[str]:
+        """Tell which streams are silent.
+
+        Args:
+            now: s, by this machine.
+
+        Returns:
+            Their kinds.
+        """
+        kinds = {"joints": self._joints, "touch": self._touch}
+        return [kind for kind, each in kinds.items() if each.heard is not None and now - each.heard > SILENT]
+
+    def ready(self, now: float) -> Iterator[LiveStep]:
+        """Tell the steps of which all is known.
+
+        Args:
+            now: s, by this machine.
+
+        Yields:
+            One after the other.
+        """
+        while self._start is not None:
+            time = self._at(self._next)
+            if not (self._joints_told(time) or time <= self._end(self._joints, now)):
+                return
+            if not (self._touch_told(time) or time <= self._end(self._touch, now)):
+                return
+            yield self._tell(time)
+
+    def rest(self) -> Iterator[LiveStep]:
+        """Tell the steps up to the last sample of a joint, when no more will come.
+
+        Yields:
+            One after the other.
+        """
+        while self._start is not None and self._at(self._next) <= self._joints.newest + SAME * self._step:
+            yield self._tell(self._at(self._next))
+
+    @property
+    def newest(self) -> float:
+        """The time of the newest sample of joints, s; minus infinity where there is none."""
+        return self._joints.newest
+
+    @property
+    def _told(self) -> float:
+        """The step that was told last."""
+        return self._at(self._next - 1)
+
+    def _at(self, step: int) -> float:
+        assert self._start is not None
+        return self._start + step / self._rate
+
+    def _end(self, stream: _Stream, now: float) -> float:
+        """Up to when steps wait for a stream no longer."""
+        if stream is self._touch:
+            since = self._begun if stream.heard is None else stream.heard
+            if now - since > SILENT:
+                return np.inf
+        due = stream.clock.expected(now)
+        return -np.inf if due is None else due - PATIENCE
+
+    def _heard(self, stream: _Stream, stamps: Array, arrival: float, other: _Stream) -> Array:
+        if stream.heard is None and (due := other.clock.expected(arrival)) is not None:
+            stream.clock.begin(float(stamps[-1]), due)
+        stream.heard = arrival
+        time = stream.clock.mapped(stamps, arrival)
+        self.counts.clock_steps = self._joints.clock.steps + self._touch.clock.steps
+        return time
+
+    def _joints_told(self, time: float) -> bool:
+        """Whether no sample of joints can change a step: each joint has one at it or after it."""
+        after = int(np.searchsorted(self._joints.time, time - SAME * self._step))
+        values = self._joints.values[after:]
+        return bool(len(values)) and bool(
+            np.isfinite(values).any(axis=0).all() or self._joints.newest > time + BRIDGED * self._step
+        )
+
+    def _touch_told(self, time: float) -> bool:
+        """Whether no sample of touch that is in time can be of a step, or be nearer to it than what there is."""
+        ahead, newest = (1.0 - EARLY) * self._interval, self._touch.newest
+        return newest + ahead > time + 0.5 * self._step and time - newest <= 0.5 * ahead
+
+    def _tell(self, time: float) -> LiveStep:
+        steps = np.array([time])
+        about = self._keep
+        angles, contacts = np.full(self._joints.values.shape[1], np.nan), np.full(self._patches, np.nan)
+        near = self._joints.about(time - 2.0 * BRIDGED * self._step, time + 2.0 * BRIDGED * self._step)
+        if len(near):
+            angles = angles_at(near, steps, self._step)[0]
+        near = self._touch.about(time - about, time + about)
+        if len(near):
+            assert self._start is not None
+            told = contacts_at(near, steps, (self._start, self._step), self._interval)[0]
+            contacts[self._measured] = np.where(self._carried, 1.0, told)
+        self._carried[:] = False
+        self._next += 1
+        self.counts.steps += 1
+        self.counts.joints_missing += bool(np.isnan(angles).any())
+        self.counts.touch_missing += bool(np.isnan(contacts).all())
+        self._joints.forget(time - about)
+        self._touch.forget(time - about)
+        return LiveStep(time, angles, contacts)

@@ -1,0 +1,225 @@
+"""An observer beside a moving hand: what comes is merged by time, told to it, and what it believes is handed on.
+
+Shapes: T samples, C columns, J joints, C labels.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+from haptic_lab.live.layout import JointLayout, TouchLayout
+from haptic_lab.live.merging import LiveMerger, LiveStep
+from haptic_lab.live.record import StepRecord
+from observer import Belief, HapticSLAM, ShapePosterior
+
+NEVER = 5.0  # s: what has not come by then is told
+BEHIND = 1.0  # s, of the belief behind what has come
+AGAIN = 5.0  # s between two times that the same is told
+
+
+class Chunk(NamedTuple):
+    """Samples of a stream.
+
+    Attributes:
+        stream: its name.
+        stamps: (T,) s.
+        values: (T, C).
+    """
+
+    stream: str
+    stamps: Array
+    values: Array
+
+
+class Source(Protocol):
+    """Where samples come from."""
+
+    def poll(self, stream: str, seconds: float) -> Sequence[Chunk]:
+        """Hand out what has come, of any stream.
+
+        Args:
+            stream: that is waited for.
+            seconds: at most.
+        """
+
+    def close(self) -> None:
+        """End it."""
+
+
+class Told(NamedTuple):
+    """What is believed at a step, to be handed on.
+
+    Attributes:
+        time: s, of the step, by the line of all streams.
+        belief: of it.
+        labels: what the object may be.
+        posterior: probability of each.
+        entropy: bits, of these.
+    """
+
+    time: float
+    belief: Belief
+    labels: tuple[str, ...]
+    posterior: Array
+    entropy: float
+
+
+class Sink(Protocol):
+    """Where beliefs go."""
+
+    def tell(self, told: Told) -> None:
+        """Hand on.
+
+        Args:
+            told: what is believed.
+        """
+
+    def close(self) -> None:
+        """End it."""
+
+
+def entropy(posterior: Array) -> float:
+    """Tell how unsure names are.
+
+    Args:
+        posterior: (C,) probabilities.
+
+    Returns:
+        Bits.
+    """
+    some = posterior[posterior > 0.0]
+    return float(-(some * np.log2(some)).sum()) + 0.0
+
+
+class LiveSession:
+    """Runs until it is told to stop.
+
+    Attributes:
+        slam: the observer.
+        namer: names the object.
+        merger: of the streams.
+        record: of the steps.
+        told: what was believed last; None: there was no step.
+        stop: set to end it.
+    """
+
+    def __init__(
+        self,
+        slam: HapticSLAM,
+        namer: ShapePosterior,
+        layouts: tuple[JointLayout, TouchLayout],
+        interval: float,
+        seed: int,
+        record: StepRecord,
+        say: Callable[[str], object],
+    ) -> None:
+        """Put it together.
+
+        Args:
+            slam: the observer.
+            namer: names the object.
+            layouts: of joints and of touch.
+            interval: s, from one sample of touch to the next, usually.
+            seed: of all that is left to chance.
+            record: of the steps.
+            say: told what is to be known, in a line.
+        """
+        self.slam, self.namer, self.record, self._say = slam, namer, record, say
+        self._joints, self._touch = layouts
+        measured: NDArray[np.int64] = self._touch.measured
+        self.merger = LiveMerger(slam.hand.joints, len(slam.hand.patches), measured, slam.control_hz, interval)
+        # As a trial gives it to its observers.
+        self._seed = int(np.random.SeedSequence(seed).generate_state(2)[1])
+        self.told: Told | None = None
+        self.stop = False
+        self._never: dict[str, float] = {}
+        self._silent: set[str] = set()
+        self._seen = self.merger.counts.clock_steps
+
+    def run(self, source: Source, sinks: Sequence[Sink], seconds: float | None = None) -> None:
+        """Take in what comes until `stop` is set.
+
+        Args:
+            source: of the samples.
+            sinks: to which beliefs are told.
+            seconds: after which it ends; None: it does not.
+        """
+        begun = time.monotonic()
+        while not self.stop and (seconds is None or time.monotonic() - begun < seconds):
+            kind = self.merger.waits_for()
+            wanted = self._touch.stream if kind == "touch" else self._joints.stream
+            for chunk in source.poll(wanted, 0.02):
+                self.take(chunk, time.monotonic())
+            now = time.monotonic()
+            for step in self.merger.ready(now):
+                self.observe(step, sinks)
+                if self.stop:
+                    break
+            self._warn(now, begun)
+        for step in self.merger.rest():
+            self.observe(step, sinks)
+
+    def take(self, chunk: Chunk, arrival: float) -> None:
+        """Take samples in.
+
+        Args:
+            chunk: of a stream.
+            arrival: s, by this machine.
+        """
+        counts = self.merger.counts
+        if chunk.stream == self._joints.stream:
+            angles, odd = self._joints.angles(chunk.values)
+            counts.refused += odd
+            self.merger.add_joints(chunk.stamps, angles, arrival)
+        if chunk.stream == self._touch.stream:
+            contacts, odd = self._touch.contacts(chunk.values)
+            counts.refused += odd
+            self.merger.add_touch(chunk.stamps, contacts, arrival)
+
+    def observe(self, step: LiveStep, sinks: Sequence[Sink]) -> None:
+        """Tell the observer, and hand on what it believes.
+
+        Args:
+            step: what was felt.
+            sinks: to which it is told.
+        """
+        self.record.add(step)
+        if self.told is None:
+            belief = self.slam.reset(self._seed, step.joint_angles)
+            posterior = self.namer.reset(self._seed)
+        else:
+            belief = self.slam.step(None, step.joint_angles, step.contacts)
+            posterior = self.namer.update(belief)
+        self.told = Told(step.time, belief, self.namer.labels, posterior, entropy(posterior))
+        for sink in sinks:
+            sink.tell(self.told)
+
+    def _warn(self, now: float, begun: float) -> None:
+        """Tell of streams that do not come, or come no more, and of clocks that step."""
+        counts = self.merger.counts
+        silent = self.merger.silent(now)
+        for kind, count, stream in (
+            ("joints", counts.joints, self._joints.stream),
+            ("touch", counts.touch, self._touch.stream),
+        ):
+            never = f"no {kind} have come from {stream} for {now - begun:.0f} s; waiting on"
+            if not count and now - begun > NEVER and now - self._never.get(kind, -np.inf) > AGAIN:
+                self._never[kind] = now
+                self._say(never)
+            if (kind in silent) != (kind in self._silent):
+                self._silent ^= {kind}
+                is_silent = f"{stream} is silent: no {kind} are measured, and the belief grows vaguer"
+                self._say(is_silent if kind in silent else f"{stream} is back")
+        behind = 0.0 if self.told is None else self.merger.newest - self.told.time
+        if behind > BEHIND and now - self._never.get("behind", -np.inf) > AGAIN:
+            self._never["behind"] = now
+            self._say(f"the observer is {behind:.1f} s behind: take fewer steps a second, or fewer particles")
+        if counts.clock_steps > self._seen:
+            self._seen = counts.clock_steps
+            self._say("the clock of a stream has stepped; its samples go on where they were")

@@ -1,0 +1,69 @@
+"""How old a belief is when it is handed on: a minute at 100 Hz, MyoHand, 200 particles, by the Lab Streaming Layer.
+
+python -m pytest -m statistical -s tests/haptic_lab/live/test_age_long.py
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import uuid
+
+import numpy as np
+import pytest
+
+from haptic_lab.commands import live
+from haptic_lab.live import lsl
+from haptic_lab.live.session import Told
+from observer import warm_up
+from tests.haptic_lab.live.test_lsl import sending
+
+pytest.importorskip("mne_lsl")
+SECONDS, RATE = 60.0, 100.0
+
+
+class Ages:
+    """A sink that takes the age of each belief: from the time of its step, by the clock that its samples came with."""
+
+    def __init__(self) -> None:
+        self.clock, self.ages, self.times = lsl.library().local_clock, [], []
+
+    def tell(self, told: Told) -> None:
+        self.ages.append(self.clock() - told.time)
+        self.times.append(told.time)
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.statistical
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize("steps", [50, 100])
+def test_beliefs_are_of_now_and_nothing_is_lost(steps: int) -> None:
+    """How old they are, and how busy this machine is, is printed: an observer that is too slow for it falls behind."""
+    hand = "myo"
+    name, made = f"test{uuid.uuid4().hex[:8]}", []
+    with sending(name, hand, RATE, SECONDS + 60.0):  # for as long as it compiles, too
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(live, "_run", lambda *all_: made.append(all_) or 0)
+            streams = [f"{name}_joints", f"{name}_touch"]
+            given = ["--lsl-in", *streams, "--hand", hand, "--control-hz", str(steps)]
+            source = lsl.LslSource(streams)  # the sender waits for it, until all is compiled
+            patch.setattr(live, "LslSource", lambda _: source)
+            assert live.main(given) == 0
+        _, _, session, sinks = made[0]
+        warm_up(session.slam.hand, observer=session.slam)
+        ages, before = Ages(), os.times()
+        session.run(source, [*sinks, ages], SECONDS)
+        after = os.times()
+        source.close()
+    late = 1000.0 * np.array(ages.ages[10 * steps :])  # the first seconds catch up with what came before
+    median, most = np.quantile(late, (0.5, 0.99))
+    busy = (after.user + after.system - before.user - before.system) / SECONDS
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+    print(f"\n{steps} steps a second: age of a belief: median {median:.1f} ms, p99 {most:.1f} ms of {len(late)}")
+    print(f"{session.merger.counts}; {memory} MiB")
+    print(f"{busy:.0%} of a core; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+    assert session.merger.counts.late == 0
+    assert session.merger.counts.joints_missing == session.merger.counts.touch_missing == 0
+    assert np.allclose(np.diff(ages.times), 1.0 / steps)

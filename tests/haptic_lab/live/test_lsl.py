@@ -1,0 +1,140 @@
+"""Streams of the Lab Streaming Layer, from other processes: one that dies and comes back, of another width, never."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import threading
+import time
+import uuid
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from haptic_env import hands
+from haptic_lab.commands import live
+from haptic_lab.live.session import LiveSession
+from tests.haptic_lab.live.streams import Kept
+
+pytest.importorskip("mne_lsl")
+FEW = ["--hand", "two_finger", "--particles", "5", "--candidates", "cube", "sphere"]
+
+
+@contextlib.contextmanager
+def sending(name: str, hand: str = "two_finger", rate: float = 50.0, seconds: float = 60.0) -> Iterator[None]:
+    """Another process sends; it is killed at the end."""
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [os.getcwd(), *sys.path]))}
+    command = [sys.executable, "-m", "tests.haptic_lab.live.sender", name, hand, str(rate), str(seconds)]
+    with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, text=True) as child:
+        try:
+            assert child.stdout is not None
+            assert child.stdout.readline() == "ready\n"
+            yield
+        finally:
+            child.kill()
+
+
+@pytest.fixture
+def name() -> str:
+    """That nobody else sends by."""
+    return f"test{uuid.uuid4().hex[:8]}"
+
+
+def session(name: str, *more: str) -> tuple:
+    """Source, session and sinks as the command sets them up."""
+    made: list = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(live, "_run", lambda *all_: made.append(all_) or 0)
+        assert live.main(["--lsl-in", f"{name}_joints", f"{name}_touch", *FEW, *more]) == 0
+    return made[0][1:]
+
+
+@contextlib.contextmanager
+def running(source, made: LiveSession, sinks) -> Iterator[Kept]:
+    kept = Kept()
+    thread = threading.Thread(target=made.run, args=(source, [*sinks, kept]))
+    thread.start()
+    try:
+        yield kept
+    finally:
+        made.stop = True
+        thread.join()
+        source.close()
+        for sink in sinks:
+            sink.close()
+
+
+def wait(for_what, seconds: float = 30.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not for_what():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_joints_and_contacts_come_and_beliefs_go(name, capsys):
+    from mne_lsl import lsl
+
+    hand = hands.make("two_finger")
+    with sending(name):
+        source, made, sinks = session(name)
+        with running(source, made, sinks) as kept:
+            wait(lambda: len(kept.told) > 5)
+            (told,) = lsl.resolve_streams(timeout=5.0, name="haptic_slam_pose")
+            ear = lsl.StreamInlet(told)
+            ear.open_stream(timeout=5.0)
+            assert ear.get_sinfo().get_channel_names() == [*hand.joint_names, *(f"{j}_std" for j in hand.joint_names)]
+            stamps: list[float] = []
+            values: list = []
+
+            def heard() -> bool:
+                got, when = ear.pull_chunk(timeout=0.05)
+                stamps.extend(when)
+                values.extend(np.array(got))
+                return len(stamps) > 10
+
+            wait(heard)
+            there = {each.name for each in lsl.resolve_streams(timeout=1.0)}
+    assert {f"haptic_slam_{each}" for each in ("pose", "offset", "names", "entropy")} <= there
+    by_time = {told.time: told.belief for told in kept.told}
+    at = min(by_time, key=lambda time_: abs(time_ - stamps[3]))
+    np.testing.assert_array_equal(values[3], np.concatenate([by_time[at].joint_angles, by_time[at].joint_std]))
+    assert made.merger.counts.late == made.merger.counts.clock_steps == 0
+
+
+def test_a_sender_that_dies_and_comes_back(name, monkeypatch):
+    said: list[str] = []
+    with sending(name):
+        source, made, sinks = session(name)
+        made._say = said.append
+        thread = running(source, made, sinks)
+        kept = thread.__enter__()
+        wait(lambda: len(kept.told) > 20)
+    wait(lambda: len([each for each in said if "silent" in each]) == 2)
+    before = len(kept.told)
+    with sending(name):
+        wait(lambda: len([each for each in said if "back" in each]) == 2)
+        missing = lambda: np.isnan([each.belief.joint_angles for each in kept.told[-3:]]).any()  # noqa: E731
+        wait(lambda: len(kept.told) > before + 20 and not missing())
+        thread.__exit__(None, None, None)
+    assert made.merger.counts.joints_missing > 10
+
+
+def test_a_stream_that_never_comes_is_told(capsys):
+    began = time.monotonic()
+    assert live.main(["--lsl-in", "nobody", *FEW]) == 2
+    assert 4.0 < time.monotonic() - began < 30.0
+    told = capsys.readouterr().err
+    assert "no stream 'nobody' came within 5 s" in told
+    assert told.count("\n") == 1
+
+
+def test_a_stream_of_another_width_is_told(name, capsys):
+    with sending(name, "two_finger_arm"):
+        assert live.main(["--lsl-in", f"{name}_joints", *FEW]) == 2
+    told = capsys.readouterr().err
+    assert "8 joints and 50 patches" in told
+    assert f"'{name}_joints' has" in told
+    assert told.count("\n") == 1
