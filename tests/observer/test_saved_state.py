@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections import deque
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +16,7 @@ from haptic_env import hands
 from haptic_env.grid import Grid
 from haptic_env.pose import Pose
 from observer import HapticSLAM, ShapePosterior
-from observer.saved_state import FORMAT
+from observer.saved_state import CHANGED, FORMAT
 from observer.variants import make_observer
 
 SETTINGS: dict[str, dict[str, Any]] = {
@@ -216,3 +217,31 @@ def test_what_is_no_observer_is_told(tmp_path, trial):
     with pytest.raises(ValueError, match=r"solids=None"):
         HapticSLAM(trial.hand, particles=1, solids=ShapePosterior(trial.hand)).save(tmp_path / "state.npz")
     assert [each.name for each in tmp_path.iterdir()] == ["other.npz"]
+
+
+def _same(name: str, one: Any, other: Any) -> int:
+    """Compare all that objects are made of, whether it is listed as changed or not; how many numbers were compared."""
+    if isinstance(one, np.ndarray):
+        np.testing.assert_array_equal(one, other, err_msg=name)
+        return one.size
+    if isinstance(one, bool | int | float | np.generic | None):
+        assert one == other, name
+        return 1
+    assert type(one) is type(other), name
+    if type(one) in CHANGED:
+        assert vars(one).keys() == vars(other).keys()
+        return sum(_same(f"{name}.{key}", each, vars(other)[key]) for key, each in vars(one).items())
+    if isinstance(one, list | tuple | deque):
+        assert len(one) == len(other), name
+        return sum(_same(f"{name}.{k}", *each) for k, each in enumerate(zip(one, other, strict=True)))
+    return 0
+
+
+@pytest.mark.parametrize("settings", SETTINGS)
+def test_nothing_that_it_is_made_of_is_left_out(tmp_path, trial, settings):
+    """Also what the next steps do not ask for."""
+    observer = _before(trial, HapticSLAM(trial.hand, **SETTINGS[settings]), 30)
+    observer.save(tmp_path / "state.npz")
+    twin = HapticSLAM.load(tmp_path / "state.npz")
+    for name in ("pose", "_reports", "_state"):
+        assert _same(name, getattr(observer, name), getattr(twin, name)) or name == "_reports"
