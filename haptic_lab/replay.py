@@ -36,9 +36,10 @@ OBJECT = ("name", "size", "position", "quaternion")  # what settings say of the 
 SIMULATED = {"contacts": "simulated"}  # what they say where it is not the recording's own
 VOXEL = 0.005  # metres, of a map in the object's frame
 MARGIN = 0.03  # metres of a map about the object
-SMALL = 0.06  # metres, mean extent of an object whose map is drawn in hindsight
+SMALL = 0.075  # metres, mean extent of an object whose map is drawn in hindsight, and that is touched seldom
 # Hands fitted to markers sink into what they hold, fingertips by 5 to 13 mm, and all of their skin with them.
 SINKING = ContactModel(give=3.0, deep=1.0)
+SINKING_SMALL = replace(SINKING, touch=8.0, sustained=4.0, prior=0.1)  # few touches, each of which counts
 SINKING_NAMER: dict[str, Any] = {"press": 0.05, "tolerance": 0.003}
 # Where it is known to the millimetre how hand and object lay, and for seconds only, every step counts.
 FOLLOWED_NAMER: dict[str, Any] = {"press": 0.05, "tolerance": 0.001, "stride": 1, "temper": 0.3}
@@ -226,7 +227,8 @@ def _in_object_frame(
     # Skin that sinks in denies what it touches: in hindsight a map has more of the surface, but less of it is true. A
     # small object is touched so little at any one place that without hindsight its map has nothing at all.
     small = float(np.mean(solid.size)) < SMALL
-    told = {"motion": "kinematic", "grid": grid, "contact_model": SINKING, "in_hindsight": small}
+    model = SINKING_SMALL if small else SINKING
+    told = {"motion": "kinematic", "grid": grid, "contact_model": model, "in_hindsight": small}
     # For the pose the surface counts as exactly as it is known: what is not known of the pose is the pose's own matter.
     # A set without the object is not to pull the pose.
     surface = ShapePosterior(hand, candidates, press=FOLLOWED_NAMER["press"], none=settings.none or possible.DOUBT)
