@@ -26,13 +26,15 @@ from observer.shape.felt import Felt
 from observer.shape.hypotheses import RANGES, Variants
 from observer.shape.registration import UNKNOWNS, Touched, register
 
-STARTS, AGAIN = 16, 4  # turns at random, and variants there are that explain most
+STARTS, AGAIN = 64, 4  # turns at random, and variants there are that explain most
+FEW_STEPS, PROMISING, MANY_STEPS = 3, 8, 12  # how far all starts are moved, and how many of them on
 MODES = 8
 NEWER = 1.03  # times as much touched as when it was last put into the world
 APART = 0.003, 0.2  # m and rad by which modes differ
 WIDER = 1.2  # times as wide as the touches say, lest the tails be missed
 WIDEST_TURN = 0.7  # rad, SD about each axis; wider ones go around
-ANY_TURN = 0.25  # of the draws: any turn at all, as of what is round
+ANY_TURN = 0.25  # of the draws about modes: any turn at all, as of what is round
+ANYWHERE = 0.1  # of the draws: as if nothing had been felt, so that no weight is beyond bounds
 WORSE = 12.0  # nats below the best mode, what does not matter any more
 LARGEST = 1e300  # nats
 SIZE_AND_PLACE = np.array([0, 2, 3, 4])  # of the units of a variant
@@ -106,10 +108,13 @@ class ModeSearch:
         units[:STARTS, SIZE_AND_PLACE] = rng.uniform(-0.5, 0.5, (STARTS, 4)) * self._free[:4]
         units[:STARTS, RANGES:] = self._variants.turns.draw(STARTS, rng)
         units[STARTS:] = known
-        which = np.full(count, solid * self._variants.count)
-        starts = self._variants.place(units, which)
+        starts = self._variants.place(units, np.full(count, solid * self._variants.count))
+        touched, bounds = self._felt_by_now(felt, rng), self._variants.bounds(solid)
         cost, information = np.empty(count), np.empty((count, UNKNOWNS, UNKNOWNS))
-        register(starts, self._felt_by_now(felt, rng), self._variants.bounds(solid), cost, information)
+        register(starts, touched, bounds, FEW_STEPS, cost, information)
+        promising = np.argsort(cost, kind="stable")[:PROMISING]
+        starts, cost, information = starts.of(promising), cost[promising], information[promising]
+        register(starts, touched, bounds, MANY_STEPS, cost, information)
         units = self._variants.units_of(starts, solid)
         kept: list[int] = []
         turns = Rotation.from_quat(units[:, RANGES:])
@@ -160,7 +165,10 @@ class ModeSearch:
         off = np.einsum("dij,dj->di", factor[of], rng.standard_normal((draws, UNKNOWNS)))
         units = at[of]
         units[:, SIZE_AND_PLACE] += off[:, :4] * self._free[:4]
-        anew = rng.random(draws) < ANY_TURN
+        blind = rng.random(draws) < ANYWHERE
+        drawn = rng.uniform(-1.0, 1.0, (draws, 4)) * self._free[:4]
+        units[:, SIZE_AND_PLACE] = np.where(blind[:, None], drawn, units[:, SIZE_AND_PLACE])
+        anew = blind | (rng.random(draws) < ANY_TURN)
         turns = Rotation.from_rotvec(off[:, 4:]) * Rotation.from_quat(units[:, RANGES:])
         units[:, RANGES:] = np.where(anew[:, None], self._variants.turns.draw(draws, rng), turns.as_quat())
         inside = np.all(np.abs(units[:, SIZE_AND_PLACE]) <= 1.0, axis=1) & self._variants.turns.allowed(
@@ -180,7 +188,7 @@ class ModeSearch:
 
     def _log_proposal(self, units: Array, modes: Array, spread: Array, share: Array) -> Array:
         """(D,) log density with which `posterior` draws, in the measure of `_log_prior`."""
-        parts = []
+        parts = [np.full(len(units), self._log_prior() + np.log(ANYWHERE))]
         place = np.flatnonzero(self._free[:4])
         every = np.append(place, [4, 5, 6])
         for mode, wide, much in zip(modes, spread, share, strict=True):
@@ -188,6 +196,7 @@ class ModeSearch:
             off = np.concatenate([(units - mode)[:, SIZE_AND_PLACE], turn], axis=1)
             about = _log_normal(off[:, every], wide[np.ix_(every, every)]) - _log_of_turns(turn)
             any_turn = _log_normal(off[:, place], wide[np.ix_(place, place)]) - np.log(self._variants.turns.share)
+            much *= 1.0 - ANYWHERE
             parts += [about + np.log(much * (1 - ANY_TURN)), any_turn + np.log(much * ANY_TURN)]
         return np.asarray(logsumexp(parts, axis=0))
 

@@ -23,7 +23,6 @@ from haptic_env.compiled import inner, kernel
 from observer.shape.distance_fields import distance_from, way_out
 
 UNKNOWNS = 7  # log size, place, and a small turn about each axis of the world
-STEPS = 12
 FIRST_DAMPING = 1e-2
 OUTLIER = 0.006  # m: a touch so far away pulls no more than in proportion to its distance
 FURTHEST = 0.02, 0.5  # m and rad, at most in one step
@@ -190,13 +189,14 @@ def _moved(solids, s, scale, place, turn, step, ranges):
 
 
 @kernel()
-def register(solids, touched, ranges, cost, information):
+def register(solids, touched, ranges, steps, cost, information):
     """Move starts to where they explain touches.
 
     Args:
         solids: of S starts; scale, position and rotation are changed.
         touched: the `Touched`.
         ranges: the `Ranges`.
+        steps: at most.
         cost: (S,) filled with what is left to be explained, half of which is a negative log likelihood.
         information: (S, 7, 7) filled with the normal equations there.
     """
@@ -211,7 +211,7 @@ def register(solids, touched, ranges, cost, information):
     for s in range(len(cost)):
         damping = FIRST_DAMPING
         best = _equations(solids, s, touched, slope, normal, right)
-        for _ in range(STEPS):
+        for _ in range(steps):
             scale, place, turn = solids.scale[s], solids.position[s].copy(), solids.rotation[s].copy()
             _solve(normal, right, damping, free, factor, step)
             _moved(solids, s, scale, place, turn, step, ranges)

@@ -45,7 +45,7 @@ def _starts(name: str, ranges: Ranges) -> Solids:
 
 def _registered(solids: Solids, touched: Touched, ranges: Ranges) -> tuple[np.ndarray, np.ndarray]:
     cost, information = np.empty(STARTS), np.empty((STARTS, UNKNOWNS, UNKNOWNS))
-    register(solids, touched, ranges, cost, information)
+    register(solids, touched, ranges, 12, cost, information)
     return cost, information
 
 

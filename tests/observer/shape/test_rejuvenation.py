@@ -11,9 +11,11 @@ from haptic_env import shapes
 from haptic_env.shapes.base import Solid
 from observer.pose_only import PoseOnly
 from observer.shape import rejuvenation
+from observer.shape.hypotheses import Variants
 from observer.shape.posterior import ShapePosterior
 from observer.shape.turns import Turns
 
+NAMES = ("cuboid(1, 1, 2)", "sphere")
 FREE = {"rotation_jitter": 180.0, "size_jitter": 0.1, "position_jitter": 0.004}
 
 
@@ -37,7 +39,7 @@ def felt(two_finger):
 
 
 def _named(hand, beliefs, seed: int = 0, **told):
-    posterior = ShapePosterior(hand, _solids(hand, "cuboid(1, 1, 2)", "sphere"), **{**FREE, **told})
+    posterior = ShapePosterior(hand, _solids(hand, *NAMES), **{**FREE, **told})
     posterior.reset(seed=seed)
     for belief in beliefs:
         posterior.update(belief)
@@ -56,21 +58,26 @@ def test_a_box_askew_is_told_from_a_ball(two_finger, felt):
 
 
 def test_evidence_is_that_of_enumeration(two_finger, felt, monkeypatch):
-    """Evidence of each label, its mean over draws: after many moves as among very many hypotheses that never move."""
+    """Evidence of each label, its mean over draws: with as many moves as one likes that of draws from the prior."""
+    told = {"variants": 300, "temper": 0.07}  # so little that draws from the prior are enough
 
-    def evidence(seeds: int, variants: int) -> np.ndarray:
-        told = {"variants": variants, "temper": 0.07}  # so little that 5,000 are enough
+    def evidence(seeds: int) -> np.ndarray:
         each = [_named(two_finger, felt, seed, **told).log_likelihood for seed in range(seeds)]
         return np.logaddexp.reduce(each) - np.log(seeds)
 
-    monkeypatch.setattr(rejuvenation, "WORTH", 0.0)  # of labels that are not it, too
-    moved = evidence(6, 300)
+    for name, value in (("WORTH", 0.0), ("FEWEST", 3), ("MOST", 10), ("REPLAYED", 400), ("AT_A_STEP", 10**6)):
+        monkeypatch.setattr(rejuvenation, name, value)
+    moved = evidence(6)
     monkeypatch.setattr(rejuvenation, "WORTH", 2.0)
-    monkeypatch.setattr(rejuvenation, "FEW", 5_000)
     monkeypatch.setattr(rejuvenation, "FEWEST_TOUCHES", np.inf)
-    many, few = evidence(1, 5_000), evidence(3, 100)
-    np.testing.assert_allclose(moved, many, atol=0.5)
-    assert moved[0] > few[0] + 0.5, "without moves, what fits is not found"
+    still = evidence(3)
+    posterior = _named(two_finger, felt, **told)
+    draws = Variants([shapes.usual(name, two_finger) for name in NAMES], 30_000, yaw_jitter=0.0, far=0.03, **FREE)
+    all_felt = posterior._rejuvenation._felt
+    fit, _ = all_felt.log_likelihood(draws.place(draws.draw(np.random.default_rng(0))), posterior.temper)
+    expected = np.logaddexp.reduce(fit.reshape(len(NAMES), -1), axis=1) - np.log(draws.count)
+    np.testing.assert_allclose(moved, expected, atol=1.0)
+    assert moved[0] > still[0] + 0.5, "without moves, what fits is not found"
 
 
 def test_moves_keep_what_hypotheses_explain(two_finger, felt):
