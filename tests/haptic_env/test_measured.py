@@ -221,6 +221,16 @@ def test_a_file_that_is_cut_short_is_refused(tmp_path: Path, kind: str, share: f
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.parametrize("cut", [3, 20, 40])
+def test_a_table_of_text_that_is_cut_short_is_refused_with_its_line(tmp_path: Path, cut: int) -> None:
+    path, text = measured_files.csv(tmp_path)
+    lines = path.read_text().splitlines()
+    cells = lines[cut].split(",")
+    path.write_text("\n".join([*lines[:cut], ",".join(cells[: len(cells) // 2])]))
+    with pytest.raises(ValueError, match=rf"line {cut + 1} has {len(cells) // 2} cells of {len(cells)}"):
+        read(path, text)
+
+
 def test_a_store_that_is_cut_short_is_refused(tmp_path: Path) -> None:
     path, text = measured_files.store(tmp_path)
     for each in (path / "data" / "right_hand_joints").glob("[0-9]*"):
