@@ -188,6 +188,7 @@ WRONG = {
     ),
     "pressures that are all zero": (zeros, "the pressures are all zero"),
     "degrees taken for radians": (change('"degrees"', '"radians"'), "joint_angles .* are these degrees"),
+    "milliseconds taken for seconds": (change('unit = "ms"\n', ""), "joints come every .* s, .*are these milliseconds"),
     "a word": (rewrite("glove\n", "7\n", 1), "glove.csv, line 3: note is 'glove', no number"),
     "no table": (lambda path, text: [path.write_text("\n\n"), text][1], "not a table with a line of names"),
     "bytes": (lambda path, text: [path.write_bytes(b"\xff\xfe\x00"), text][1], "not a text file"),
