@@ -149,7 +149,7 @@ def _playback(settings: Any, recording: Recording) -> ExplorationSession:
     if settings.among is None and solid.name not in candidates and not is_path(solid.name):
         candidates |= candidates_of(hand, (solid.name,))  # a mesh may lie elsewhere now
     simulated = SIMULATED.items() <= recording.settings.items()
-    namer = ShapePosterior(hand, candidates, none=settings.none)
+    namer = ShapePosterior(hand, candidates, none=settings.none, **settings.jitter)
     return ExplorationSession(env, policy, candidates, namer, simulated=simulated)
 
 

@@ -157,10 +157,16 @@ class Library(Mapping[str, FeltObject]):
             why = "is there already" if taken == name else f"differs from {taken!r} in capitals alone"
             raise ValueError(f"{name!r} {why}, in the library {str(self.path)!r}; choose another name, or replace it")
         there = next(each for each in (self.path, *self.path.absolute().parents) if each.exists())
-        if there.is_dir():
-            check_writable("an object of a library", there / f"{name}{ENDING}" if there == self.path else there / "new")
-        else:
+        if there == self.path:
+            check_writable("an object of a library", there / f"{name}{ENDING}")
+            return
+        if not there.is_dir():
             raise ValueError(f"the library {str(self.path)!r} cannot be made: {str(there)!r} is no folder")
+        try:
+            check_writable("a library", there / "new")
+        except ValueError as error:
+            told = f"the library {str(self.path)!r} cannot be made: {str(there)!r} cannot be written to"
+            raise ValueError(told) from error
 
     def remove(self, name: str) -> None:
         """Remove an object, damaged ones too.

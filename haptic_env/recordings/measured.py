@@ -19,6 +19,7 @@ from haptic_env.recordings.merging import Samples, angles_at, contacts_at, in_or
 from haptic_env.recordings.resampling import MOST_FRAMES
 from haptic_env.recordings.streams import Stream, Streams, summary
 
+SLOWEST = 1.5  # s, usually, from one sample of joints to the next: more is not bridged by steps of a second
 USUAL_HZ = 50.0  # Hz, of the steps, where joints come at least as often
 
 
@@ -118,6 +119,9 @@ def merge(streams: Streams, columns: ColumnMap, hand: Hand) -> MeasuredTouch:
     source = streams.source
     joints = _joints(streams, columns, hand)
     touch, measured = _touch(streams, columns, hand)
+    if joints.interval > SLOWEST:
+        told = f"{source}: joints come every {joints.interval:g} s, they must at least every {SLOWEST:g} s"
+        raise ValueError(f'{told}; are these milliseconds? [time] unit = "ms"')
     rate = columns.control_hz
     if rate is None:
         rate = float(np.clip(round(1.0 / joints.interval, 3), 1.0, USUAL_HZ))

@@ -9,6 +9,7 @@ In a LeRobot dataset (v2: a file an episode; v3: several in a file) each row is 
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 from collections.abc import Iterator
@@ -45,6 +46,7 @@ def read_text(path: Path, part: str | None) -> Streams:
     whole_file(path, part)
     try:
         text = reading.text(path)
+        _check_rows(text, SEPARATORS[path.suffix.lower()])
         table = pd.read_csv(
             io.StringIO(text),
             sep=SEPARATORS[path.suffix.lower()],
@@ -110,6 +112,18 @@ def read_parquet(path: Path, part: str | None) -> Streams:
     rows = _episode(path, columns.get(EPISODE), part, table.num_rows)
     names = _names(path)
     return Streams(str(path), _streams(path, columns, rows, names))
+
+
+def _check_rows(text: str, separator: str) -> None:
+    """Check that no row has fewer cells than the line of names, as that has at which a file was cut short."""
+    rows = csv.reader(io.StringIO(text), delimiter=separator, skipinitialspace=True)
+    try:
+        names = next((row for row in rows if row), [])
+        for row in rows:
+            if 0 < len(row) < len(names):
+                raise ValueError(f"line {rows.line_num} has {len(row)} cells of {len(names)}: was it cut short?")
+    except csv.Error as error:
+        raise ValueError(f"line {rows.line_num}: {error}") from error
 
 
 def whole_file(path: Path, part: str | None) -> None:

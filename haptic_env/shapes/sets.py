@@ -150,6 +150,10 @@ def _read(name: str, path: str, *_: int) -> dict[str, str]:
         if not LABEL.fullmatch(label) and isinstance(given, dict):
             told = validate.shown(label)
             raise ValueError(f"an object's name must be of 1 to 60 letters, digits, spaces, +, - and _, got {told}")
+        if label == names.NONE:
+            raise ValueError(
+                f"an object's name must not be {label!r}, which is said of one that is none of the candidates"
+            )
         said = each if isinstance(each, Mapping) else {"shape": each}
         try:
             what = _object(said, scale, folder)

@@ -162,7 +162,7 @@ def _told_by(recording: Recording, given: Mapping[str, Any]) -> dict[str, Any]:
     if given["trust"]:
         shapes.allow(_names_in(recording))
     # A preset is all that is believed, of which the recording's single values are no part.
-    kept = DEFAULTS if given["believed"] is None else {*DEFAULTS} - {*BELIEVED}
+    kept = {*DEFAULTS, *learnt.JITTER} - (set() if given["believed"] is None else {*BELIEVED})
     told = {name: value for name, value in recording.settings.items() if name in kept}
     if given["env"] is None and "env" not in recording.settings:
         told["env"] = recorded.environment_of(recording)
@@ -267,7 +267,8 @@ def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | No
         summary["mesh"] = surface.write(Path(settings.save_mesh), out, exploration, traces[OBSERVER])
     write_json(out / "explore.json", summary)
     with atomic(out / "recording.npz") as place:
-        told = {name: getattr(settings, name) for name in DEFAULTS} | (replay.SIMULATED if session.simulated else {})
+        remembered = (*DEFAULTS, *learnt.JITTER)
+        told = {name: getattr(settings, name) for name in remembered} | (replay.SIMULATED if session.simulated else {})
         recordings.write(place, kept.as_recording(exploration, told, session.followed))
     console.print(table(summary))
     if "joint_offset" in summary:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from haptic_env import hands, recordings, registration, validate
+from haptic_env.files import check_writable
 from haptic_env.hand import Hand
 from haptic_env.recordings import ColumnMap
 from haptic_env.recordings.measured import USUAL_HZ
@@ -77,9 +78,15 @@ def main(arguments: list[str] | None = None) -> int:
 def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:
     if (given["lsl_in"] is None) == (given["udp"] is None):
         raise ValueError("say where joints and contacts come from: --lsl-in NAME ... or --udp PORT")
-    for name in ("udp", "udp_out"):
+    for name, least in (("udp", 0), ("udp_out", 1)):
         if given[name] is not None:
-            validate.integer(f"--{name.replace('_', '-')}", given[name], 0, 65535)
+            validate.integer(f"--{name.replace('_', '-')}", given[name], least, 65535)
+    if given["udp_out"] is not None and given["udp_out"] == given["udp"]:
+        raise ValueError(f"--udp-out must be another port than --udp, at which we listen, got {given['udp']} for both")
+    if given["save"] is not None:
+        check_writable("--save", Path(given["save"]))
+        if given["record"] is not None and Path(given["save"]).resolve() == Path(given["record"]).resolve():
+            raise ValueError(f"--save must be another file than --record, got {validate.shown(given['save'])} for both")
     if given["seconds"] is not None:
         validate.number("--seconds", given["seconds"], 0.0, above=0.0, unit="s")
     columns = None if given["columns"] is None else recordings.read_columns(given["columns"])

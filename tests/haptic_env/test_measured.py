@@ -188,6 +188,7 @@ WRONG = {
     ),
     "pressures that are all zero": (zeros, "the pressures are all zero"),
     "degrees taken for radians": (change('"degrees"', '"radians"'), "joint_angles .* are these degrees"),
+    "milliseconds taken for seconds": (change('unit = "ms"\n', ""), "joints come every .* s, .*are these milliseconds"),
     "a word": (rewrite("glove\n", "7\n", 1), "glove.csv, line 3: note is 'glove', no number"),
     "no table": (lambda path, text: [path.write_text("\n\n"), text][1], "not a table with a line of names"),
     "bytes": (lambda path, text: [path.write_bytes(b"\xff\xfe\x00"), text][1], "not a text file"),
@@ -219,6 +220,16 @@ def test_a_file_that_is_cut_short_is_refused(tmp_path: Path, kind: str, share: f
     with pytest.raises(ValueError, match=re.escape(str(path))) as told:
         read(path, text, PARTS.get(kind))
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize("cut", [3, 20, 40])
+def test_a_table_of_text_that_is_cut_short_is_refused_with_its_line(tmp_path: Path, cut: int) -> None:
+    path, text = measured_files.csv(tmp_path)
+    lines = path.read_text().splitlines()
+    cells = lines[cut].split(",")
+    path.write_text("\n".join([*lines[:cut], ",".join(cells[: len(cells) // 2])]))
+    with pytest.raises(ValueError, match=rf"line {cut + 1} has {len(cells) // 2} cells of {len(cells)}"):
+        read(path, text)
 
 
 def test_a_store_that_is_cut_short_is_refused(tmp_path: Path) -> None:

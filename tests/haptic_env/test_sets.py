@@ -115,6 +115,8 @@ def test_what_a_mesh_is_made_of_tells_it_from_another_of_that_name(daily: Path) 
         ("objects = ['a/b.stl', 'c/b.stl']", "'b' twice"),
         ("[objects]\n'a:b' = 'cube'", "an object's name"),
         ("[objects]\n'' = 'cube'", "an object's name"),
+        ("[objects]\nnone = 'cube'", "must not be 'none'"),
+        ("objects = ['meshes/none.stl']", "must not be 'none'"),
         ("[objects]\na = 3", "object 'a'.*name of a shape or the path"),
         ("[objects]\na = {}", "object 'a'.*either shape or file"),
         ("[objects]\na = {file = 'a.stl', shape = 'cube'}", "either shape or file"),

@@ -54,6 +54,18 @@ def test_an_exploration_is_played_back_to_the_same_belief(tmp_path: Path) -> Non
     same_beliefs(tmp_path / "a", tmp_path / "c")
 
 
+@pytest.mark.parametrize(
+    "jitter",
+    [["--rotation-jitter", "180", "--size-jitter", "0.2"], ["--yaw-jitter", "40"], ["--position-jitter", "0.01"]],
+    ids=lambda flags: flags[0],
+)
+@pytest.mark.parametrize("hand", ["two_finger", "two_finger_arm"])
+def test_how_far_the_object_may_lie_otherwise_is_played_back(tmp_path: Path, hand: str, jitter: list[str]) -> None:
+    run(tmp_path / "a", "--hand", hand, "--shape", "cube", "--seconds", "0.6", "--seed", "900002", *jitter)
+    run(tmp_path / "b", "--recording", str(tmp_path / "a" / "recording.npz"))
+    same_beliefs(tmp_path / "a", tmp_path / "b")
+
+
 @pytest.mark.parametrize("said", ["ellipsoid(1, 1, 1.3)", "cube(size=0.04)"])
 @pytest.mark.parametrize("felt", ["torus(0.4)", "cube"])
 def test_what_was_felt_is_the_truth_whatever_shape_is_said(tmp_path: Path, felt: str, said: str) -> None:

@@ -166,6 +166,12 @@ def test_a_file_is_no_library(tmp_path, surface):
         Library(tmp_path / "file" / "below").add("mug1", surface)
 
 
+@pytest.mark.parametrize("place", ["/proc/objects", "/proc/objects/below"])
+def test_a_library_that_cannot_be_made_is_told_by_its_own_name(place, surface):
+    with pytest.raises(ValueError, match=f"library '{place}' cannot be made: '/proc' cannot be written to"):
+        Library(place).check("mug1")
+
+
 def test_a_name_that_is_not_there_is_told_with_those_that_are(library):
     for ask in (library.__getitem__, library.remove):
         with pytest.raises(KeyError, match=r"mug3.*key 2, mug1"):

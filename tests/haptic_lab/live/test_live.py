@@ -185,6 +185,13 @@ BAD = {
     "a rate": (["--udp", "0", "--hand", "two_finger", "--control-hz", "1000"], "500"),
     "a record": (["--udp", "0", "--hand", "two_finger", "--record", "a.csv"], ".npz"),
     "a folder": (["--udp", "0", "--hand", "two_finger", "--record", "no/such/a.npz"], "a folder"),
+    "a folder to save in": (["--udp", "0", "--hand", "two_finger", "--save", "no/such/a.npz"], "a folder"),
+    "one file for both": (
+        ["--udp", "0", "--hand", "two_finger", "--record", "a.npz", "--save", "./a.npz"],
+        "another file than --record",
+    ),
+    "no port to send to": (["--udp", "0", "--udp-out", "0", "--hand", "two_finger"], "--udp-out must be"),
+    "its own port": (["--udp", "5005", "--udp-out", "5005", "--hand", "two_finger"], "another port than --udp"),
     "a candidate": (["--udp", "0", "--hand", "two_finger", "--candidates", "cub"], "cube"),
     "seconds": (["--udp", "0", "--hand", "two_finger", "--seconds", "-1"], "--seconds"),
 }
@@ -194,7 +201,7 @@ BAD = {
 def test_what_makes_no_sense_is_told_in_a_line(tmp_path, monkeypatch, capsys, bad):
     monkeypatch.chdir(tmp_path)
     arguments, valid = BAD[bad]
-    assert live.main(arguments) == 2
+    assert live.main([*arguments, *([] if "--seconds" in arguments else ["--seconds", "0.1"])]) == 2
     told = capsys.readouterr().err
     assert valid in told
     assert told.count("\n") == 1
