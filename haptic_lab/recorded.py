@@ -33,7 +33,7 @@ def load(
     """
     validate.choice("kind of recording", Path(path).suffix.lower(), {*recordings.READERS, *recordings.FOREIGN})
     meaning = None
-    if columns is not None or _has_touch(Path(path)):
+    if columns is not None or has_touch(Path(path)):
         if calibration is not None:
             raise ValueError(f"--glove-calibration is for a glove's text, not for {path}")
         return _load_measured(path, part, hand, columns)
@@ -45,8 +45,15 @@ def load(
     return recordings.read(path, part=part, calibration=meaning)
 
 
-def _has_touch(path: Path) -> bool:
-    """Whether a file is of a kind that has measured touch, told by its name, or, of arrays, by theirs."""
+def has_touch(path: Path) -> bool:
+    """Tell whether a file is of a kind that has measured touch, by its name, or, of arrays, by theirs.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        Whether it is.
+    """
     suffix = path.suffix.lower()
     return suffix in recordings.FOREIGN and (suffix != ".npz" or recordings.has_touch(path))
 

@@ -61,10 +61,11 @@ def _beside(path: str) -> str:
 @lru_cache(maxsize=64)
 def _read(path: str, hand: str | None) -> Recording:
     try:
-        found = recorded.load(path, None, None, hand)
+        Path(path).stat()  # before it is told by its name what is in it
+        found = None if recorded.has_touch(Path(path)) else recorded.load(path, None, None, hand)
     except (ImportError, OSError) as error:
         raise ValueError(f"--recordings: {path} cannot be read: {error}") from error
-    if isinstance(found, MeasuredTouch) or found.felt is not None:
+    if found is None or isinstance(found, MeasuredTouch) or found.felt is not None:
         raise ValueError(
             f"--recordings {path}: it tells what was felt, so that no noise is to be drawn: haptic-slam replay plays it"
         )
