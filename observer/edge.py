@@ -91,23 +91,23 @@ def told(
     """
     commanded: Any = np.zeros(hand.joints) if torque is None and not needs_torque else torque
     u = validate.array("torque", commanded, (hand.joints,), bound=1.0, names=hand.joint_names)
-    if (missing := _missing(joint_angles)) is None:
+    if (missing := _missing(joint_angles, hand.joints)) is None:
         q = angles(hand, joint_angles)
     else:
         q = angles(hand, np.where(missing, 0.0, joint_angles))
         q = np.where(missing, np.nan, q)
-    if (missing := _missing(contacts)) is None:
+    if (missing := _missing(contacts, len(hand.patches))) is None:
         return SensedStep(u, q, validate.binary("contacts", contacts, (len(hand.patches),)))
     z = validate.binary("contacts", np.where(missing, 0.0, contacts), (len(hand.patches),))
     return SensedStep(u, q, z, missing)
 
 
-def _missing(given: ArrayLike) -> NDArray[np.bool_] | None:
-    """Which entries of an array of real numbers are NaN; None: none are, or it is no such array."""
+def _missing(given: ArrayLike, count: int) -> NDArray[np.bool_] | None:
+    """Which of `count` real numbers are NaN; None: none are, or they are no such numbers."""
     if type(given) is not np.ndarray and not isinstance(given, list | tuple):
         return None
     numbers = validate.real(given)
-    if numbers is None or numbers.dtype.kind != "f":
+    if numbers is None or numbers.dtype.kind != "f" or numbers.shape != (count,):
         return None
     missing = np.isnan(numbers)
     return missing if missing.any() else None

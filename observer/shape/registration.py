@@ -84,9 +84,11 @@ def _gap(solids, s, x, y, z, slope):
 
 
 @inner()
-def _add(weight, off, gap, slope, rx, ry, rz, normal, right):
-    """Add a residual `off` m, which changes as a gap with `slope` (3,) at `r` from the middle does, to the normal
+def _add(weight, off, gap, slope, arm, equations):
+    """Add a residual `off` m, which changes as a gap with `slope` (3,) at `arm` (3,) from the middle, to the normal
     equations (7, 7) and (7,)."""
+    rx, ry, rz = arm
+    normal, right = equations
     row = (
         gap - slope[0] * rx - slope[1] * ry - slope[2] * rz,
         -slope[0],
@@ -122,7 +124,7 @@ def _equations(solids, s, touched, slope, normal, right):
         size = abs(gap)
         weight = touched.weight[n] * (1.0 if size < OUTLIER else OUTLIER / size)
         total += weight * size * (size if size < OUTLIER else 2.0 * size - OUTLIER)
-        _add(weight, gap, gap, slope, x - at[0], y - at[1], z - at[2], normal, right)
+        _add(weight, gap, gap, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
     for n in range(len(touched.balls)):
         x, y, z = touched.balls[n, 0], touched.balls[n, 1], touched.balls[n, 2]
         if distance_from(solids, s, x, y, z) < touched.radius[n]:
@@ -131,7 +133,7 @@ def _equations(solids, s, touched, slope, normal, right):
             size = -off
             weight = touched.cost[n] * (1.0 if size < OUTLIER else OUTLIER / size)
             total += weight * size * (size if size < OUTLIER else 2.0 * size - OUTLIER)
-            _add(weight, off, gap, slope, x - at[0], y - at[1], z - at[2], normal, right)
+            _add(weight, off, gap, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
     return total
 
 

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import hashlib
 from functools import cached_property
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from haptic_env.arrays import Array
-from haptic_env.composer import mjcf
 from haptic_env.hand import Hand
 from haptic_env.shapes import triangles
 from haptic_env.shapes.base import Shape, Solid
@@ -74,7 +73,7 @@ class FeltShape(Shape):
         known = TOLERANCE / np.hypot(TOLERANCE, self._std(places))
         return scale * (known * distance + (1.0 - known) * UNDECIDED).reshape(np.shape(points)[:-1])
 
-    def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> NoReturn:
+    def geoms(self, root: Any, size: NDArray[np.float64]) -> NoReturn:
         raise ValueError(
             "what was felt is an object for observers alone; to explore it, save its surface and name that file"
         )

@@ -71,7 +71,7 @@ def test_what_is_no_hand_is_one_clear_line(command, name, told, capsys, tmp_path
 def test_a_sweep_goes_on_with_the_same_hand_alone(tmp_path):
     path = gripper(tmp_path)
     settings, _ = explore.parse(["--hand", str(path)])
-    told = type("Settings", (), {"shapes": (), "known": (), "env": settings.env})
+    told = type("Settings", (), {"shapes": (), "known": (), "recordings": (), "env": settings.env})
     before = files_of(told)
     assert list(before) == [f"file {path}"]
     gripper(tmp_path, ("rest_deg = -15.0", "rest_deg = -10.0"))
