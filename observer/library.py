@@ -82,7 +82,7 @@ class Library(Mapping[str, FeltObject]):
     @property
     def damaged(self) -> dict[str, str]:
         """Of each object that cannot be read, why."""
-        return self._sorted()[1]
+        return self.read()[1]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -194,13 +194,17 @@ class Library(Mapping[str, FeltObject]):
             ImportError: where the extra `meshes` is missing.
         """
         edge.world(hand=hand)
-        whole, damaged = self._sorted()
+        whole, damaged = self.read()
         for why in damaged.values():
             warnings.warn(f"left out of the library: {why}", DamagedEntry, stacklevel=2)
         return {name: [FeltShape(each.surface).solid(name, hand)] for name, each in whole.items()}
 
-    def _sorted(self) -> tuple[dict[str, FeltObject], dict[str, str]]:
-        """The objects that can be read, and why others cannot."""
+    def read(self) -> tuple[dict[str, FeltObject], dict[str, str]]:
+        """Read all objects, each once.
+
+        Returns:
+            Those that can be read by their names, and of each other one, why it cannot.
+        """
         whole, damaged = {}, {}
         for name in self.names:
             try:
