@@ -116,6 +116,9 @@ def test_what_is_no_library_is_refused(objects, tmp_path, capsys):
     assert "--library" in _refused(capsys, explore.main, ["--recording", recording, "--library", str(objects)])
     said = _refused(capsys, explore.main, ["--recording", recording, "--rotation-jitter", "10"])
     assert "--rotation-jitter" in said
+    (objects / "inspect.npz").write_bytes((tmp_path / "learnt" / "recording.npz").read_bytes())
+    assert "not an object of a library" in _refused(capsys, library.main, [str(objects), "--remove", "inspect"])
+    assert (objects / "inspect.npz").exists()
 
 
 def test_two_candidates_of_one_name_are_told(objects, tmp_path, capsys):
