@@ -135,11 +135,12 @@ def table(summary: Mapping[str, Any]) -> Table:
     result.add_column(style="dim")
     result.add_column()
     colour = colours_of(summary["posterior"])[named]
-    result.add_row("the object is", Text(with_article(titles[named]), style=f"bold {colour}"))
+    result.add_row("the object is", Text(with_article(titles[named], named), style=f"bold {colour}"))
     result.add_row("how sure", f"{sure:.1%}")
     if summary["truth"] is not None:
         mark = ("right", "green") if summary["correct"] else ("wrong", "red")
-        result.add_row("you say it is", Text.assemble(with_article(titles[summary["truth"]]), " (", mark, ")"))
+        truth = summary["truth"]
+        result.add_row("you say it is", Text.assemble(with_article(titles[truth], truth), " (", mark, ")"))
     when = summary["time_to_decision"]
     result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
     result.add_section()
@@ -185,7 +186,7 @@ def picture(
     draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, "")
     title = as_drawn(titles_of(slam.labels)[slam.name])
     figure.suptitle(
-        f"{exploration.seconds[-1]:g} s of measured touch: “{with_article(title)}”, "
+        f"{exploration.seconds[-1]:g} s of measured touch: “{with_article(title, slam.name)}”, "
         f"{summary['posterior'][slam.name]:.0%} sure",
         fontsize=13,
         fontweight="bold",

@@ -105,12 +105,11 @@ def table(summary: dict[str, Any]) -> Table:
     truth, simulated = object_of(summary)
     titles = titles_of(summary["posterior"])
     mark = ("right", "green") if named == truth else ("wrong", "red")
-    result.add_row(
-        "the object is", Text(with_article(titles[named]), style=f"bold {colours_of(summary['posterior'])[named]}")
-    )
+    colour = colours_of(summary["posterior"])[named]
+    result.add_row("the object is", Text(with_article(titles[named], named), style=f"bold {colour}"))
     result.add_row("how sure", f"{sure:.1%}")
     there = "contacts are simulated with" if simulated else "in truth it is"
-    result.add_row(there, Text.assemble(with_article(titles[truth]), " (", mark, ")"))
+    result.add_row(there, Text.assemble(with_article(titles[truth], truth), " (", mark, ")"))
     when = summary["time_to_decision"]
     result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
     result.add_section()

@@ -44,6 +44,8 @@ def test_what_is_learnt_is_recognised(objects, tmp_path, capsys):
     assert summary["truth"] == "block"
     said = capsys.readouterr().out
     assert ("This is what you called block, " in said) == (summary["named"] == "block")
+    assert "block" in said
+    assert "a block" not in said
 
 
 def test_an_object_lies_any_way_where_one_is_sought_among_those_learnt(objects):
