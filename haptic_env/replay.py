@@ -133,20 +133,10 @@ class Playback(FeltPlayback):
             ValueError: where the recording does not tell what was felt, or with other joints or patches, or not at a
                 steady rate.
         """
-        if recording.felt is None:
-            raise ValueError(f"{recording.source}: the recording does not tell what was felt")
-        columns = recording.columns_of(hand)
-        if recording.felt.contacts.shape[1] != len(hand.patches):
-            raise ValueError(
-                f"{recording.source}: contacts of {recording.felt.contacts.shape[1]} patches; hand {hand.name!r} has "
-                f"{len(hand.patches)}"
-            )
+        self._felt = recording.felt_of(hand)
         super().__init__(hand, steady_rate(recording), len(recording))
         self.solid = solid
         self._angles = recording.angles_of(hand)
-        self._felt = recording.felt._replace(
-            joint_angles=recording.felt.joint_angles[:, columns], torques=recording.felt.torques[:, columns]
-        )
         self._roots = roots(recording, hand) if recording.root is not None else None
 
     @property
