@@ -207,24 +207,23 @@ class MapNovelty:
         return other
 
     def heard(
-        self, stance: MeanFrames, contacts: NDArray[np.bool_], unmeasured: NDArray[np.bool_] | None = None
+        self, stance: MeanFrames, contacts: NDArray[np.bool_], mute: NDArray[np.bool_] | None = None
     ) -> NDArray[np.bool_]:
         """Tell what is news, and take note of it.
 
         Args:
             stance: of the hand at the mean pose.
             contacts: (P,).
-            unmeasured: (P,) patches whose contact was not measured; None: all were.
+            mute: (L,) links that have nothing to say (`unmeasured_links`); None: all have.
 
         Returns:
             (L,) whether a map takes in what each link says.
         """
-        unheard = None if unmeasured is None else unmeasured_links(self._hand, unmeasured)
-        if unheard is not None and unheard.all():
-            return ~unheard
+        if mute is not None and mute.all():
+            return ~mute
         if self._share:
             body = self._hand.link_bodies
             frames = stance.position[body], stance.rotation[body]
             note(self._said, *frames, contacts, self._alike, self._share, FEW, self._news)
         news = self._news > MOSTLY
-        return news if unheard is None else news & ~unheard
+        return news if mute is None else news & ~mute

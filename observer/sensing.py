@@ -64,15 +64,15 @@ class Sensing:
         tree = placed(self.tree, root)
         stance, reach = capsules.stand(tree, self.body, self.evidence, self.model.caution, pose, covariance)
         touch = np.where(state.contacts, self.model.sustained, self.model.touch)
-        heard = state.novelty.heard(stance, contacts, unmeasured)
+        mute = None if unmeasured is None else unmeasured_links(self._hand, unmeasured)
+        heard = state.novelty.heard(stance, contacts, mute)
         if self.in_hindsight and heard.any():
             state.hindsight.note(Moment(stance.position, stance.rotation, reach.place, contacts, touch, heard))
         if contacts.any():
             state.touches.note(tree, stance, covariance, contacts & heard[self._link])
         state.contacts = contacts if unmeasured is None else np.where(unmeasured, state.contacts, contacts)
         said, watched = reach.of(heard), self._watches[contacts].any(axis=0)
-        if unmeasured is not None:
-            mute = unmeasured_links(self._hand, unmeasured)
+        if mute is not None:
             said, watched = said.without(mute), watched & ~mute
         felt = MapInput(
             tree,

@@ -210,8 +210,8 @@ class Variants:
             Each solid that has changed, the weights that its variants had, and which hypotheses they are copies of.
         """
         every = np.full(self.hypotheses // self.count, self.count)
-        awake = every if awake is None else awake.copy()
-        for solid, (now, then) in enumerate(zip(awake, every if wanted is None else wanted, strict=True)):
+        awake, wanted = every if awake is None else awake, every if wanted is None else wanted
+        for solid, (now, then) in enumerate(zip(awake, wanted, strict=True)):
             first = solid * self.count
             mine = slice(first, first + now)
             total = np.logaddexp.reduce(log_evidence[mine])

@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import logsumexp
 
 from haptic_env.arrays import Array
+from observer.resampling import normalise
 from observer.shape.felt import Felt
 from observer.shape.hypotheses import RANGES, Variants
 from observer.shape.registration import UNKNOWNS, Touched, register
@@ -36,7 +37,6 @@ WIDEST_TURN = 0.7  # rad, SD about each axis; wider ones go around
 ANY_TURN = 0.25  # of the draws about modes: any turn at all, as of what is round
 ANYWHERE = 0.1  # of the draws: as if nothing had been felt, so that no weight is beyond bounds
 WORSE = 12.0  # nats below the best mode, what does not matter any more
-LARGEST = 1e300  # nats
 SIZE_AND_PLACE = np.array([0, 2, 3, 4])  # of the units of a variant
 
 
@@ -59,20 +59,17 @@ class Found(NamedTuple):
 
     Attributes:
         units: (D, 9) as of `Variants.draw`.
-        log_weight: (D,) log of weights whose sum is the evidence.
+        log_weight: (D,) log of weights, whose sum is the evidence.
         fit: (D,) log likelihood of all that was felt.
+        log_evidence: of the solid; no number where no draw explains anything.
+        effective: how many draws matter; likewise.
     """
 
     units: Array
     log_weight: Array
     fit: Array
-
-    @property
-    def effective(self) -> float:
-        """How many draws matter; 0 where none explains anything."""
-        weights = np.exp(self.log_weight - max(self.log_weight.max(), -LARGEST))
-        total = weights.sum()
-        return float(total**2 / (weights**2).sum()) if total else 0.0
+    log_evidence: float
+    effective: float
 
 
 class ModeSearch:
@@ -180,7 +177,8 @@ class ModeSearch:
         explained[inside], _ = felt.log_likelihood(self._variants.place(units[inside], mine), self._temper, least)
         proposed = self._log_proposal(units[inside], at, spread, share)
         log_weight[inside] = explained[inside] + self._log_prior() - proposed - np.log(draws)
-        return Found(units, log_weight, explained)
+        log_evidence, _, effective = normalise(log_weight.copy())
+        return Found(units, log_weight, explained, log_evidence, effective)
 
     def _log_prior(self) -> float:
         """The log density of any size and place, in units, and of any turn, by the share of all turns."""

@@ -135,10 +135,12 @@ class Rejuvenation:
         Returns:
             Whether that was so.
         """
-        share = self._share(log_evidence)
         grown = self._felt.touched_so_far / np.maximum(self._searched, FEWEST_TOUCHES / GROWN)
-        solid = int(np.argmax(grown * np.where(share > self._worth, SOONER, 1.0)))
-        if grown[solid] * (SOONER if share[solid] > self._worth else 1.0) < GROWN:
+        if SOONER * grown.max() < GROWN:
+            return False
+        grown *= np.where(self._share(log_evidence) > self._worth, SOONER, 1.0)
+        solid = int(np.argmax(grown))
+        if grown[solid] < GROWN:
             return False
         self._searched[solid] = self._felt.touched_so_far
         first, awake = solid * self._variants.count, self._awake[solid]
@@ -150,8 +152,7 @@ class Rejuvenation:
             return False
         draws = min(MANY if modes.fit.max() > there - MISSED else FEW, self._variants.count)
         found = self._search.posterior(self._felt, solid, modes, rng, draws)
-        told = np.logaddexp.reduce(found.log_weight)
-        if told < evidence + MISSED and found.effective < ENOUGH:
+        if not found.effective >= ENOUGH and not found.log_evidence >= evidence + MISSED:
             return False
         mine = slice(first, first + draws)
         units[mine], self._fit[mine], self._awake[solid] = found.units, found.fit, draws
