@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from haptic_env import scene, validate
 from haptic_env.explore import ExploreEnv, Observation
 from haptic_env.hand import Hand
+from haptic_env.playback import FeltPlayback
 from haptic_env.pose import Pose
 from haptic_env.recordings import Recording, checks, resample
 from haptic_env.shapes.base import Solid
@@ -117,7 +118,7 @@ class KinematicReplay(ExploreEnv):
         return {**super()._info(), "root": self._hand_in_object[self._steps]}
 
 
-class Playback(gym.Env[Observation, NDArray[np.float32]]):
+class Playback(FeltPlayback):
     """What was felt in an exploration, once more, bit for bit; nothing is simulated."""
 
     def __init__(self, hand: Hand, recording: Recording, solid: Solid) -> None:
@@ -132,62 +133,16 @@ class Playback(gym.Env[Observation, NDArray[np.float32]]):
             ValueError: where the recording does not tell what was felt, or with other joints or patches, or not at a
                 steady rate.
         """
-        if recording.felt is None:
-            raise ValueError(f"{recording.source}: the recording does not tell what was felt")
-        columns = recording.columns_of(hand)
-        if recording.felt.contacts.shape[1] != len(hand.patches):
-            raise ValueError(
-                f"{recording.source}: contacts of {recording.felt.contacts.shape[1]} patches; hand {hand.name!r} has "
-                f"{len(hand.patches)}"
-            )
-        self.hand, self.solid = hand, solid
-        self.control_hz = steady_rate(recording)
-        self.episode_steps = len(recording) - 1
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (hand.joints,), np.float32)
+        self._felt = recording.felt_of(hand)
+        super().__init__(hand, steady_rate(recording), len(recording))
+        self.solid = solid
         self._angles = recording.angles_of(hand)
-        self._felt = recording.felt._replace(
-            joint_angles=recording.felt.joint_angles[:, columns], torques=recording.felt.torques[:, columns]
-        )
         self._roots = roots(recording, hand) if recording.root is not None else None
-        self._steps = 0
-
-    @property
-    def steps(self) -> int:
-        """Control steps since the reset."""
-        return self._steps
 
     @property
     def commanded(self) -> NDArray[np.float64]:
         """(J,) fractions: what was commanded on the way to this frame, whatever an action was."""
         return self._felt.torques[self._steps].copy()
-
-    def reset(
-        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
-        """Go to the first frame.
-
-        Args:
-            seed: as of every environment; nothing is drawn here.
-            options: of no effect.
-
-        Returns:
-            The observation, and the info with the truth.
-        """
-        super().reset(seed=seed)
-        self._steps = 0
-        return self._observe(), self._info()
-
-    def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Go to the next frame.
-
-        Args:
-            action: (J,), of no effect.
-
-        Returns:
-            As every environment: observation, reward 0, never terminated, whether truncated, info.
-        """
-        self._steps += 1
-        return self._observe(), 0.0, False, self._steps >= self.episode_steps, self._info()
 
     def _observe(self) -> Observation:
         felt = self._felt.joint_angles[self._steps].astype(np.float32)

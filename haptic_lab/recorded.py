@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import haptic_env
-from haptic_env import hands, recordings, registration, validate
+from haptic_env import hands, recordings, validate
 from haptic_env.recordings import MeasuredTouch, Recording
 
 GLOVE = "adroit"  # the hand that a glove moves where nothing is said
@@ -60,9 +60,7 @@ def has_touch(path: Path) -> bool:
 
 def _load_measured(path: str, part: str | None, hand: str | None, columns: str | None) -> MeasuredTouch:
     told = None if columns is None else recordings.read_columns(columns)
-    name = hand or (told.hand if told is not None else None)
-    if hand is None and columns is not None and registration.is_file(name):
-        name = str(Path(columns).parent / str(name))
+    name = hand or (told.whose if told is not None else None)
     if name is None:
         raise ValueError(f"{path}: say whose joints and patches it has: --hand NAME, or hand = NAME in --columns")
     return recordings.read_measured(path, told, hands.make(hands.check("hand", name)), part=part)

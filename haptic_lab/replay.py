@@ -130,7 +130,7 @@ def _felt(settings: Any, recording: Recording) -> ExplorationSession:
     """What was felt with torques that are told, by a hand of which no exploration tells."""
     hand = hands.make(registration.hand_name(settings.env))
     found = _measured(settings, of_felt(recording, hand, steady_rate(recording)))
-    torques = recording.felt.torques[1:, recording.columns_of(hand)]  # type: ignore[union-attr]
+    torques = recording.felt_of(hand).torques[1:]
     if not torques.any():
         return found
     told = {name: value for name, value in found.told.items() if name != "motion"}
@@ -142,7 +142,7 @@ def _playback(settings: Any, recording: Recording) -> ExplorationSession:
     hand = hands.make(registration.hand_name(settings.env), **free)
     solid, moved = _explored(recording)
     env = Playback(hand, recording, solid)
-    policy = RepeatTorques(env, recording.felt.torques[1:, recording.columns_of(hand)])  # type: ignore[union-attr]
+    policy = RepeatTorques(env, recording.felt_of(hand).torques[1:])
     if moved:
         return ExplorationSession(env, policy, *_in_object_frame(settings, hand, solid), recording)
     candidates = dict(possible.chosen(settings, hand))

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from haptic_env import reading, validate
+from haptic_env import reading, registration, validate
 from haptic_env.recordings.cyberglove import UNITS as ANGLES
 from haptic_env.recordings.streams import UNITS as TIMES
 
@@ -84,6 +84,11 @@ class ColumnMap:
     joints_order: tuple[str, ...] = ()
     touch_stream: str | None = None
     touch_order: tuple[str, ...] = ()
+
+    @property
+    def whose(self) -> str | None:
+        """The hand by its name, or by the path of its file where it is one's own, which lies beside the map."""
+        return str(Path(self.source).parent / str(self.hand)) if registration.is_file(self.hand) else self.hand
 
 
 def read_columns(path: Path | str) -> ColumnMap:

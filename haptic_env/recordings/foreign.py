@@ -120,12 +120,10 @@ def of_felt(recording: Recording, hand: Hand, control_hz: float) -> MeasuredTouc
         The same as measured touch.
 
     Raises:
-        ValueError: for other joints, or another number of patches.
+        ValueError: as `Recording.felt_of`.
     """
-    felt, columns = recording.felt, recording.columns_of(hand)
-    if felt is None or felt.contacts.shape[1] != len(hand.patches):
-        got = "none" if felt is None else felt.contacts.shape[1]
-        raise ValueError(f"{recording.source}: contacts of {got} patches; hand {hand.name!r} has {len(hand.patches)}")
+    felt = recording.felt_of(hand)
     coverage = Coverage(len(recording), control_hz, 0.0, 0.0, len(hand.patches), 0.0, 0, 0)
-    angles, contacts = felt.joint_angles[:, columns], felt.contacts.astype(np.float64)
-    return MeasuredTouch(recording.source, hand, control_hz, angles, contacts, coverage)
+    return MeasuredTouch(
+        recording.source, hand, control_hz, felt.joint_angles, felt.contacts.astype(np.float64), coverage
+    )

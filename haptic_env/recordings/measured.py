@@ -17,7 +17,7 @@ from haptic_env.recordings import checks
 from haptic_env.recordings.column_map import Clock, ColumnMap, JointColumn
 from haptic_env.recordings.merging import Samples, angles_at, contacts_at, in_order, longest_run
 from haptic_env.recordings.resampling import MOST_FRAMES
-from haptic_env.recordings.streams import Stream, Streams, summary
+from haptic_env.recordings.streams import Stream, Streams, arrays_of, summary
 
 SLOWEST = 1.5  # s, usually, from one sample of joints to the next: more is not bridged by steps of a second
 USUAL_HZ = 50.0  # Hz, of the steps, where joints come at least as often
@@ -90,14 +90,9 @@ class MeasuredTouch:
         """Give it as arrays that `read_measured` reads without a map.
 
         Returns:
-            `time` (K,) s, and (K,) for each joint, rad, and for each patch that was measured, by its name.
+            As `streams.arrays_of`.
         """
-        measured = np.flatnonzero(np.any(np.isfinite(self.contacts), axis=0))
-        return {
-            "time": np.arange(len(self)) / self.control_hz,
-            **dict(zip(self.hand.joint_names, self.joint_angles.T, strict=True)),
-            **{self.hand.patches.names[patch]: self.contacts[:, patch] for patch in measured},
-        }
+        return arrays_of(self.hand, self.control_hz, self.joint_angles, self.contacts)
 
 
 def merge(streams: Streams, columns: ColumnMap, hand: Hand) -> MeasuredTouch:

@@ -172,3 +172,25 @@ class Recording:
         angles = self.joint_angles[:, self.columns_of(hand)]
         checks.reach(self.source, angles, hand)
         return angles
+
+    def felt_of(self, hand: Hand) -> ObserverInputs:
+        """Give what a hand felt, its joints in its order.
+
+        Args:
+            hand: the hand.
+
+        Returns:
+            What an observer was given.
+
+        Raises:
+            ValueError: where it does not tell what was felt, for other joints, or another number of patches.
+        """
+        if self.felt is None:
+            raise ValueError(f"{self.source}: the recording does not tell what was felt")
+        felt, columns = self.felt, self.columns_of(hand)
+        if felt.contacts.shape[1] != len(hand.patches):
+            raise ValueError(
+                f"{self.source}: contacts of {felt.contacts.shape[1]} patches; hand {hand.name!r} has "
+                f"{len(hand.patches)}"
+            )
+        return ObserverInputs(felt.torques[:, columns], felt.joint_angles[:, columns], felt.contacts)

@@ -1,6 +1,6 @@
 """What a stranger's file holds, before anything is said of what it means: streams of numbers, each with its own clock.
 
-Shapes: T samples, C columns.
+Shapes: T samples, C columns; K steps, J joints, P patches.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from haptic_env import validate
 from haptic_env.arrays import Array
+from haptic_env.hand import Hand
 
 TIMES = ("time", "timestamp", "timestamps", "t")  # columns that are taken for the time where nothing is said
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -51,6 +52,27 @@ def numbered(name: str, values: Array, time: Array | None = None) -> Stream:
     flat = np.asarray(values, dtype=np.float64).reshape(len(values), -1)
     columns = (name,) if np.ndim(values) == 1 else tuple(f"{name}[{c}]" for c in range(flat.shape[1]))
     return Stream(name, columns, flat, time)
+
+
+def arrays_of(hand: Hand, control_hz: float, joint_angles: Array, contacts: Array) -> dict[str, Array]:
+    """Name what a hand felt as files are read without a map.
+
+    Args:
+        hand: with J joints and P patches.
+        control_hz: Hz, of the steps.
+        joint_angles: (K, J) rad.
+        contacts: (K, P), 0 or 1; NaN where nothing was measured.
+
+    Returns:
+        `time` (K,) s from the first step, and (K,) for each joint, rad, and for each patch that was measured, by its
+        name.
+    """
+    names = hand.patches.names
+    return {
+        "time": np.arange(len(joint_angles)) / control_hz,
+        **dict(zip(hand.joint_names, joint_angles.T, strict=True)),
+        **{names[patch]: contacts[:, patch] for patch in np.flatnonzero(np.isfinite(contacts).any(axis=0))},
+    }
 
 
 class Streams:

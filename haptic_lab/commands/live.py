@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from haptic_env import hands, recordings, registration, validate
+from haptic_env import hands, recordings, validate
 from haptic_env.files import check_writable
 from haptic_env.hand import Hand
 from haptic_env.recordings import ColumnMap
@@ -131,9 +131,7 @@ def _say(told: str) -> None:
 
 
 def _hand(given: dict[str, Any], columns: ColumnMap | None) -> Hand:
-    name = given["hand"] or (columns.hand if columns is not None else None)
-    if given["hand"] is None and columns is not None and registration.is_file(name):
-        name = str(Path(given["columns"]).parent / str(name))
+    name = given["hand"] or (columns.whose if columns is not None else None)
     if name is None:
         raise ValueError("say whose joints and patches they are: --hand NAME, or hand = NAME in --columns")
     return hands.make(hands.check("--hand", name))

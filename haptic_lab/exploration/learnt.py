@@ -64,6 +64,18 @@ def refuse(given: Mapping[str, Any]) -> None:
             "--library is for explorations and measured touch: the object of another recording is sought among the "
             "four shapes and --mesh"
         )
+    refuse_varied(given)
+
+
+def refuse_varied(given: Mapping[str, Any]) -> None:
+    """Refuse an object that varies, of a recording.
+
+    Args:
+        given: the flags.
+
+    Raises:
+        ValueError: for one that is not 0.
+    """
     for name in JITTER:
         if given[name]:
             flag = name.replace("_", "-")

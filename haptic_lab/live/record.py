@@ -13,6 +13,7 @@ import numpy as np
 from haptic_env.arrays import Array
 from haptic_env.files import atomic, check_writable
 from haptic_env.hand import Hand
+from haptic_env.recordings.streams import arrays_of
 from haptic_lab.live.merging import LiveStep
 
 ROOM = 4096  # steps that are made room for at once
@@ -60,18 +61,11 @@ class StepRecord:
         """Give what there is.
 
         Returns:
-            `time` (K,) s from the first step, each joint (K,) rad, each patch that was measured (K,), `control_hz`.
+            As `haptic_env.recordings.streams.arrays_of`, and `control_hz`.
         """
         rows = self._rows[: self._count]
         angles, contacts = rows[:, : self._hand.joints], rows[:, self._hand.joints :]
-        measured = np.flatnonzero(np.isfinite(contacts).any(axis=0))
-        names = self._hand.patches.names
-        return {
-            "time": np.arange(self._count) / self._rate,
-            **dict(zip(self._hand.joint_names, angles.T, strict=True)),
-            **{names[patch]: contacts[:, patch] for patch in measured},
-            "control_hz": np.array(self._rate),
-        }
+        return {**arrays_of(self._hand, self._rate, angles, contacts), "control_hz": np.array(self._rate)}
 
     def write(self) -> bool:
         """Write the file, whole or not at all.

@@ -16,7 +16,7 @@ from agents.sb3 import Sb3
 from haptic_env import hand_of, registration, shapes, validate
 from haptic_env.hand import Hand
 from haptic_lab.conditions import CONTACTS, FACTORS, RECORDED, Condition, check_contacts, check_policy
-from haptic_lab.exploration.learnt import JITTER
+from haptic_lab.exploration.learnt import refuse_varied
 from haptic_lab.possible import DOUBT
 from haptic_lab.sweeps import replayed
 from haptic_lab.sweeps.tasks import SweepSettings
@@ -158,10 +158,7 @@ def _check_recorded(given: argparse.Namespace) -> None:
         raise ValueError("--policy is for hands that explore, and --recordings tell how theirs moved")
     if given.classifiers:
         raise ValueError("--classifiers learn from explorations, of which --recordings have none")
-    for name in JITTER:
-        if getattr(given, name):
-            flag = name.replace("_", "-")
-            raise ValueError(f"--{flag} is for explorations: a recording's object lay as it was recorded")
+    refuse_varied(vars(given))
 
 
 def _lasting(
@@ -192,10 +189,7 @@ def _check_none(settings: SweepSettings) -> None:
         hand,
         candidates_of(hand, ("sphere",)),
         none=settings.none or 0.0,
-        size_jitter=settings.size_jitter,
-        yaw_jitter=settings.yaw_jitter,
-        rotation_jitter=settings.rotation_jitter or 0.0,
-        position_jitter=settings.position_jitter,
+        **settings.jitter,
         variants=1,
     )
 

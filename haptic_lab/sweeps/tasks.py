@@ -15,6 +15,7 @@ from haptic_env.hand import Hand
 from haptic_env.shapes.names import NONE
 from haptic_lab.believed import Believed
 from haptic_lab.conditions import Condition
+from haptic_lab.exploration.learnt import JITTER
 from haptic_lab.files import part_of_name
 from haptic_lab.sweeps.results import Key
 from observer import variants
@@ -102,6 +103,11 @@ class SweepSettings(Believed):
                 raise ValueError(f"--{what}s must name at least one of {', '.join(sorted(valid))}")
             if len(set(given)) < len(given):
                 raise ValueError(f"--{what}s must name each {what} once, got {', '.join(given)}")
+
+    @property
+    def jitter(self) -> dict[str, Any]:
+        """How the object varies: keyword arguments of the environment and of `ShapePosterior`."""
+        return {name: getattr(self, name) or 0.0 for name in JITTER}
 
     @property
     def known(self) -> tuple[str, ...]:

@@ -69,10 +69,7 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
         scale=settings.scale,
         **condition.noise,
         episode_seconds=condition.seconds,
-        size_jitter=settings.size_jitter,
-        position_jitter=settings.position_jitter,
-        yaw_jitter=settings.yaw_jitter,
-        rotation_jitter=settings.rotation_jitter or 0.0,
+        **settings.jitter,
         reveal_truth=True,
     )
     hand = hand_of(env)
@@ -123,10 +120,7 @@ def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePoster
         hand,
         candidates_of(hand, settings.known, scale=settings.scale),
         none=settings.none or 0.0,
-        size_jitter=settings.size_jitter,
-        yaw_jitter=settings.yaw_jitter,
-        rotation_jitter=settings.rotation_jitter or 0.0,
-        position_jitter=settings.position_jitter,
+        **settings.jitter,
         variants=variants,
     )
 

@@ -39,6 +39,19 @@ def test_each_layout_tells_the_same(tmp_path: Path, kind: str) -> None:
     assert told.coverage.joints_missing == told.coverage.touch_missing == 0.0
 
 
+@pytest.mark.parametrize(
+    ("hand", "whose"),
+    [(None, None), ("two_finger", "two_finger"), ("paw.toml", "{}/paw.toml"), ("/far/paw.toml", "/far/paw.toml")],
+)
+def test_a_hand_of_ones_own_lies_beside_the_map_that_names_it(
+    tmp_path: Path, hand: str | None, whose: str | None
+) -> None:
+    (place := tmp_path / "map.toml").write_text("" if hand is None else f"hand = {json.dumps(hand)}")
+    columns = recordings.read_columns(place)
+    assert columns.hand == hand
+    assert columns.whose == (whose and whose.format(tmp_path))
+
+
 @pytest.mark.parametrize("kind", MAKERS)
 def test_what_was_merged_is_read_again_without_a_map(tmp_path: Path, kind: str) -> None:
     path, text = MAKERS[kind](tmp_path)
