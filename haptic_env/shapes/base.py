@@ -41,9 +41,16 @@ def rotation_matrix(quaternion: ArrayLike) -> NDArray[np.float64]:
 
 
 class Shape(ABC):
-    """One family of solids, e.g. all boxes. Add one as a file and a line in `haptic_env.shapes.SHAPES`."""
+    """One family of solids, e.g. all boxes. Add one as a file and a line in `haptic_env.shapes.SHAPES`.
+
+    Attributes:
+        default_size: m, full extents.
+        exact: whether its distances are those from a surface everywhere, so that a ball of flesh whose middle is nearer
+            than its radius would lie in it; not where the surface is known in part.
+    """
 
     default_size: tuple[float, float, float] = (0.05, 0.05, 0.05)
+    exact = True
 
     @property
     def content(self) -> str:

@@ -157,7 +157,7 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, gaps):
         ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / tolerance
         fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
         told *= surprise + (1.0 - surprise) * fit
-    if flesh < min(silent, touched) - THIN:
+    if flesh < min(silent, touched) - THIN and solids.exact[solids.drawn_in[h]]:
         silent = flesh
     ratio = silent / tolerance
     if touches > 0:

@@ -30,6 +30,7 @@ class Solids(NamedTuple):
         first: (F,) where the field of each begins.
         shape: (F, 3) nodes of it along each axis of its own frame.
         low: (F, 3) m, its first node.
+        exact: (F,) whether it is the distance from a surface everywhere (`Shape.exact`).
         resolution: m from node to node.
         far: m, from whatever lies beyond the nodes at least.
         drawn_in: (H,) which field each hypothesis has.
@@ -42,6 +43,7 @@ class Solids(NamedTuple):
     first: Index
     shape: Index
     low: Array
+    exact: NDArray[np.bool_]
     resolution: float
     far: float
     drawn_in: Index
@@ -127,6 +129,7 @@ def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
         np.concatenate([[0], np.cumsum(count.prod(axis=1))[:-1]]),
         count,
         np.array([np.asarray(grid.origin) + 0.5 * grid.resolution for grid, _ in fields]),
+        np.array([solid.shape.exact for solid in drawn]),
         FIELD_RESOLUTION,
         reach,
         np.array(drawn_in),

@@ -125,11 +125,13 @@ def _equations(solids, s, touched, slope, normal, right):
         weight = touched.weight[n] * (1.0 if size < OUTLIER else OUTLIER / size)
         total += weight * size * (size if size < OUTLIER else 2.0 * size - OUTLIER)
         _add(weight, gap, gap, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
+    exact = solids.exact[solids.drawn_in[s]]
     for n in range(len(touched.balls)):
         x, y, z = touched.balls[n, 0], touched.balls[n, 1], touched.balls[n, 2]
-        if distance_from(solids, s, x, y, z) < touched.radius[n]:
+        radius = touched.radius[n] if exact else 0.0  # where the surface is not known, nothing lies inside of it
+        if distance_from(solids, s, x, y, z) < radius:
             gap = _gap(solids, s, x, y, z, slope)
-            off = gap - touched.radius[n]
+            off = gap - radius
             size = -off
             weight = touched.cost[n] * (1.0 if size < OUTLIER else OUTLIER / size)
             total += weight * size * (size if size < OUTLIER else 2.0 * size - OUTLIER)

@@ -34,6 +34,8 @@ class FeltShape(Shape):
         surface: in that frame.
     """
 
+    exact = False
+
     def __init__(self, surface: Surface) -> None:
         """Take a surface.
 

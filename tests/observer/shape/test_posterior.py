@@ -7,11 +7,12 @@ import dataclasses
 import numba
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial.transform import Rotation
 from scipy.special import betaln
 
 from haptic_env import hands, shapes
-from haptic_env.shapes.base import rotation_matrix
+from haptic_env.shapes.base import Solid, rotation_matrix
 from observer import HapticSLAM, ShapePosterior, TruePose
 from observer.kinematics import link_frames, tree_of
 from observer.shape.contact_likelihood import (
@@ -29,6 +30,8 @@ from observer.shape.hypotheses import Variants
 from observer.shape.null_model import NullModel
 from observer.shape.skin import SKIN_SPACING, skin_of
 from observer.shape.subchains import parts_of
+from observer.surface.felt_shape import FeltShape
+from observer.surface.mesh import Surface
 
 UNKNOWN = {"size_jitter": 0.2, "yaw_jitter": 45.0, "position_jitter": 0.005}
 FAR = 0.05
@@ -282,6 +285,22 @@ def test_a_thin_wall_cannot_run_through_flesh(two_finger):
     *through, clear = _likelihood(*told)[:, :, 0].prod(axis=0)
     assert max(through) < 0.005
     assert clear > 0.9
+
+
+@pytest.mark.parametrize(("std", "least", "most"), [(0.0, 0.0, 0.01), (1.0, 0.9, 1.0)], ids=["felt", "not felt"])
+def test_flesh_may_be_where_nothing_was_felt(two_finger, std, least, most):
+    """Of what was felt in part there is no wall where nothing was felt: a link may lie there."""
+    pytest.importorskip("igl")
+    skin, tree, column = skin_of(two_finger), tree_of(two_finger), parts_of(two_finger).column
+    position, rotation = link_frames(tree, two_finger.rest_pose)
+    link = len(two_finger.links) - 1
+    box = trimesh.creation.box((0.04, 0.05, 0.06))
+    felt = FeltShape(Surface(np.array(box.vertices), np.array(box.faces), np.full(len(box.vertices), std)))
+    middle = tuple(position[link] + 0.5 * two_finger.links[link].length * rotation[link][:, 2])
+    about = solids_of([Solid("felt", felt, felt.default_size, middle)], FAR)
+    silent = np.zeros(len(two_finger.patches), dtype=bool)
+    told = _likelihood(tree, skin, about, two_finger.rest_pose[None], column, silent, 0.001, 0.0, 0.001)
+    assert least <= told.prod() <= most
 
 
 def test_silence_says_the_same_of_a_flat_face_as_of_a_point(two_finger):
