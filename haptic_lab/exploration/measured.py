@@ -24,7 +24,7 @@ from haptic_lab.exploration import offsets, patches
 from haptic_lab.exploration.output import save_trace
 from haptic_lab.exploration.settings import OBSERVER, ExplorationSettings
 from haptic_lab.files import atomic, write_json
-from haptic_lab.panels import SIDES, draw_map, draw_posterior, map_legend
+from haptic_lab.panels import draw_posterior, draw_sides, label_time
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import OBSERVER_COLOURS, as_drawn, colours_of, titles_of, with_article
 from observer import metrics
@@ -173,12 +173,7 @@ def picture(
     figure = Figure(figsize=(11, 7.2), layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
     above, below = parts
-    sides = above.subplots(1, 3)
-    figure.draw_without_rendering()  # the hand's lines need the size of the panels
-    for axes, side in zip(sides, SIDES, strict=True):
-        image = draw_map(axes, belief.occupancy, belief.grid, None, side, exploration.hand, slam.joint_angles[-1])
-    above.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
-    above.legend(handles=map_legend()[1:], loc="outside lower center", ncols=4, fontsize=9)
+    draw_sides(above, belief.occupancy, belief.grid, None, exploration.hand, slam.joint_angles[-1])
     left, right = below.subplots(1, 2)
     missing = np.isnan(exploration.felt_angles).any(axis=1)
     _draw_spread(left, exploration.seconds, slam, exploration.contacts.any(axis=1), missing)
@@ -203,11 +198,4 @@ def _draw_spread(axes: Axes, seconds: Array, slam: BeliefTrace, touching: Any, m
         axes.fill_between(seconds, 0, top, where=where, color=shade, step="mid", linewidth=0, label=label)
     for label, style in (("online", ":"), ("lagged", "-")):
         axes.plot(seconds, spread[label], style, color=OBSERVER_COLOURS[OBSERVER], linewidth=1.2, label=label)
-    axes.set(
-        title="How well the hand is known",
-        xlabel="time (s)",
-        ylabel="SD of a joint (degrees)",
-        ylim=(0, top),
-        xlim=(0, seconds[-1]),
-    )
-    axes.legend(loc="upper left", ncols=4, fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
+    label_time(axes, seconds, "How well the hand is known", "SD of a joint (degrees)", top, 4)
