@@ -5,7 +5,6 @@ Shapes: T steps, J joints, C labels, (X, Y, Z) voxels.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -16,17 +15,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
-from rich.text import Text
 
 from haptic_env.arrays import Array
 from haptic_env.recordings import MeasuredTouch
 from haptic_lab.exploration import offsets, patches
 from haptic_lab.exploration.output import save_trace
 from haptic_lab.exploration.settings import OBSERVER, ExplorationSettings
+from haptic_lab.exploration.summary import opening
 from haptic_lab.files import atomic, write_json
 from haptic_lab.panels import draw_posterior, draw_sides, label_time
 from haptic_lab.records import BeliefTrace, Exploration
-from haptic_lab.style import OBSERVER_COLOURS, as_drawn, colours_of, titles_of, with_article
+from haptic_lab.style import OBSERVER_COLOURS, as_drawn, titles_of, with_article
 from observer import metrics
 
 MEASURED = {"contacts": "measured"}
@@ -127,22 +126,7 @@ def table(summary: Mapping[str, Any]) -> Table:
     Returns:
         The table as a person reads it.
     """
-    named, sure = summary["named"], summary["posterior"][summary["named"]]
-    titles = titles_of((*summary["posterior"], *([summary["truth"]] if summary["truth"] else [])))
-    result = Table(
-        show_header=False, title=f"After {summary['explored_seconds']:g} s of measured touch", title_justify="left"
-    )
-    result.add_column(style="dim")
-    result.add_column()
-    colour = colours_of(summary["posterior"])[named]
-    result.add_row("the object is", Text(with_article(titles[named]), style=f"bold {colour}"))
-    result.add_row("how sure", f"{sure:.1%}")
-    if summary["truth"] is not None:
-        mark = ("right", "green") if summary["correct"] else ("wrong", "red")
-        result.add_row("you say it is", Text.assemble(with_article(titles[summary["truth"]]), " (", mark, ")"))
-    when = summary["time_to_decision"]
-    result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
-    result.add_section()
+    result = opening(summary, "measured", "you say it is", summary["truth"])
     told = summary["measured"]
     result.add_row("joint angles not measured", f"{told['joints_missing']:.1%}")
     result.add_row(f"contacts of {told['patches_measured']} patches not measured", f"{told['touch_missing']:.1%}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -94,26 +95,9 @@ def table(summary: dict[str, Any]) -> Table:
     Returns:
         The table as a person reads it.
     """
-    named, sure = summary["named"], summary["posterior"][summary["named"]]
-    result = Table(
-        show_header=False,
-        title=f"After {summary['explored_seconds']:g} s of {touch_of(summary)} touch",
-        title_justify="left",
-    )
-    result.add_column(style="dim")
-    result.add_column()
     truth, simulated = object_of(summary)
-    titles = titles_of(summary["posterior"])
-    mark = ("right", "green") if named == truth else ("wrong", "red")
-    result.add_row(
-        "the object is", Text(with_article(titles[named]), style=f"bold {colours_of(summary['posterior'])[named]}")
-    )
-    result.add_row("how sure", f"{sure:.1%}")
     there = "contacts are simulated with" if simulated else "in truth it is"
-    result.add_row(there, Text.assemble(with_article(titles[truth]), " (", mark, ")"))
-    when = summary["time_to_decision"]
-    result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
-    result.add_section()
+    result = opening(summary, touch_of(summary), there, truth)
     for name, error in summary["pose_error"].items():
         sigmas = "" if math.isnan(error["sigmas"]) else f" = {error['sigmas']:.2f} σ"
         result.add_row(f"pose error, {name}", f"{error['degrees']:.2f}°{sigmas}")
@@ -126,6 +110,35 @@ def table(summary: dict[str, Any]) -> Table:
     result.add_row("of the whole surface mapped", f"{summary['surface_coverage']:.0%}")
     result.add_row("fingers touched it", f"{summary['touching_share']:.0%} of the time")
     result.add_row("computing took", f"{summary['computing_seconds']:.1f} s")
+    return result
+
+
+def opening(summary: Mapping[str, Any], touch: str, there: str, truth: str | None) -> Table:
+    """Begin the table of an exploration: what was named, how surely, whether rightly, and when.
+
+    Args:
+        summary: with `named`, `posterior`, `explored_seconds` and `time_to_decision`.
+        touch: what kind it was.
+        there: says of what follows who tells it.
+        truth: what is really there; None: nobody tells.
+
+    Returns:
+        The table, to which further sections are added.
+    """
+    named, labels = summary["named"], tuple(summary["posterior"])
+    titles = titles_of(labels if truth is None else (*labels, truth))
+    title = f"After {summary['explored_seconds']:g} s of {touch} touch"
+    result = Table(show_header=False, title=title, title_justify="left")
+    result.add_column(style="dim")
+    result.add_column()
+    result.add_row("the object is", Text(with_article(titles[named]), style=f"bold {colours_of(labels)[named]}"))
+    result.add_row("how sure", f"{summary['posterior'][named]:.1%}")
+    if truth is not None:
+        mark = ("right", "green") if named == truth else ("wrong", "red")
+        result.add_row(there, Text.assemble(with_article(titles[truth]), " (", mark, ")"))
+    when = summary["time_to_decision"]
+    result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
+    result.add_section()
     return result
 
 
