@@ -6,7 +6,6 @@ Shapes: T steps, J joints, C labels, (X, Y, Z) voxels.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +20,11 @@ from haptic_env.recordings import MeasuredTouch
 from haptic_lab.exploration import offsets, patches
 from haptic_lab.exploration.output import save_trace
 from haptic_lab.exploration.settings import OBSERVER, ExplorationSettings
-from haptic_lab.exploration.summary import opening
+from haptic_lab.exploration.summary import opening, shared_figures
 from haptic_lab.files import atomic, write_json
 from haptic_lab.panels import draw_posterior, draw_sides, label_time
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import OBSERVER_COLOURS, as_drawn, titles_of, with_article
-from observer import metrics
 
 MEASURED = {"contacts": "measured"}
 
@@ -96,18 +94,9 @@ def summarise(
     """
     slam = traces[OBSERVER]
     belief = slam.belief
+    about = {**MEASURED, "measured": recording.coverage._asdict()}
     return {
-        "settings": asdict(settings),
-        "explored_seconds": float(exploration.seconds[-1]),
-        "computing_seconds": took,
-        "named": slam.name,
-        "truth": truth,
-        "correct": None if truth is None else slam.name == truth,
-        **MEASURED,
-        "measured": recording.coverage._asdict(),
-        "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
-        "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
-        "touching_share": float(exploration.contacts.any(axis=1).mean()),
+        **shared_figures(settings, exploration, slam, took, truth, about),
         "joint_std": float(np.rad2deg(slam.joint_std).mean()),
         "lagged_joint_std": float(np.rad2deg(slam.lagged_joint_std).mean()),
         **({"joint_offset": found} if (found := offsets.found(exploration, slam)) else {}),

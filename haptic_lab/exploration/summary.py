@@ -47,7 +47,6 @@ def summarise(
     touched = metrics.touched_places(
         exploration.hand, exploration.true_angles, exploration.contacts, solid, roots=roots
     )
-    touching = exploration.contacts.any(axis=1)
 
     def surface(name: str, voxels: float) -> dict[str, float]:
         score = metrics.surface_score(traces[name].belief.occupancy, belief.grid, solid, touched, voxels)
@@ -59,18 +58,12 @@ def summarise(
 
     cells = metrics.reachable(exploration.hand, exploration.true_angles, belief.grid, roots)
     calibration = metrics.reliability(belief.occupancy, solid.occupancy(belief.grid), cells)
-    return {
-        "settings": asdict(settings),
-        "explored_seconds": float(exploration.seconds[-1]),
-        "computing_seconds": took,
-        "named": slam.name,
-        "truth": None if simulated else truth,
-        "correct": None if simulated else slam.name == truth,
+    about = {
         **(replay.SIMULATED if simulated or roots is not None else {}),
         **({"simulated_object": truth} if simulated else {}),
-        "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
-        "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
-        "touching_share": float(touching.mean()),
+    }
+    return {
+        **shared_figures(settings, exploration, slam, took, None if simulated else truth, about),
         "pose_error": {
             "raw angles": pose(exploration.felt_angles),
             "haptic SLAM, online": pose(slam.joint_angles),
@@ -83,6 +76,41 @@ def summarise(
         "surface_coverage": metrics.surface_coverage(belief.occupancy, belief.grid, solid),
         "occupancy_ece": calibration.ece,
         "occupancy_brier": calibration.brier,
+    }
+
+
+def shared_figures(
+    settings: ExplorationSettings,
+    exploration: Exploration,
+    slam: BeliefTrace,
+    took: float,
+    truth: str | None,
+    about: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Work out the figures that any exploration has: what was named, how surely, whether rightly, and when.
+
+    Args:
+        settings: of the exploration.
+        exploration: what happened.
+        slam: what the observer believed.
+        took: seconds of computing.
+        truth: the name of the object; None: nobody tells.
+        about: what else is told of the touch.
+
+    Returns:
+        What JSON can say, but for NaN.
+    """
+    return {
+        "settings": asdict(settings),
+        "explored_seconds": float(exploration.seconds[-1]),
+        "computing_seconds": took,
+        "named": slam.name,
+        "truth": truth,
+        "correct": None if truth is None else slam.name == truth,
+        **about,
+        "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
+        "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
+        "touching_share": float(exploration.contacts.any(axis=1).mean()),
     }
 
 
