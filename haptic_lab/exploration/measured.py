@@ -17,7 +17,7 @@ from rich.table import Table
 
 from haptic_env.arrays import Array
 from haptic_env.recordings import MeasuredTouch
-from haptic_lab.exploration import offsets, patches
+from haptic_lab.exploration import senses
 from haptic_lab.exploration.output import save_trace
 from haptic_lab.exploration.settings import OBSERVER, ExplorationSettings
 from haptic_lab.exploration.summary import opening, shared_figures
@@ -60,13 +60,8 @@ def finish(
     with atomic(out / "recording.npz") as place:
         np.savez_compressed(place, **recording.streams())  # type: ignore[arg-type]
     console.print(table(summary))
-    if "joint_offset" in summary:
-        console.print(offsets.table(summary["joint_offset"]))
-    if "patches" in summary:
-        console.print(patches.table(summary["patches"]))
-    if settings.save_offsets is not None:
-        lying = summary.get("patches", {})
-        offsets.save(Path(settings.save_offsets), summary["joint_offset"], recording.source, lying)
+    senses.tell(console, summary)
+    senses.save(settings, summary, recording.source)
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
 
@@ -99,8 +94,7 @@ def summarise(
         **shared_figures(settings, exploration, slam, took, truth, about),
         "joint_std": float(np.rad2deg(slam.joint_std).mean()),
         "lagged_joint_std": float(np.rad2deg(slam.lagged_joint_std).mean()),
-        **({"joint_offset": found} if (found := offsets.found(exploration, slam)) else {}),
-        **({"patches": lying} if (lying := patches.found(exploration, slam, settings.believed_noise)) else {}),
+        **senses.found(settings, exploration, slam),
         "occupied_voxels": int((belief.occupancy > 0.5).sum()),
         "voxel": belief.grid.resolution,
     }

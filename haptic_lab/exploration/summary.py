@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from haptic_lab import replay
-from haptic_lab.exploration import offsets, patches
+from haptic_lab.exploration import senses
 from haptic_lab.exploration.settings import OBSERVER, RAW, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import colours_of, titles_of, with_article
@@ -70,8 +70,7 @@ def summarise(
             "haptic SLAM, lagged": pose(slam.lagged_joint_angles),
         },
         "coverage_90": metrics.credible_coverage(slam.joint_angles, slam.joint_std, exploration.true_angles),
-        **({"joint_offset": found} if (found := offsets.found(exploration, slam)) else {}),
-        **({"patches": lying} if (lying := patches.found(exploration, slam, settings.believed_noise)) else {}),
+        **senses.found(settings, exploration, slam),
         "surface": {label: {"raw angles": surface(RAW, n), "haptic SLAM": surface(OBSERVER, n)} for n, label in WITHIN},
         "surface_coverage": metrics.surface_coverage(belief.occupancy, belief.grid, solid),
         "occupancy_ece": calibration.ece,
