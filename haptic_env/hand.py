@@ -119,6 +119,30 @@ class Hand:
         """(L,) index of each link's body in `model`."""
         return np.array([self.model.body(link.body).id for link in self.links])
 
+    def at_rest(self) -> mujoco.MjData:
+        """Simulate the hand alone as an episode starts.
+
+        Returns:
+            A new simulation of `model`, of which the kinematics are computed.
+        """
+        data = mujoco.MjData(self.model)
+        data.qpos[:] = self.rest_pose
+        mujoco.mj_kinematics(self.model, data)
+        return data
+
+    def link_ends(self, data: mujoco.MjData) -> NDArray[np.float64]:
+        """Find where links end.
+
+        Args:
+            data: of `model`, the kinematics computed.
+
+        Returns:
+            (L, 3) m in the world, the distal ends of their bones.
+        """
+        bodies = self.link_bodies
+        length = np.array([link.length for link in self.links])
+        return np.asarray(data.xpos[bodies] + length[:, None] * data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2])
+
     @cached_property
     def moves(self) -> NDArray[np.bool_]:
         """(L, J): whether each joint moves each link."""

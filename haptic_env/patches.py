@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from haptic_env import validate
 from haptic_env.compiled import kernel, part
+from haptic_env.link_points import on_skin, within
 from haptic_env.moved import renamed
 
 SIDES = ("palmar", "left", "dorsal", "right")
@@ -116,15 +117,13 @@ class Patches:
         self.first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)
         self.count = int(sum(counts))
         self.link = np.repeat(np.arange(len(links)), counts)
-        self._length = np.array([link.length for link in links])
-        tip = np.array([link.tip for link in links])
-        self.layout = self._layout(tip, self.first, np.arange(self.count))
+        self.layout = self._layout(self.first, np.arange(self.count))
         self.names = tuple(name for link in links for name in self._names_of(link))
         skin = self.surface(spacing=0.001)
         total = np.bincount(skin.patch, minlength=self.count)[:, None]
         mean = np.stack([np.bincount(skin.patch, p, self.count) for p in skin.points.T], axis=1) / total
         # The mean of a curved patch lies beneath the skin, and that of a whole ring on the bone.
-        bone = mean[:, 2].clip(0.0, self._length[self.link])[:, None] * [0, 0, 1]
+        bone = mean[:, 2].clip(0.0, self.layout.length[self.link])[:, None] * [0, 0, 1]
         outward = mean - bone
         outward[np.linalg.norm(outward, axis=1) < 1e-6] = [-1, 0, 0]
         self.normal = outward / np.linalg.norm(outward, axis=1, keepdims=True)
@@ -173,33 +172,7 @@ class Patches:
         Returns:
             The M points.
         """
-        points: list[NDArray[np.float64]] = []
-        normals: list[NDArray[np.float64]] = []
-        owner: list[NDArray[np.int64]] = []
-        for index, link in enumerate(self.links):
-            rows = max(self.along, int(np.ceil(link.length / spacing)))
-            rows = int(np.ceil(rows / self.along)) * self.along
-            sectors = max(self.around, int(np.ceil(2 * np.pi * link.radius / spacing)))
-            sectors = int(np.ceil(sectors / self.around)) * self.around
-            angle = (np.arange(sectors) + 0.5) / sectors * 2 * np.pi + np.pi - np.pi / self.around
-            ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(sectors)], axis=1)
-            height = (np.arange(rows) + 0.5) / rows * link.length
-            side = np.tile(ring, (rows, 1))
-            points.append(link.radius * side + np.repeat(height, sectors)[:, None] * [0, 0, 1])
-            normals.append(side)
-            bands = max(self.rings, int(np.ceil(0.5 * np.pi * link.radius / spacing)))
-            bands = int(np.ceil(bands / self.rings)) * self.rings
-            for band in range(bands):
-                polar = (band + 0.5) / bands * np.pi / 2
-                number = max(self.around if link.tip and self.rings > 1 else 1, int(np.ceil(sectors * np.sin(polar))))
-                turn = (np.arange(number) + 0.5) / number * 2 * np.pi + np.pi - np.pi / self.around
-                cap = np.stack([np.cos(turn), np.sin(turn), np.zeros(number)], axis=1) * np.sin(polar)
-                cap[:, 2] = np.cos(polar)
-                points.append(link.radius * cap + [0, 0, link.length])
-                normals.append(cap)
-            owner.append(np.full(sum(map(len, points)) - sum(map(len, owner)), index))
-        placed, link_of = np.concatenate(points), np.concatenate(owner)
-        return SkinPoints(placed, np.concatenate(normals), link_of, self.locate(link_of, placed))
+        return self._placed([on_skin(link, self.along, self.around, self.rings, spacing) for link in self.links])
 
     def volume(self, spacing: float, depth: float = 0.0) -> SkinPoints:
         """Fill the links with points on a cubic lattice.
@@ -211,23 +184,15 @@ class Patches:
         Returns:
             The M points; their normals point from the bone outwards (zero on the bone).
         """
-        points, normals, owner = [], [], []
-        for index, link in enumerate(self.links):
-            reach = np.arange(0.0, link.radius, spacing)
-            across = np.concatenate([-reach[:0:-1], reach])
-            rise = np.arange(-link.radius, link.length + link.radius, spacing) + 0.5 * spacing
-            lattice = np.stack(np.meshgrid(across, across, rise, indexing="ij"), axis=-1).reshape(-1, 3)
-            bone = np.clip(lattice[:, 2], 0.0, link.length)[:, None] * [0, 0, 1]
-            radial = lattice - bone
-            distance = np.linalg.norm(radial, axis=1)
-            inside = distance < link.radius - depth
-            points.append(lattice[inside])
-            normals.append(radial[inside] / np.maximum(distance[inside, None], 1e-12))
-            owner.append(np.full(int(inside.sum()), index))
-        placed, link_of = np.concatenate(points), np.concatenate(owner)
-        return SkinPoints(placed, np.concatenate(normals), link_of, self.locate(link_of, placed))
+        return self._placed([within(link, spacing, depth) for link in self.links])
 
-    def _layout(self, tip: NDArray[np.bool_], cell: NDArray[np.int64], patch: NDArray[np.int64]) -> PatchLayout:
+    def _placed(self, parts: list[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> SkinPoints:
+        """The points and normals of each link as those of the hand."""
+        points, normals = (np.concatenate(several) for several in zip(*parts, strict=True))
+        link = np.repeat(np.arange(len(parts)), [len(places) for places, _ in parts])
+        return SkinPoints(points, normals, link, self.locate(link, points))
+
+    def _layout(self, cell: NDArray[np.int64], patch: NDArray[np.int64]) -> PatchLayout:
         """The layout whose links begin at `cell` (L,), where cells are of `patch` (C,)."""
         within = np.arange(len(patch)) - np.repeat(cell, np.diff(cell, append=len(patch)))
         row = np.minimum(within // self.around, self.along)
@@ -236,8 +201,10 @@ class Patches:
         felt = patch >= 0
         np.minimum.at(rows[:, 0], patch[felt], row[felt])
         np.maximum.at(rows[:, 1], patch[felt], row[felt])
+        length = np.array([link.length for link in self.links])
+        tip = np.array([link.tip for link in self.links])
         shape = self.along, self.around, self.rings
-        return PatchLayout(self.first, self._length, tip, *shape, cell.astype(np.int64), patch.astype(np.int64), rows)
+        return PatchLayout(self.first, length, tip, *shape, cell.astype(np.int64), patch.astype(np.int64), rows)
 
     def _names_of(self, link: Link) -> list[str]:
         sides = SIDES if self.around == len(SIDES) else tuple(f"sector{s}" for s in range(self.around))

@@ -54,7 +54,7 @@ class TaxelPatches(Patches):
         inside, faces, of = cells.position, cells.normal, cells.link  # a point of each cell
         told = sorted(taxels, key=lambda each: each.link)
         self.links, self.along, self.around, self.rings = links, cells.along, cells.around, cells.rings
-        self.count, self._length = len(told), cells.layout.length
+        self.count = len(told)
         self.link = np.array([each.link for each in told], dtype=np.int64)
         self.first = np.searchsorted(self.link, np.arange(len(links))).astype(np.int64)
         self.names = tuple(each.name for each in told)
@@ -78,7 +78,7 @@ class TaxelPatches(Patches):
         if lost.size:
             other = self.names[next(k for k in range(len(told)) if k != lost[0] and home[k] == home[lost[0]])]
             raise ValueError(f"taxels {other!r} and {self.names[lost[0]]!r} lie at the same place of the skin")
-        self.layout = self._layout(cells.layout.tip, cells.first, patch)
+        self.layout = self._layout(cells.first, patch)
         self.position, self.normal = inside[home], faces[home]
         self.area = np.bincount(patch[patch >= 0], cells.area[patch >= 0], self.count)
 

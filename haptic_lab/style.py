@@ -12,7 +12,8 @@ import matplotlib
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_hex
 
-from haptic_env.shapes import SHAPES, sets
+from haptic_env import own
+from haptic_env.shapes import FAMILIES, SHAPES, sets
 from haptic_env.shapes.mesh import is_path, parted
 from haptic_env.shapes.names import NONE
 
@@ -118,18 +119,28 @@ def as_drawn(title: str) -> str:
     return f" {plain}" if plain.startswith("_") else plain
 
 
-def with_article(title: str) -> str:
+def with_article(title: str, label: str | None = None) -> str:
     """Put "a" or "an" before a title.
 
     Args:
         title: of an object.
+        label: that the title is of; None: the title.
 
     Returns:
-        The two, "an ellipsoid(1, 1, 1.3)"; of "none", that it is none of these.
+        The two, "an ellipsoid(1, 1, 1.3)"; of "none", that it is none of these; the title alone of an object that was
+        learnt, whose label is a name of its own.
     """
     if title == NONE:
         return "none of these"
+    if label is not None and not _is_shape(label):
+        return title
     return f"{'an' if title[:1] in 'aeio' or title.startswith('L(') else 'a'} {title}"
+
+
+def _is_shape(label: str) -> bool:
+    """Whether a label is of a shape or a file, there or not, rather than the name of one object."""
+    family = label.partition("(")[0].rstrip()
+    return family in {*SHAPES, *FAMILIES} or own.is_named(family) or is_path(label) or sets.is_member(label)
 
 
 def noise_colours(noises: Sequence[float]) -> dict[float, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +76,26 @@ def expanded(names: Iterable[str], *, trust: bool = False) -> list[str]:
     if trust:
         shapes.allow(several)
     return several
+
+
+def named_or_set(named: Sequence[str] | None, objects: str | None) -> Sequence[str] | None:
+    """Tell what is explored.
+
+    Args:
+        named: what --shapes says; None: nothing.
+        objects: what --objects says; None: nothing.
+
+    Returns:
+        Names of shapes, and of sets among them; None where neither says anything.
+
+    Raises:
+        ValueError: where both do, and for what is no set.
+    """
+    if objects is None:
+        return named
+    if named is not None:
+        raise ValueError("--objects says what is explored, and so does --shapes: say one of them")
+    return sets.read(objects)
 
 
 def in_set(name: str, objects: str) -> str:

@@ -9,7 +9,8 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -82,7 +83,7 @@ class Library(Mapping[str, FeltObject]):
     @property
     def damaged(self) -> dict[str, str]:
         """Of each object that cannot be read, why."""
-        return self._sorted()[1]
+        return self.read()[1]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -156,6 +157,8 @@ class Library(Mapping[str, FeltObject]):
         if taken is not None and not (replace and taken == name):
             why = "is there already" if taken == name else f"differs from {taken!r} in capitals alone"
             raise ValueError(f"{name!r} {why}, in the library {str(self.path)!r}; choose another name, or replace it")
+        if taken is not None:
+            _check_ours(self._place(name))
         there = next(each for each in (self.path, *self.path.absolute().parents) if each.exists())
         if there == self.path:
             check_writable("an object of a library", there / f"{name}{ENDING}")
@@ -176,9 +179,12 @@ class Library(Mapping[str, FeltObject]):
 
         Raises:
             KeyError: where there is none of that name.
+            ValueError: for a file that never was an object of a library.
+            OSError: where it cannot be read or removed.
         """
         if name not in self:
             raise KeyError(f"{validate.shown(name)} is not in the library {str(self.path)!r}; {self._told()}")
+        _check_ours(self._place(name))
         self._place(name).unlink()
 
     def candidates(self, hand: Hand) -> dict[str, list[Solid]]:
@@ -194,13 +200,17 @@ class Library(Mapping[str, FeltObject]):
             ImportError: where the extra `meshes` is missing.
         """
         edge.world(hand=hand)
-        whole, damaged = self._sorted()
+        whole, damaged = self.read()
         for why in damaged.values():
             warnings.warn(f"left out of the library: {why}", DamagedEntry, stacklevel=2)
         return {name: [FeltShape(each.surface).solid(name, hand)] for name, each in whole.items()}
 
-    def _sorted(self) -> tuple[dict[str, FeltObject], dict[str, str]]:
-        """The objects that can be read, and why others cannot."""
+    def read(self) -> tuple[dict[str, FeltObject], dict[str, str]]:
+        """Read all objects, each once.
+
+        Returns:
+            Those that can be read by their names, and of each other one, why it cannot.
+        """
         whole, damaged = {}, {}
         for name in self.names:
             try:
@@ -223,9 +233,7 @@ def _possible(name: str) -> bool:
 def _read(place: Path) -> FeltObject:
     """The object in a file; raises `ValueError` naming it where it is not whole."""
     content = reading.npz(place, LARGEST_FILE)
-    missing = {*Surface._fields, "about"} - {*content}
-    if missing:
-        raise ValueError(f"{place}: not an object of a library, it has no {', '.join(sorted(missing))}")
+    _check_arrays(place, content)
     try:
         told = content["about"]
         about = json.loads(str(told)) if told.dtype.kind == "U" and told.ndim == 0 else None
@@ -235,6 +243,26 @@ def _read(place: Path) -> FeltObject:
         return FeltObject(FeltShape(surface).surface, about)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{place}: not an object of a library ({error})") from error
+
+
+def _check_arrays(place: Path, held: Iterable[str]) -> None:
+    missing = {*Surface._fields, "about"} - {*held}
+    if missing:
+        raise ValueError(f"{place}: not an object of a library, it has no {', '.join(sorted(missing))}")
+
+
+def _check_ours(place: Path) -> None:
+    """Raise `ValueError` for what holds something else than an object; what is damaged may have been one."""
+    if not place.is_file():
+        raise ValueError(f"{place}: not an object of a library, it is no file")
+    try:
+        with zipfile.ZipFile(place) as file:
+            held = [each.removesuffix(".npy") for each in file.namelist()]
+    except OSError:
+        raise
+    except Exception:  # a damaged archive ends its reader in many ways
+        return
+    _check_arrays(place, held)
 
 
 def _checked(surface: Surface) -> Surface:

@@ -13,7 +13,6 @@ import mujoco
 import numpy as np
 
 from haptic_env import validate
-from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.hands import description
 from haptic_env.hands import wrist as wrists
@@ -98,23 +97,6 @@ def read(
         raise ValueError(f"{path}: {error}") from error
 
 
-def link_ends(hand: Hand) -> Array:
-    """Find where links end.
-
-    Args:
-        hand: at rest.
-
-    Returns:
-        (L, 3) m in the world, the distal ends of their bones.
-    """
-    data = mujoco.MjData(hand.model)
-    data.qpos[:] = hand.rest_pose
-    mujoco.mj_kinematics(hand.model, data)
-    bodies = hand.link_bodies
-    length = np.array([link.length for link in hand.links])
-    return np.asarray(data.xpos[bodies] + length[:, None] * data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2])
-
-
 def _made(told: HandDescription, free: bool) -> OwnHand:
     own = OwnModel(told)
     notes, joints = own.left_out(), joints_of(own)
@@ -172,7 +154,7 @@ def _checked(hand: Hand, told: HandDescription) -> list[str]:
             f"no joint moves its skin: joints {validate.listed(hand.joint_names)} are on other bodies than those of "
             "fingers and palm"
         )
-    ends = link_ends(hand)
+    ends = hand.link_ends(hand.at_rest())
     size = float(np.ptp(ends, axis=0).max())
     if size > LARGEST:
         raise ValueError(

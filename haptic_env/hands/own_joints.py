@@ -84,13 +84,8 @@ def drives_of(hand: Hand, joints: Mapping[str, OwnJoint]) -> dict[str, Drive]:
     Raises:
         ValueError: for a value out of its range.
     """
-    data = mujoco.MjData(hand.model)
-    data.qpos[:] = hand.rest_pose
-    mujoco.mj_kinematics(hand.model, data)
-    mujoco.mj_comPos(hand.model, data)  # axes of joints
-    length = np.array([link.length for link in hand.links])[:, None]
-    ends = data.xpos[hand.link_bodies] + length * data.xmat[hand.link_bodies].reshape(-1, 3, 3)[:, :, 2]
-    found = {}
+    data, found = hand.at_rest(), {}
+    ends = hand.link_ends(data)
     for index, (name, moved) in enumerate(zip(hand.joint_names, hand.moves.T, strict=True)):
         arms = np.cross(data.xaxis[index], ends[moved] - data.xanchor[index])
         found[name] = _drive(name, joints[name], float(np.linalg.norm(arms, axis=1).max(initial=SHORTEST)))

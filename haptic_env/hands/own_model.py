@@ -7,6 +7,7 @@ import mujoco
 from haptic_env import validate
 from haptic_env.hands import model_files
 from haptic_env.hands.description import HandDescription
+from haptic_env.hands.skeleton import bodies_below
 
 EQUALITY = mujoco.mjtEq
 
@@ -37,7 +38,7 @@ class OwnModel:
         for finger, body in chosen:
             validate.choice(f"body of {finger.title}", body, self.bodies)
         self.root = self._root()
-        self.below = [b for b in range(self.root + 1, self.model.nbody) if self._hangs(b)]
+        self.below = bodies_below(self.model, self.root)
         for _, body in chosen:
             if self.bodies[body] not in (self.root, *self.below):
                 raise ValueError(f"body {body!r} does not hang from root {self.name(self.root)!r}")
@@ -82,11 +83,6 @@ class OwnModel:
         if model.nu:
             notes.append(f"actuators of the model ({model.nu}) are left out: torques are told by [joint.NAME]")
         return notes
-
-    def _hangs(self, body: int) -> bool:
-        while body > self.root:
-            body = int(self.model.body_parentid[body])
-        return body == self.root
 
     def _root(self) -> int:
         if self.told.root is not None:

@@ -74,6 +74,23 @@ def bone_of_geom(
     return Bone(name, body, start, end, float(capsule.size[0]), palmar, tip)
 
 
+def bodies_below(model: mujoco.MjModel, root: int) -> list[int]:
+    """List the bodies that hang from another.
+
+    Args:
+        model: with the bodies.
+        root: index of that one.
+
+    Returns:
+        Their indices, without its own.
+    """
+    below: list[int] = []
+    for body in range(root + 1, model.nbody):  # whatever a body hangs from comes before it
+        if int(model.body_parentid[body]) in (root, *below):
+            below.append(body)
+    return below
+
+
 def hand_of(
     model: mujoco.MjModel,
     name: str,
@@ -164,8 +181,7 @@ class _Skeleton:
         self.tree.option.gravity = (0, 0, 0)
         self.tree.compiler.angle = "radian"
         self.base = int(model.body(root).id)
-        below = [body for body in range(self.base + 1, model.nbody) if self._hangs(body)]
-        self.bodies = [self.base, *(body for body in below if model.body_jntnum[body])]
+        self.bodies = [self.base, *(body for body in bodies_below(model, self.base) if model.body_jntnum[body])]
         self._frames: dict[int, Frame] = {}
         self._made: dict[int, Any] = {}
         self._place = {"pos": position, "quat": quaternion}
@@ -233,11 +249,6 @@ class _Skeleton:
         ends = (0, 0, 0, 0, 0, length)
         owner.add("geom", name=bone.name, type="capsule", fromto=ends, size=[bone.radius], density=DENSITY)
         return Link(bone.name, owner.name, bone.radius, length, tip=bone.tip)
-
-    def _hangs(self, body: int) -> bool:
-        while body > self.base:
-            body = int(self.model.body_parentid[body])
-        return body == self.base
 
     def _frame(self, body: int) -> Frame:
         return self.data.xpos[body], self.data.xmat[body].reshape(3, 3)

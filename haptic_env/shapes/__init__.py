@@ -107,7 +107,7 @@ def origin(name: str) -> bytes:
     meant = sets.meaning(name) if sets.is_member(name) else name
     if mesh.is_path(meant):
         path, brackets = mesh.parted(meant)
-        content = Path(path if Path(path).exists() else Path(path).expanduser()).read_bytes()
+        content = mesh.place_of(path).read_bytes()
         return content + brackets.encode() if meant != name else content
     return meant.encode() if meant != name else b""
 

@@ -59,6 +59,18 @@ def is_path(name: str | Path) -> bool:
     return Path(parted(name)[0]).suffix.lower() in SUFFIXES
 
 
+def place_of(path: str) -> Path:
+    """Find a file that a name says.
+
+    Args:
+        path: of the file; ~ is the home folder, unless there is a file of just that name.
+
+    Returns:
+        Its place, whether or not there is one.
+    """
+    return Path(path if os.path.exists(path) else os.path.expanduser(path))
+
+
 def written(name: str | Path) -> str:
     """Write the name of a mesh the one way in which it is always written.
 
@@ -88,7 +100,7 @@ def load(name: str) -> Mesh:
     """
     name, brackets = parted(name)
     try:
-        path = Path(name if os.path.exists(name) else os.path.expanduser(name)).resolve()
+        path = place_of(name).resolve()
         told = path.stat()
     except (OSError, ValueError, RuntimeError) as error:  # the latter: a NUL in a name, links that go round
         why = error.strerror if isinstance(error, OSError) else None

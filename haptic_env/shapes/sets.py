@@ -121,7 +121,7 @@ def _parted(name: str) -> tuple[str, str]:
 
 def _contents(name: str) -> dict[str, str]:
     """What each object of a file is, by the name by which it is found."""
-    path = Path(name if os.path.exists(name) else os.path.expanduser(name))
+    path = mesh.place_of(name)
     try:
         told = path.stat()
         return _read(name, str(path.absolute()), told.st_mtime_ns, told.st_size)

@@ -41,13 +41,13 @@ def main(arguments: list[str] | None = None) -> int:
     table = Table(title=f"{len(library)} objects in {given.library}", title_justify="left")
     for head in ("name", "size (mm)", "known to 3 mm", "learnt"):
         table.add_column(head)
-    damaged = library.damaged
-    for name in library.names:
+    whole, damaged = library.read()
+    for name in sorted({*whole, *damaged}):
         if name in damaged:
             tell("warning", damaged[name])
             table.add_row(name, "", "", "cannot be read")
             continue
-        surface, about = library[name]
+        surface, about = whole[name]
         size = " × ".join(f"{1e3 * extent:.0f}" for extent in np.ptp(surface.vertices, axis=0))
         told = ", ".join(f"{key} {value}" for key, value in about.items())
         table.add_row(name, size, f"{(surface.std < KNOWN).mean():.0%}", told)

@@ -18,7 +18,7 @@ from typing import Any
 
 from joblib import cpu_count
 
-from haptic_env import reading, shapes, validate
+from haptic_env import reading, validate
 from haptic_lab import believed, conditions
 from haptic_lab.files import write_json
 from haptic_lab.folder_lock import claimed
@@ -26,7 +26,7 @@ from haptic_lab.learning import presets
 from haptic_lab.learning.interrupt import InterruptGuard
 from haptic_lab.learning.presets import Preset
 from haptic_lab.terminal import Parser, as_path, make_console, refuse, tell_error
-from haptic_lab.worlds import SETS, expanded, typed_shape
+from haptic_lab.worlds import SETS, expanded, named_or_set, typed_shape
 
 EXAMPLE = """examples: haptic-slam train --preset trained --out out/trained
           haptic-slam train --preset sac --steps 200000 --seed 3 --out out/sac
@@ -81,9 +81,7 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
 
 def _explored(flags: argparse.Namespace) -> dict[str, Any]:
     """What the command line says of objects."""
-    if flags.objects is not None and flags.shapes is not None:
-        raise ValueError("--objects says what is explored, and so does --shapes: say one of them")
-    said = flags.shapes if flags.objects is None else shapes.read_set(flags.objects)
+    said = named_or_set(flags.shapes, flags.objects)
     return {} if said is None else {"shapes": tuple(expanded(said))}
 
 

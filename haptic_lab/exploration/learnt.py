@@ -186,9 +186,8 @@ def sources(settings: ExplorationSettings) -> dict[str, str]:
     """
     if settings.library is None or settings.name is not None:
         return {}
-    library = Library(settings.library)
-    about = {name: library[name].about for name in library if name not in library.damaged}
-    return {name: each[SHAPE] for name, each in about.items() if isinstance(each.get(SHAPE), str)}
+    whole, _ = Library(settings.library).read()
+    return {name: each.about[SHAPE] for name, each in whole.items() if isinstance(each.about.get(SHAPE), str)}
 
 
 def truth(settings: ExplorationSettings, exploration: Exploration, among: Candidates, none: bool) -> str:

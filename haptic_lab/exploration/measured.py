@@ -147,7 +147,7 @@ def picture(
     draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, "")
     title = as_drawn(titles_of(slam.labels)[slam.name])
     figure.suptitle(
-        f"{exploration.seconds[-1]:g} s of measured touch: “{with_article(title)}”, "
+        f"{exploration.seconds[-1]:g} s of measured touch: “{with_article(title, slam.name)}”, "
         f"{summary['posterior'][slam.name]:.0%} sure",
         fontsize=13,
         fontweight="bold",

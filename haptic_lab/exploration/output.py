@@ -57,13 +57,13 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
         patches.draw(more[-1], lying, exploration.hand.patches)
     sure = summary["posterior"][slam.name]
     titles = titles_of(slam.labels)
-    verdict = "right" if slam.name == truth else f"wrong: {with_article(as_drawn(titles[truth]))}"
+    verdict = "right" if slam.name == truth else f"wrong: {with_article(as_drawn(titles[truth]), truth)}"
     if simulated:
-        verdict = f"contacts simulated with {with_article(as_drawn(titles[truth]))}"
+        verdict = f"contacts simulated with {with_article(as_drawn(titles[truth]), truth)}"
     figure.suptitle(
         f"{exploration.seconds[-1]:g} s of {touch_of(summary)} touch, "
         f"joint noise σ = {settings['sigma']:g}°{_lasting(settings)}: "
-        f"“{with_article(as_drawn(titles[slam.name]))}”, {sure:.0%} sure ({verdict})",
+        f"“{with_article(as_drawn(titles[slam.name]), slam.name)}”, {sure:.0%} sure ({verdict})",
         fontsize=13,
         fontweight="bold",
     )

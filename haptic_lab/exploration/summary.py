@@ -158,11 +158,11 @@ def opening(summary: Mapping[str, Any], touch: str, there: str, truth: str | Non
     result = Table(show_header=False, title=title, title_justify="left")
     result.add_column(style="dim")
     result.add_column()
-    result.add_row("the object is", Text(with_article(titles[named]), style=f"bold {colours_of(labels)[named]}"))
+    result.add_row("the object is", Text(with_article(titles[named], named), style=f"bold {colours_of(labels)[named]}"))
     result.add_row("how sure", f"{summary['posterior'][named]:.1%}")
     if truth is not None:
         mark = ("right", "green") if named == truth else ("wrong", "red")
-        result.add_row(there, Text.assemble(with_article(titles[truth]), " (", mark, ")"))
+        result.add_row(there, Text.assemble(with_article(titles[truth], truth), " (", mark, ")"))
     when = summary["time_to_decision"]
     result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
     result.add_section()

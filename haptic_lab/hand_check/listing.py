@@ -5,11 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from rich import box
 from rich.table import Table
 
-from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 
 ASIDE = 0.25  # of the way of the farthest point: as little nearer or farther is to the side
@@ -26,9 +24,7 @@ def joint_table(hand: Hand) -> pd.DataFrame:
         `positive` (what an angle that grows does: the hand closes about the grasp centre, opens, or goes to the side),
         `torque` (N·m, or N, of an action of 1) and `patches` (how many it moves).
     """
-    data = mujoco.MjData(hand.model)
-    data.qpos[:] = hand.rest_pose
-    mujoco.mj_forward(hand.model, data)
+    data = hand.at_rest()
     slides = hand.lever_arms > 0.0
     scale = np.where(slides, 1e3 * hand.lever_arms, np.rad2deg(1.0))
     moved = (hand.moves[hand.patches.link]).sum(axis=0)
@@ -41,7 +37,7 @@ def joint_table(hand: Hand) -> pd.DataFrame:
             "largest": (scale * hand.joint_limits[:, 1]).round(1),
             "rest": (scale * hand.rest_pose).round(1) + 0.0,
             "axis": [" ".join(f"{each:g}" for each in axis.round(2) + 0.0) for axis in axes],
-            "positive": [_positive(hand, data, joint) for joint in range(hand.joints)],
+            "positive": [_positive(hand, joint) for joint in range(hand.joints)],
             "torque": (hand.torque_limits / np.where(slides, hand.lever_arms, 1.0)).round(4),
             "patches": moved,
         }
@@ -100,18 +96,16 @@ def shown(title: str, table: pd.DataFrame, caption: str = "") -> Table:
     return drawn
 
 
-def _positive(hand: Hand, data: mujoco.MjData, joint: int) -> str:
+def _positive(hand: Hand, joint: int) -> str:
     """What the links that `joint` moves do in the first small way of a growing angle."""
     links = np.flatnonzero(hand.moves[:, joint])
     if not links.size:
         return "moves no skin"
-    before = _ends(hand, data, links)
-    data.qpos[:] = hand.rest_pose
+    data = hand.at_rest()
+    before = hand.link_ends(data)[links]
     data.qpos[joint] += 0.01
     mujoco.mj_kinematics(hand.model, data)
-    after = _ends(hand, data, links)
-    data.qpos[:] = hand.rest_pose
-    mujoco.mj_kinematics(hand.model, data)
+    after = hand.link_ends(data)[links]
     way = np.linalg.norm(after - before, axis=1)
     far = int(way.argmax())
     near = np.linalg.norm(before[far] - hand.grasp_centre) - np.linalg.norm(after[far] - hand.grasp_centre)
@@ -120,9 +114,3 @@ def _positive(hand: Hand, data: mujoco.MjData, joint: int) -> str:
         axis = int(np.abs(step).argmax())
         return f"to {'+' if step[axis] > 0 else '-'}{'xyz'[axis]}"
     return "closes" if near > 0 else "opens"
-
-
-def _ends(hand: Hand, data: mujoco.MjData, links: NDArray[np.int64]) -> Array:
-    bodies = hand.link_bodies[links]
-    length = np.array([hand.links[link].length for link in links])
-    return np.asarray(data.xpos[bodies] + length[:, None] * data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import mujoco
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -37,9 +36,7 @@ def draw(hand: Hand, title: str, outlines: Iterable[Array] = ()) -> Figure:
     Returns:
         The picture.
     """
-    data = mujoco.MjData(hand.model)
-    data.qpos[:] = hand.rest_pose
-    mujoco.mj_kinematics(hand.model, data)
+    data = hand.at_rest()
     faces, colours = [], []
     for index, link in enumerate(hand.links):
         turn = data.xmat[hand.link_bodies[index]].reshape(3, 3)

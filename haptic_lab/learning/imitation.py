@@ -12,7 +12,7 @@ from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.vec_env import VecEnv
 
 from haptic_env.hand import Hand
-from haptic_lab.learning.presets import SweepingMotion
+from haptic_lab.learning.sweeping_motion import SweepingMotion
 
 BATCH = 256
 

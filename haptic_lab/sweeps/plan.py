@@ -21,7 +21,7 @@ from haptic_lab.possible import DOUBT
 from haptic_lab.sweeps import replayed
 from haptic_lab.sweeps.tasks import SweepSettings
 from haptic_lab.trial import check_model
-from haptic_lab.worlds import candidates_of, environment, expanded
+from haptic_lab.worlds import candidates_of, environment, expanded, named_or_set
 from observer import ShapePosterior
 from observer.variants import FULL
 
@@ -84,16 +84,14 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     if given.recordings is not None:
         _check_recorded(given)
     told["env"] = environment(HAND if given.env is None else given.env)
-    if given.objects is not None and given.shapes is not None:
-        raise ValueError("--objects says what is explored, and so does --shapes: say one of them")
-    explored = given.shapes if given.objects is None else shapes.read_set(given.objects)
-    told["shapes"] = expanded(shapes.SHAPES if explored is None else explored, trust=given.trust)
+    named = named_or_set(given.shapes, given.objects)
+    told["shapes"] = expanded(shapes.SHAPES if named is None else named, trust=given.trust)
     if given.candidates is not None:
         told["among"] = expanded(given.candidates, trust=given.trust)
     told["none"] = given.none or None
     held: dict[str, str] = {}
     if given.recordings is not None:
-        said = None if explored is None else told["shapes"]
+        said = None if named is None else told["shapes"]
         held = replayed.objects_of(given.recordings, said)
         told["shapes"] = list(dict.fromkeys(held.values()))
         told["env"] = replayed.environment_of(given.recordings, given.env and told["env"])

@@ -44,6 +44,8 @@ def test_what_is_learnt_is_recognised(objects, tmp_path, capsys):
     assert summary["truth"] == "block"
     said = capsys.readouterr().out
     assert ("This is what you called block, " in said) == (summary["named"] == "block")
+    assert "block" in said
+    assert "a block" not in said
 
 
 def test_an_object_lies_any_way_where_one_is_sought_among_those_learnt(objects):
@@ -116,6 +118,9 @@ def test_what_is_no_library_is_refused(objects, tmp_path, capsys):
     assert "--library" in _refused(capsys, explore.main, ["--recording", recording, "--library", str(objects)])
     said = _refused(capsys, explore.main, ["--recording", recording, "--rotation-jitter", "10"])
     assert "--rotation-jitter" in said
+    (objects / "inspect.npz").write_bytes((tmp_path / "learnt" / "recording.npz").read_bytes())
+    assert "not an object of a library" in _refused(capsys, library.main, [str(objects), "--remove", "inspect"])
+    assert (objects / "inspect.npz").exists()
 
 
 def test_two_candidates_of_one_name_are_told(objects, tmp_path, capsys):

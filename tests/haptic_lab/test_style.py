@@ -24,3 +24,21 @@ def test_what_is_styled_draws_in_our_style_and_leaves_no_trace() -> None:
 )
 def test_a_title_has_its_article(title: str) -> None:
     assert with_article(title.partition(" ")[2]) == title
+
+
+@pytest.mark.parametrize(
+    ("label", "title", "called"),
+    [
+        ("k1", "k1", "k1"),
+        ("my mug", "my mug", "my mug"),
+        ("none", "none", "none of these"),
+        ("cube", "cube", "a cube"),
+        ("noise", "noise", "a noise"),
+        ("ellipsoid(1, 1, 1.3)", "ellipsoid(1, 1, 1.3)", "an ellipsoid(1, 1, 1.3)"),
+        ("gone/mug.stl(scale=0.001)", "mug", "a mug"),
+        ("gone/daily.toml:egg", "egg", "an egg"),
+        ("mine.shapes:Egg(0.3)", "mine.shapes:Egg(0.3)", "a mine.shapes:Egg(0.3)"),
+    ],
+)
+def test_a_name_that_was_learnt_has_none(label: str, title: str, called: str) -> None:
+    assert with_article(title, label) == called

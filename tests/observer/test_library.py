@@ -176,3 +176,20 @@ def test_a_name_that_is_not_there_is_told_with_those_that_are(library):
     for ask in (library.__getitem__, library.remove):
         with pytest.raises(KeyError, match=r"mug3.*key 2, mug1"):
             ask("mug3")
+
+
+@pytest.mark.parametrize("arrays", [("angles",), ("vertices", "faces"), ()])
+def test_a_file_of_something_else_is_neither_removed_nor_replaced(library, surface, arrays):
+    place = library.path / "other.npz"
+    np.savez(place, **dict.fromkeys(arrays, np.zeros(3)))
+    before = place.read_bytes()
+    for ask in (library.remove, lambda name: library.add(name, surface, replace=True)):
+        with pytest.raises(ValueError, match=r"other\.npz: not an object of a library, it has no about"):
+            ask("other")
+    assert place.read_bytes() == before
+
+
+def test_what_is_no_file_is_not_removed(library):
+    (library.path / "folder.npz").mkdir()
+    with pytest.raises(ValueError, match="it is no file"):
+        library.remove("folder")
