@@ -86,18 +86,32 @@ def draw_map(
     return image
 
 
-def map_legend() -> list[Any]:
-    """Say what the colours of `draw_map` mean.
+def draw_sides(
+    panel: Any, occupancy: Array, grid: Grid, solid: Solid | None, hand: Hand, angles: Any, root: Pose | None = None
+) -> None:
+    """Draw the map from all `SIDES`, and what its colours mean.
 
-    Returns:
-        Handles of a legend.
+    Args:
+        panel: the figure, or part of it, to draw into.
+        occupancy: (X, Y, Z) probabilities.
+        grid: of the map.
+        solid: the true object; None: nobody knows.
+        hand: that is drawn.
+        angles: (J,) rad, its pose.
+        root: where the hand as a whole is, if it moves.
     """
-    return [
-        Line2D([], [], color=OUTLINE, linewidth=1.8, label="the true shape"),
+    sides = panel.subplots(1, len(SIDES))
+    panel.figure.draw_without_rendering()  # the hand's lines need the size of the panels
+    for axes, side in zip(sides, SIDES, strict=True):
+        image = draw_map(axes, occupancy, grid, solid, side, hand, angles, root)
+    panel.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
+    true = [] if solid is None else [Line2D([], [], color=OUTLINE, linewidth=1.8, label="the true shape")]
+    colours = [
         Patch(color=OCCUPANCY(0.6), label="probably solid"),
         Patch(color=FREE, label="probably empty"),
         Patch(color=HAND, label="the fingers at the end, as believed"),
     ]
+    panel.legend(handles=[*true, *colours], loc="outside lower center", ncols=4, fontsize=9)
 
 
 def draw_pose_error(
@@ -122,14 +136,22 @@ def draw_pose_error(
         axes.plot(seconds, error, color=colour, linewidth=1.2, label=label)
     axes.axhline(sigma_deg, color="#777777", linewidth=0.8, linestyle=":")
     axes.text(seconds[-1], sigma_deg, " σ", color="#555555", va="center")
-    axes.set(
-        title="Where the hand is",
-        xlabel="time (s)",
-        ylabel="pose error (degrees)",
-        ylim=(0, top),
-        xlim=(0, seconds[-1]),
-    )
-    axes.legend(loc="upper left", ncols=3, fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
+    label_time(axes, seconds, "Where the hand is", "pose error (degrees)", top, 3)
+
+
+def label_time(axes: Axes, seconds: Array, title: str, what: str, top: float, columns: int) -> None:
+    """Label a panel of how far, or how surely, the hand is known through time.
+
+    Args:
+        axes: of the panel, in which all is drawn.
+        seconds: (T,).
+        title: of the panel.
+        what: is drawn, with its unit.
+        top: the largest that is shown.
+        columns: of the legend.
+    """
+    axes.set(title=title, xlabel="time (s)", ylabel=what, ylim=(0, top), xlim=(0, seconds[-1]))
+    axes.legend(loc="upper left", ncols=columns, fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
 
 
 def draw_posterior(axes: Axes, seconds: Array, posterior: Array, labels: Sequence[str], truth: str) -> None:

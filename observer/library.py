@@ -107,9 +107,7 @@ class Library(Mapping[str, FeltObject]):
             KeyError: where there is none of that name.
             ValueError: where it cannot be read.
         """
-        if name not in self:
-            raise KeyError(f"{validate.shown(name)} is not in the library {str(self.path)!r}; {self._told()}")
-        return _read(self._place(name))
+        return _read(self._found(name))
 
     def add(
         self, name: str, felt: Belief | Surface, about: Mapping[str, Any] | None = None, *, replace: bool = False
@@ -182,10 +180,9 @@ class Library(Mapping[str, FeltObject]):
             ValueError: for a file that never was an object of a library.
             OSError: where it cannot be read or removed.
         """
-        if name not in self:
-            raise KeyError(f"{validate.shown(name)} is not in the library {str(self.path)!r}; {self._told()}")
-        _check_ours(self._place(name))
-        self._place(name).unlink()
+        place = self._found(name)
+        _check_ours(place)
+        place.unlink()
 
     def candidates(self, hand: Hand) -> dict[str, list[Solid]]:
         """List what `ShapePosterior` may choose from; what cannot be read is left out, with a `DamagedEntry`.
@@ -222,8 +219,13 @@ class Library(Mapping[str, FeltObject]):
     def _place(self, name: str) -> Path:
         return self.path / f"{name}{ENDING}"
 
-    def _told(self) -> str:
-        return f"it has {validate.listed(self.names)}" if self.names else "it is empty"
+    def _found(self, name: str) -> Path:
+        """The file of an object; raises `KeyError` where there is none."""
+        names = self.names
+        if name not in names:
+            told = f"it has {validate.listed(names)}" if names else "it is empty"
+            raise KeyError(f"{validate.shown(name)} is not in the library {str(self.path)!r}; {told}")
+        return self._place(name)
 
 
 def _possible(name: str) -> bool:

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from haptic_env.arrays import Array
+from haptic_env.hands.skeleton import matrix_of
 
 SHORTEST = 1e-3  # m: a bone has a direction
 FLAT = 1.5  # times as wide as it is thick: capsules lie side by side
@@ -65,7 +66,7 @@ def capsules_of(model: mujoco.MjModel, geom: int) -> list[FittedCapsule]:
         ValueError: for a geom that is no solid: a plane, a height field.
     """
     kind, size = GEOM(model.geom_type[geom]), model.geom_size[geom]
-    place, turn = model.geom_pos[geom], _turn(model.geom_quat[geom])
+    place, turn = model.geom_pos[geom], matrix_of(model.geom_quat[geom])
     if kind not in NAMES:
         told = kind.name.removeprefix("mjGEOM_").lower()
         raise ValueError(f"geom {geom_name(model, geom)} is a {told}; skin is {', '.join(NAMES.values())}")
@@ -121,12 +122,6 @@ def geom_name(model: mujoco.MjModel, geom: int) -> str:
     return f"{geom - int(model.body_geomadr[body]) + 1} of body {model.body(body).name!r}"
 
 
-def _turn(quaternion: Array) -> Array:
-    turn = np.empty(9)
-    mujoco.mju_quat2Mat(turn, quaternion)
-    return turn.reshape(3, 3)
-
-
 def _beside(ratio: float) -> int:
     return int(np.clip(round(ratio), 2, MOST))
 
@@ -146,7 +141,7 @@ def surface(model: mujoco.MjModel, geom: int) -> Array:
     Returns:
         (M, 3) m of its surface, in the frame of its body: the vertices of a mesh, else some.
     """
-    return model.geom_pos[geom] + _surface(model, geom) @ _turn(model.geom_quat[geom]).T
+    return model.geom_pos[geom] + _surface(model, geom) @ matrix_of(model.geom_quat[geom]).T
 
 
 def _surface(model: mujoco.MjModel, geom: int) -> Array:

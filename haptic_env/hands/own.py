@@ -21,7 +21,7 @@ from haptic_env.hands.drives import Drive
 from haptic_env.hands.own_joints import OwnJoint, drives_of, joints_of
 from haptic_env.hands.own_model import OwnModel
 from haptic_env.hands.own_skin import Fit, OwnSkin, skin_of, taxels_of
-from haptic_env.hands.skeleton import hand_of
+from haptic_env.hands.skeleton import hand_of, quaternion_of
 from haptic_env.pose import Pose
 from haptic_env.taxels import TaxelPatches
 
@@ -126,8 +126,7 @@ def _place(own: OwnModel) -> Pose:
 def _hand(
     own: OwnModel, joints: dict[str, OwnJoint], drives: dict[str, Drive], skin: OwnSkin, place: Pose, free: bool
 ) -> Hand:
-    told, quaternion = own.told, np.empty(4)
-    mujoco.mju_mat2Quat(quaternion, place.rotation.ravel())
+    told = own.told
     return hand_of(
         own.model,
         told.name,
@@ -135,7 +134,7 @@ def _hand(
         joints={name: (drives[name], float(np.rad2deg(each.rest))) for name, each in joints.items()},
         bones=skin.bones,
         position=place.position,
-        quaternion=quaternion,
+        quaternion=quaternion_of(place.rotation),
         grasp_centre=np.zeros(3) if told.grasp_centre is None else told.grasp_centre,
         workspace=told.workspace,
         opening=told.opening,

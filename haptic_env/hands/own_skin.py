@@ -78,21 +78,21 @@ def skin_of(own: OwnModel, joints: Mapping[str, OwnJoint], centre: Array) -> Own
     for joint in joints.values():
         data.qpos[model.jnt_qposadr[joint.number]] = joint.rest * (joint.arm or 1.0)
     mujoco.mj_kinematics(model, data)
-    seen = data.xpos[own.root] + data.xmat[own.root].reshape(3, 3) @ centre
+    root, axes = _frame(data, own.root)
+    seen = root + axes @ centre
     bones: list[Bone] = []
     fits: list[Fit] = []
     for finger in own.told.fingers:
-        known = [model.geom(g).name for body in finger.bodies for g in _every_geom(own, body)]
+        known = [model.geom(g).name for body in finger.bodies for g in _every_geom(own, own.bodies[body])]
         for geom in finger.geoms:
             validate.choice(f"geom of {finger.title}", geom, [name for name in known if name])
         for body in finger.bodies:
             capsules, found = _capsules(own, body, finger)
-            turn, at = data.xmat[own.bodies[body]].reshape(3, 3), data.xpos[own.bodies[body]]
-            for fit in found:
-                at_root = at + fit.outline @ turn.T - data.xpos[own.root]
-                fits.append(fit._replace(outline=at_root @ data.xmat[own.root].reshape(3, 3)))
-            ends = [_ordered(own, own.bodies[body], each) for each in capsules]
-            far = int(np.argmax([np.linalg.norm(end - _anchor(own, own.bodies[body])) for _, end in ends]))
+            at, turn = _frame(data, own.bodies[body])
+            fits += [fit._replace(outline=(at + fit.outline @ turn.T - root) @ axes) for fit in found]
+            anchor = _anchor(own, own.bodies[body])
+            ends = [_ordered(anchor, each) for each in capsules]
+            far = int(np.argmax([np.linalg.norm(end - anchor) for _, end in ends]))
             for k, ((start, end), each) in enumerate(zip(ends, capsules, strict=True)):
                 name = body if len(capsules) == 1 else f"{body}_{k + 1}"
                 palmar = turn.T @ (seen - at) - 0.5 * (start + end)
@@ -126,11 +126,12 @@ def taxels_of(own: OwnModel, hand: Hand, bones: Sequence[Bone]) -> list[Taxel]:
     mujoco.mj_kinematics(own.model, here)
     mujoco.mj_kinematics(hand.model, there)  # all joints at zero in both
     root, base = _frame(here, own.root), _frame(there, hand.model.body(own.name(own.root)).id)
+    across = base[1] @ root[1].T
     found = []
     for told in own.told.taxels or ():
         at, turn = _frame(here, own.bodies[told.body])
-        turn = base[1] @ root[1].T @ turn
-        place = base[0] + base[1] @ root[1].T @ (at - root[0]) + turn @ told.position
+        turn = across @ turn
+        place = base[0] + across @ (at - root[0]) + turn @ told.position
         mine = [index for index, link in enumerate(hand.links) if body_of[link.name] == told.body]
         frames = [_frame(there, hand.link_bodies[index]) for index in mine]
         local = [(axes.T @ (place - start), axes.T @ turn @ told.normal) for start, axes in frames]
@@ -149,13 +150,13 @@ def _off(link: Link, place: Array, facing: Array) -> float:
     return abs(float(np.linalg.norm(away)) - link.radius) + 0.01 * (float(away @ facing) < 0.0)
 
 
-def _every_geom(own: OwnModel, body: str) -> list[int]:
-    return [int(g) for g in np.flatnonzero(own.model.geom_bodyid == own.bodies[body])]
+def _every_geom(own: OwnModel, body: int) -> list[int]:
+    return [int(g) for g in np.flatnonzero(own.model.geom_bodyid == body)]
 
 
 def _geoms(own: OwnModel, body: int) -> list[int]:
     """The geoms of a body that collide; all of them where none does."""
-    mine = [int(g) for g in np.flatnonzero(own.model.geom_bodyid == body)]
+    mine = _every_geom(own, body)
     return [g for g in mine if own.model.geom_contype[g] or own.model.geom_conaffinity[g]] or mine
 
 
@@ -168,7 +169,7 @@ def _capsules(own: OwnModel, body: str, finger: Finger) -> tuple[list[FittedCaps
         return told, []
     geoms = _geoms(own, own.bodies[body])
     if finger.geoms:
-        geoms = [g for g in _every_geom(own, body) if own.model.geom(g).name in finger.geoms]
+        geoms = [g for g in _every_geom(own, own.bodies[body]) if own.model.geom(g).name in finger.geoms]
     if not geoms:
         told_so = "geom of those that are named" if finger.geoms else "geom"
         raise ValueError(f"body {body!r} has no {told_so} to be skin; give it a [[capsule]], or leave it out of bodies")
@@ -185,16 +186,8 @@ def _capsules(own: OwnModel, body: str, finger: Finger) -> tuple[list[FittedCaps
         kind = GEOM(own.model.geom_type[geom])
         if kind not in ROUND:
             named = body if len(geoms) == len(capsules) == 1 else f"{body}_{len(found) + 1}"
-            fits.append(
-                Fit(
-                    named,
-                    which,
-                    NAMES[kind],
-                    len(capsules),
-                    *misfit(own.model, geom, capsules),
-                    surface(own.model, geom),
-                )
-            )
+            out, bare = misfit(own.model, geom, capsules)
+            fits.append(Fit(named, which, NAMES[kind], len(capsules), out, bare, surface(own.model, geom)))
         found += capsules
     return found, fits
 
@@ -206,7 +199,7 @@ def _anchor(own: OwnModel, body: int) -> Array:
     return np.asarray(own.model.jnt_pos[own.model.body_jntadr[body]])
 
 
-def _ordered(own: OwnModel, body: int, capsule: FittedCapsule) -> tuple[Array, Array]:
-    """The ends of a capsule, the one nearer to its joint first."""
-    near, far = sorted(capsule[:2], key=lambda end: float(np.linalg.norm(end - _anchor(own, body))))
+def _ordered(anchor: Array, capsule: FittedCapsule) -> tuple[Array, Array]:
+    """The ends of a capsule, the one nearer to its joint, at `anchor`, first."""
+    near, far = sorted(capsule[:2], key=lambda end: float(np.linalg.norm(end - anchor)))
     return near, far

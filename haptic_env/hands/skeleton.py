@@ -49,6 +49,34 @@ class Bone:
     tip: bool = False
 
 
+def matrix_of(quaternion: Array) -> Array:
+    """Make a rotation matrix as MuJoCo does.
+
+    Args:
+        quaternion: (4,) wxyz, of unit length.
+
+    Returns:
+        (3, 3).
+    """
+    matrix = np.empty(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)
+
+
+def quaternion_of(matrix: Array) -> Array:
+    """Make a quaternion as MuJoCo does.
+
+    Args:
+        matrix: (3, 3), a rotation.
+
+    Returns:
+        (4,) wxyz.
+    """
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, matrix.ravel())
+    return quaternion
+
+
 def bone_of_geom(
     model: mujoco.MjModel, name: str, geom: str, *, distal: ArrayLike, palmar: ArrayLike, tip: bool = False
 ) -> Bone:
@@ -66,9 +94,7 @@ def bone_of_geom(
         The bone.
     """
     capsule = model.geom(geom)
-    axis = np.empty(9)
-    mujoco.mju_quat2Mat(axis, capsule.quat)
-    half = axis.reshape(3, 3)[:, 2] * capsule.size[1]
+    half = matrix_of(capsule.quat)[:, 2] * capsule.size[1]
     start, end = sorted((capsule.pos - half, capsule.pos + half), key=lambda each: float(each @ distal))
     body = model.body(capsule.bodyid[0]).name
     return Bone(name, body, start, end, float(capsule.size[0]), palmar, tip)
@@ -210,10 +236,9 @@ class _Skeleton:
 
     def add_wrist(self, place: ArrayLike) -> None:
         """Let the root move about `place` (3,) m in the world."""
-        quaternion, turn = np.array(self._place["quat"], dtype=np.float64), np.empty(9)
+        quaternion = np.array(self._place["quat"], dtype=np.float64)
         mujoco.mju_normalize4(quaternion)
-        mujoco.mju_quat2Mat(turn, quaternion)
-        rotation = turn.reshape(3, 3)
+        rotation = matrix_of(quaternion)
         at = rotation.T @ np.subtract(place, self._place["pos"])
         wrists.add(self.tree, self._made[self.base], at, rotation)
 
@@ -268,6 +293,5 @@ class _Skeleton:
     def _fix(self, above: int, frame: Frame, name: str) -> Any:
         """A new body at `frame` on the one made for `above`."""
         place, turn = self._frames[above]
-        quaternion = np.empty(4)
-        mujoco.mju_mat2Quat(quaternion, (turn.T @ frame[1]).ravel())
-        return self._made[above].add("body", name=name, pos=turn.T @ (frame[0] - place), quat=quaternion)
+        turned = quaternion_of(turn.T @ frame[1])
+        return self._made[above].add("body", name=name, pos=turn.T @ (frame[0] - place), quat=turned)

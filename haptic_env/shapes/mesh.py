@@ -23,6 +23,7 @@ from haptic_env.shapes import formats, names
 from haptic_env.shapes.base import LARGEST, SMALLEST, Shape
 from haptic_env.shapes.closed import closed_parts, union
 from haptic_env.shapes.pieces import convex_pieces, distance_from, felt, inside_of
+from haptic_env.shapes.proportions import check_kept
 
 SUFFIXES = tuple(formats.READERS)
 CONVEX = 0.006  # of the largest extent: how far its hull may stick out of a part that is taken for convex
@@ -216,10 +217,7 @@ class Mesh(Shape):
         if size is None:
             return self.size()
         extents = super().check_size(size)
-        ratio = extents / self.extents
-        if np.ptp(ratio) > 1e-6 * ratio[0]:
-            valid = (ratio[0] * self.extents).round(6).tolist()
-            raise ValueError(f"mesh {self.path!r} is only scaled as a whole, e.g. to {valid} m, got {extents.tolist()}")
+        check_kept(f"mesh {self.path!r}", extents, self.extents)
         return extents
 
     @cached_property

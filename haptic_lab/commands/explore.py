@@ -17,7 +17,7 @@ from haptic_env.recordings import MeasuredTouch, Recording
 from haptic_lab import believed, conditions, kept, recorded, replay
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import learnt, measured, offsets, patches, surface
+from haptic_lab.exploration import learnt, measured, senses, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
@@ -271,15 +271,10 @@ def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | No
         told = {name: getattr(settings, name) for name in remembered} | (replay.SIMULATED if session.simulated else {})
         recordings.write(place, kept.as_recording(exploration, told, session.followed))
     console.print(table(summary))
-    if "joint_offset" in summary:
-        console.print(offsets.table(summary["joint_offset"]))
-    if "patches" in summary:
-        console.print(patches.table(summary["patches"]))
+    senses.tell(console, summary)
     if settings.save_mesh is not None:
         surface.tell(console, summary["mesh"], settings.save_mesh, out)
-    if settings.save_offsets is not None:
-        source = f"{settings.env}, seed {settings.seed}"
-        offsets.save(Path(settings.save_offsets), summary["joint_offset"], source, summary.get("patches", {}))
+    senses.save(settings, summary, f"{settings.env}, seed {settings.seed}")
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
     learnt.tell(console, settings, exploration, traces[OBSERVER])

@@ -5,9 +5,7 @@ Shapes: T steps, J joints, C labels, (X, Y, Z) voxels.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +14,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.table import Table
-from rich.text import Text
 
 from haptic_env.arrays import Array
 from haptic_env.recordings import MeasuredTouch
-from haptic_lab.exploration import offsets, patches
+from haptic_lab.exploration import senses
 from haptic_lab.exploration.output import save_trace
 from haptic_lab.exploration.settings import OBSERVER, ExplorationSettings
+from haptic_lab.exploration.summary import opening, shared_figures
 from haptic_lab.files import atomic, write_json
-from haptic_lab.panels import SIDES, draw_map, draw_posterior, map_legend
+from haptic_lab.panels import draw_posterior, draw_sides, label_time
 from haptic_lab.records import BeliefTrace, Exploration
-from haptic_lab.style import OBSERVER_COLOURS, as_drawn, colours_of, titles_of, with_article
-from observer import metrics
+from haptic_lab.style import OBSERVER_COLOURS, as_drawn, titles_of, with_article
 
 MEASURED = {"contacts": "measured"}
 
@@ -63,13 +60,8 @@ def finish(
     with atomic(out / "recording.npz") as place:
         np.savez_compressed(place, **recording.streams())  # type: ignore[arg-type]
     console.print(table(summary))
-    if "joint_offset" in summary:
-        console.print(offsets.table(summary["joint_offset"]))
-    if "patches" in summary:
-        console.print(patches.table(summary["patches"]))
-    if settings.save_offsets is not None:
-        lying = summary.get("patches", {})
-        offsets.save(Path(settings.save_offsets), summary["joint_offset"], recording.source, lying)
+    senses.tell(console, summary)
+    senses.save(settings, summary, recording.source)
     files = "explore.json, explore.npz, recording.npz"
     console.print(f"Picture, figures, trace and recording: {out / 'explore.png'}, {files}", highlight=False)
 
@@ -97,22 +89,12 @@ def summarise(
     """
     slam = traces[OBSERVER]
     belief = slam.belief
+    about = {**MEASURED, "measured": recording.coverage._asdict()}
     return {
-        "settings": asdict(settings),
-        "explored_seconds": float(exploration.seconds[-1]),
-        "computing_seconds": took,
-        "named": slam.name,
-        "truth": truth,
-        "correct": None if truth is None else slam.name == truth,
-        **MEASURED,
-        "measured": recording.coverage._asdict(),
-        "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
-        "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
-        "touching_share": float(exploration.contacts.any(axis=1).mean()),
+        **shared_figures(settings, exploration, slam, took, truth, about),
         "joint_std": float(np.rad2deg(slam.joint_std).mean()),
         "lagged_joint_std": float(np.rad2deg(slam.lagged_joint_std).mean()),
-        **({"joint_offset": found} if (found := offsets.found(exploration, slam)) else {}),
-        **({"patches": lying} if (lying := patches.found(exploration, slam, settings.believed_noise)) else {}),
+        **senses.found(settings, exploration, slam),
         "occupied_voxels": int((belief.occupancy > 0.5).sum()),
         "voxel": belief.grid.resolution,
     }
@@ -127,23 +109,7 @@ def table(summary: Mapping[str, Any]) -> Table:
     Returns:
         The table as a person reads it.
     """
-    named, sure = summary["named"], summary["posterior"][summary["named"]]
-    titles = titles_of((*summary["posterior"], *([summary["truth"]] if summary["truth"] else [])))
-    result = Table(
-        show_header=False, title=f"After {summary['explored_seconds']:g} s of measured touch", title_justify="left"
-    )
-    result.add_column(style="dim")
-    result.add_column()
-    colour = colours_of(summary["posterior"])[named]
-    result.add_row("the object is", Text(with_article(titles[named], named), style=f"bold {colour}"))
-    result.add_row("how sure", f"{sure:.1%}")
-    if summary["truth"] is not None:
-        mark = ("right", "green") if summary["correct"] else ("wrong", "red")
-        truth = summary["truth"]
-        result.add_row("you say it is", Text.assemble(with_article(titles[truth], truth), " (", mark, ")"))
-    when = summary["time_to_decision"]
-    result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
-    result.add_section()
+    result = opening(summary, "measured", "you say it is", summary["truth"])
     told = summary["measured"]
     result.add_row("joint angles not measured", f"{told['joints_missing']:.1%}")
     result.add_row(f"contacts of {told['patches_measured']} patches not measured", f"{told['touch_missing']:.1%}")
@@ -174,12 +140,7 @@ def picture(
     figure = Figure(figsize=(11, 7.2), layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
     above, below = parts
-    sides = above.subplots(1, 3)
-    figure.draw_without_rendering()  # the hand's lines need the size of the panels
-    for axes, side in zip(sides, SIDES, strict=True):
-        image = draw_map(axes, belief.occupancy, belief.grid, None, side, exploration.hand, slam.joint_angles[-1])
-    above.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
-    above.legend(handles=map_legend()[1:], loc="outside lower center", ncols=4, fontsize=9)
+    draw_sides(above, belief.occupancy, belief.grid, None, exploration.hand, slam.joint_angles[-1])
     left, right = below.subplots(1, 2)
     missing = np.isnan(exploration.felt_angles).any(axis=1)
     _draw_spread(left, exploration.seconds, slam, exploration.contacts.any(axis=1), missing)
@@ -204,11 +165,4 @@ def _draw_spread(axes: Axes, seconds: Array, slam: BeliefTrace, touching: Any, m
         axes.fill_between(seconds, 0, top, where=where, color=shade, step="mid", linewidth=0, label=label)
     for label, style in (("online", ":"), ("lagged", "-")):
         axes.plot(seconds, spread[label], style, color=OBSERVER_COLOURS[OBSERVER], linewidth=1.2, label=label)
-    axes.set(
-        title="How well the hand is known",
-        xlabel="time (s)",
-        ylabel="SD of a joint (degrees)",
-        ylim=(0, top),
-        xlim=(0, seconds[-1]),
-    )
-    axes.legend(loc="upper left", ncols=4, fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
+    label_time(axes, seconds, "How well the hand is known", "SD of a joint (degrees)", top, 4)

@@ -15,7 +15,7 @@ from haptic_lab.exploration import offsets, patches
 from haptic_lab.exploration.settings import OBSERVER, RAW
 from haptic_lab.exploration.summary import object_of, touch_of
 from haptic_lab.files import atomic
-from haptic_lab.panels import SIDES, draw_map, draw_pose_error, draw_posterior, map_legend
+from haptic_lab.panels import draw_pose_error, draw_posterior, draw_sides
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import OBSERVER_COLOURS, as_drawn, titles_of, with_article
 from observer import metrics
@@ -38,14 +38,8 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
     figure = Figure(figsize=((11, 7.2), (13, 8.2), (16, 8.2))[also], layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
     above, below = parts
-    sides = above.subplots(1, 3)
-    figure.draw_without_rendering()  # the hand's lines need the size of the panels
-    for axes, side in zip(sides, SIDES, strict=True):
-        hand, root = exploration.hand, None if exploration.roots is None else exploration.roots[-1]
-        angles = slam.joint_angles[-1]
-        image = draw_map(axes, belief.occupancy, belief.grid, exploration.solid, side, hand, angles, root)
-    above.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
-    above.legend(handles=map_legend(), loc="outside lower center", ncols=4, fontsize=9)
+    root, angles = None if exploration.roots is None else exploration.roots[-1], slam.joint_angles[-1]
+    draw_sides(above, belief.occupancy, belief.grid, exploration.solid, exploration.hand, angles, root)
     left, right, *more = below.subplots(1, 2 + also, width_ratios=(1, 1, *[0.8] * also))
     errors = {
         "raw angles": (metrics.pose_error_deg(exploration.felt_angles, exploration.true_angles), OBSERVER_COLOURS[RAW]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -11,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from haptic_lab import replay
-from haptic_lab.exploration import offsets, patches
+from haptic_lab.exploration import senses
 from haptic_lab.exploration.settings import OBSERVER, RAW, ExplorationSettings
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.style import colours_of, titles_of, with_article
@@ -46,7 +47,6 @@ def summarise(
     touched = metrics.touched_places(
         exploration.hand, exploration.true_angles, exploration.contacts, solid, roots=roots
     )
-    touching = exploration.contacts.any(axis=1)
 
     def surface(name: str, voxels: float) -> dict[str, float]:
         score = metrics.surface_score(traces[name].belief.occupancy, belief.grid, solid, touched, voxels)
@@ -58,30 +58,58 @@ def summarise(
 
     cells = metrics.reachable(exploration.hand, exploration.true_angles, belief.grid, roots)
     calibration = metrics.reliability(belief.occupancy, solid.occupancy(belief.grid), cells)
-    return {
-        "settings": asdict(settings),
-        "explored_seconds": float(exploration.seconds[-1]),
-        "computing_seconds": took,
-        "named": slam.name,
-        "truth": None if simulated else truth,
-        "correct": None if simulated else slam.name == truth,
+    about = {
         **(replay.SIMULATED if simulated or roots is not None else {}),
         **({"simulated_object": truth} if simulated else {}),
-        "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
-        "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
-        "touching_share": float(touching.mean()),
+    }
+    return {
+        **shared_figures(settings, exploration, slam, took, None if simulated else truth, about),
         "pose_error": {
             "raw angles": pose(exploration.felt_angles),
             "haptic SLAM, online": pose(slam.joint_angles),
             "haptic SLAM, lagged": pose(slam.lagged_joint_angles),
         },
         "coverage_90": metrics.credible_coverage(slam.joint_angles, slam.joint_std, exploration.true_angles),
-        **({"joint_offset": found} if (found := offsets.found(exploration, slam)) else {}),
-        **({"patches": lying} if (lying := patches.found(exploration, slam, settings.believed_noise)) else {}),
+        **senses.found(settings, exploration, slam),
         "surface": {label: {"raw angles": surface(RAW, n), "haptic SLAM": surface(OBSERVER, n)} for n, label in WITHIN},
         "surface_coverage": metrics.surface_coverage(belief.occupancy, belief.grid, solid),
         "occupancy_ece": calibration.ece,
         "occupancy_brier": calibration.brier,
+    }
+
+
+def shared_figures(
+    settings: ExplorationSettings,
+    exploration: Exploration,
+    slam: BeliefTrace,
+    took: float,
+    truth: str | None,
+    about: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Work out the figures that any exploration has: what was named, how surely, whether rightly, and when.
+
+    Args:
+        settings: of the exploration.
+        exploration: what happened.
+        slam: what the observer believed.
+        took: seconds of computing.
+        truth: the name of the object; None: nobody tells.
+        about: what else is told of the touch.
+
+    Returns:
+        What JSON can say, but for NaN.
+    """
+    return {
+        "settings": asdict(settings),
+        "explored_seconds": float(exploration.seconds[-1]),
+        "computing_seconds": took,
+        "named": slam.name,
+        "truth": truth,
+        "correct": None if truth is None else slam.name == truth,
+        **about,
+        "posterior": dict(zip(slam.labels, map(float, slam.posterior[-1]), strict=True)),
+        "time_to_decision": metrics.time_to_decision(exploration.seconds, slam.posterior),
+        "touching_share": float(exploration.contacts.any(axis=1).mean()),
     }
 
 
@@ -94,25 +122,9 @@ def table(summary: dict[str, Any]) -> Table:
     Returns:
         The table as a person reads it.
     """
-    named, sure = summary["named"], summary["posterior"][summary["named"]]
-    result = Table(
-        show_header=False,
-        title=f"After {summary['explored_seconds']:g} s of {touch_of(summary)} touch",
-        title_justify="left",
-    )
-    result.add_column(style="dim")
-    result.add_column()
     truth, simulated = object_of(summary)
-    titles = titles_of(summary["posterior"])
-    mark = ("right", "green") if named == truth else ("wrong", "red")
-    colour = colours_of(summary["posterior"])[named]
-    result.add_row("the object is", Text(with_article(titles[named], named), style=f"bold {colour}"))
-    result.add_row("how sure", f"{sure:.1%}")
     there = "contacts are simulated with" if simulated else "in truth it is"
-    result.add_row(there, Text.assemble(with_article(titles[truth], truth), " (", mark, ")"))
-    when = summary["time_to_decision"]
-    result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
-    result.add_section()
+    result = opening(summary, touch_of(summary), there, truth)
     for name, error in summary["pose_error"].items():
         sigmas = "" if math.isnan(error["sigmas"]) else f" = {error['sigmas']:.2f} σ"
         result.add_row(f"pose error, {name}", f"{error['degrees']:.2f}°{sigmas}")
@@ -125,6 +137,35 @@ def table(summary: dict[str, Any]) -> Table:
     result.add_row("of the whole surface mapped", f"{summary['surface_coverage']:.0%}")
     result.add_row("fingers touched it", f"{summary['touching_share']:.0%} of the time")
     result.add_row("computing took", f"{summary['computing_seconds']:.1f} s")
+    return result
+
+
+def opening(summary: Mapping[str, Any], touch: str, there: str, truth: str | None) -> Table:
+    """Begin the table of an exploration: what was named, how surely, whether rightly, and when.
+
+    Args:
+        summary: with `named`, `posterior`, `explored_seconds` and `time_to_decision`.
+        touch: what kind it was.
+        there: says of what follows who tells it.
+        truth: what is really there; None: nobody tells.
+
+    Returns:
+        The table, to which further sections are added.
+    """
+    named, labels = summary["named"], tuple(summary["posterior"])
+    titles = titles_of(labels if truth is None else (*labels, truth))
+    title = f"After {summary['explored_seconds']:g} s of {touch} touch"
+    result = Table(show_header=False, title=title, title_justify="left")
+    result.add_column(style="dim")
+    result.add_column()
+    result.add_row("the object is", Text(with_article(titles[named], named), style=f"bold {colours_of(labels)[named]}"))
+    result.add_row("how sure", f"{summary['posterior'][named]:.1%}")
+    if truth is not None:
+        mark = ("right", "green") if named == truth else ("wrong", "red")
+        result.add_row(there, Text.assemble(with_article(titles[truth], truth), " (", mark, ")"))
+    when = summary["time_to_decision"]
+    result.add_row("decided after", "not decided (95 %)" if math.isnan(when) else f"{when:.2f} s (95 % and stays)")
+    result.add_section()
     return result
 
 

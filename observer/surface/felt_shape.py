@@ -20,6 +20,7 @@ from haptic_env.hand import Hand
 from haptic_env.shapes import triangles
 from haptic_env.shapes.base import Shape, Solid
 from haptic_env.shapes.pieces import distance_from
+from haptic_env.shapes.proportions import check_kept
 from observer.surface.mesh import Surface
 
 TOLERANCE = 0.002  # m, SD of the gap between skin and surface, about, that hands which explore are sure of
@@ -62,10 +63,7 @@ class FeltShape(Shape):
 
     def check_size(self, size: ArrayLike | None) -> NDArray[np.float64]:
         extents = super().check_size(size)
-        ratio = extents / self.default_size
-        if np.ptp(ratio) > 1e-6 * ratio[0]:
-            valid = (ratio[0] * np.array(self.default_size)).round(6).tolist()
-            raise ValueError(f"what was felt is only scaled as a whole, e.g. to {valid} m, got {extents.tolist()}")
+        check_kept("what was felt", extents, np.array(self.default_size))
         return extents
 
     def signed_distance(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:
