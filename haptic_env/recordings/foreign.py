@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -60,8 +61,9 @@ def has_touch(path: Path | str) -> bool:
 
 def _usual(path: Path, hand: Hand) -> ColumnMap:
     """What columns mean where nobody says: they are called as joints and patches are, or stand in their order."""
-    if path.suffix.lower() == ".npz" and {"joint_names", "joint_angles", "contacts"} <= set(reading.npz(path)):
-        names = np.atleast_1d(reading.npz(path)["joint_names"])
+    content: Mapping[str, Any] = reading.npz(path) if path.suffix.lower() == ".npz" else {}
+    if {"joint_names", "joint_angles", "contacts"} <= set(content):
+        names = np.atleast_1d(content["joint_names"])
         return ColumnMap(
             str(path),
             joints_stream="joint_angles",
@@ -69,12 +71,12 @@ def _usual(path: Path, hand: Hand) -> ColumnMap:
             touch_stream="contacts",
             touch_order=hand.patches.names,
         )
-    return ColumnMap(str(path), control_hz=_rate(path))
+    return ColumnMap(str(path), control_hz=_rate(path, content))
 
 
-def _rate(path: Path) -> float | None:
+def _rate(path: Path, content: Mapping[str, Any]) -> float | None:
     """The rate of the steps, where an `.npz` tells it as `control_hz`."""
-    if path.suffix.lower() != ".npz" or "control_hz" not in (content := reading.npz(path)):
+    if "control_hz" not in content:
         return None
     try:
         return validate.number("control_hz", content["control_hz"].item(), 1.0, 500.0, unit="Hz")

@@ -76,10 +76,23 @@ def in_order(source: str, what: str, time: Array, values: Array) -> Samples:
             f"{source}: the time of {what} runs back by {back[at]:g} s at sample {at} (counted from 0); samples may be "
             f"late by up to {LATE:g} s, and time must rise"
         )
+    return replace(rising(time, values), late=int((back > 0).sum()))
+
+
+def rising(time: Array, values: Array) -> Samples:
+    """Sort samples by their time; of those with one stamp the first is kept.
+
+    Args:
+        time: (T,) s.
+        values: (T, C).
+
+    Returns:
+        The samples; how many were `late` is not told.
+    """
     order = np.argsort(time, kind="stable")
     stamps = time[order]
     fresh = np.diff(stamps, prepend=-np.inf) > 0
-    return Samples(stamps[fresh], values[order][fresh], int((back > 0).sum()), int((~fresh).sum()))
+    return Samples(stamps[fresh], values[order][fresh], repeated=int((~fresh).sum()))
 
 
 def angles_at(samples: Samples, steps: Array, step: float | None = None) -> Array:

@@ -18,6 +18,7 @@ import numpy as np
 
 from haptic_env import extras, reading, validate
 from haptic_env.recordings.streams import Stream, Streams, numbered
+from haptic_env.recordings.tables import whole_file
 
 DATA, ENDS = "data", "meta/episode_ends"
 TIMESTAMPS, TACTILE, TYPE = "timestamps", "_tactile_data_", "_tactile_type_"
@@ -26,11 +27,18 @@ PICTURES = "image"  # of touch: what a camera behind a gel sees, of which no thr
 NUMBERS = "biuf"
 MOST_COLUMNS = 100_000
 CODECS = (
+    "astype",
     "blosc",
     "bytes",
+    "bz2",
     "crc32c",
+    "delta",
+    "fixedscaleoffset",
     "gzip",
     "lz4",
+    "lzma",
+    "packbits",
+    "quantize",
     "shuffle",
     "sharding_indexed",
     "transpose",
@@ -88,8 +96,7 @@ def _rows(path: Path, root: Any, arrays: dict[str, Any], part: str | None) -> sl
     """The samples of the episode that is asked for."""
     ends = _numbers(path, ENDS, root[ENDS], slice(None)).astype(np.int64).tolist() if ENDS in root else []
     if not ends:
-        if part is not None:
-            raise ValueError(f"{path}: it holds one recording, no part {part!r}")
+        whole_file(path, part)
         return slice(None)
     known = [str(k) for k in range(len(ends))]
     if part is None and len(ends) > 1:
@@ -143,15 +150,7 @@ def _refuse(path: Path, array: Any) -> None:
     for codec in (*array.filters, *array.compressors):
         said = codec.to_dict() if hasattr(codec, "to_dict") else codec.get_config()
         name = str(said.get("name", said.get("id", ""))).removeprefix("numcodecs.")
-        if name not in CODECS and name not in (
-            "delta",
-            "fixedscaleoffset",
-            "quantize",
-            "packbits",
-            "astype",
-            "bz2",
-            "lzma",
-        ):
+        if name not in CODECS:
             raise ValueError(
                 f"{path}: {array.basename} is packed by {name or said}, which is not read: it may run code"
             )

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
-from haptic_env.recordings.merging import BRIDGED, HELD, LATE, SAME, Samples, angles_at, contacts_at
+from haptic_env.recordings.merging import BRIDGED, HELD, LATE, SAME, Samples, angles_at, contacts_at, rising
 from haptic_lab.live.clock import StreamClock
 
 PATIENCE = 0.25  # s
@@ -81,12 +81,9 @@ class _Stream:
     def add(self, time: Array, values: Array) -> int:
         """Take samples in; how many are there twice."""
         known = np.isfinite(values).any(axis=1)
-        time, values = np.concatenate([self.time, time[known]]), np.concatenate([self.values, values[known]])
-        order = np.argsort(time, kind="stable")
-        time, values = time[order], values[order]
-        fresh = np.diff(time, prepend=-np.inf) > 0
-        self.time, self.values = time[fresh], values[fresh]
-        return int((~fresh).sum())
+        every = rising(np.concatenate([self.time, time[known]]), np.concatenate([self.values, values[known]]))
+        self.time, self.values = every.time, every.values
+        return every.repeated
 
     def forget(self, before: float) -> None:
         keep = int(np.searchsorted(self.time, before))
