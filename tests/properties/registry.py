@@ -17,6 +17,7 @@ from tests.properties.entries import (
     learnt,
     naming,
     observers,
+    people,
     recordings,
 )
 from tests.properties.entry import Entry
@@ -31,13 +32,14 @@ AREAS: dict[str, dict[str, Entry]] = {
     "learnt": learnt.ENTRIES,
     "agents": agents.ENTRIES,
     "commands": commands.ENTRIES,
+    "people": people.ENTRIES,
 }
 ENTRIES: dict[str, Entry] = {name: entry for area in AREAS.values() for name, entry in area.items()}
 
 
 def prepare(area: str) -> None:
     """Compile what the entries of `area` need, which takes longer than any input may."""
-    if area not in ("shapes", "recordings"):
+    if area not in ("shapes", "recordings", "people"):
         observer.warm_up(samples.hand())
         observers.prepare()
 
