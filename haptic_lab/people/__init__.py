@@ -1,1 +1,1 @@
-"""People held against the observer: their trials, what is said of these, and observers with human limits."""
+"""People beside the observers: their trials, what the observers believed in the same ones, and who explains whom."""

@@ -1,44 +1,69 @@
-"""What is said of people: their trials and the statistics of these."""
+"""People beside the observers: what these believed through time. M cells, S sigmas, R repeats, T times, C names."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from haptic_lab.people.trial_columns import read_trial_columns
-from haptic_lab.people.trials import read_trials, write_trials
-from tests.properties.entry import Entry
-from tests.properties.files import file, out
-from tests.properties.rule import Allowed
+import numpy as np
+from hypothesis import strategies as st
 
-FILE = Allowed(files=True, words=("input", "trials", "table"), nan=True, nan_of_nan=True)
-TRIALS = (
-    b"subject,object,response,seconds,confidence,response_time,condition,trial,age\n"
-    b"A,cube,sphere,2.5,0.7,1.5,one,1,30\nA,ellipsoid(1.1),none,3,,,two,2,30\nB,cube,yes,1e1,1,0.5,one,1,\n",
-    b"subject;object;response;seconds\r\nA;cube;cube;1.5\r\nB;cube;no;2\r\n",
-)
-MAP = b"""[columns]
-subject = "vp"
-seconds = 5.0
-[units]
-confidence = "percent"
-[names]
-egg = "ellipsoid(1.1)"
-"""
+from haptic_lab.people.courses import Courses
+from tests.properties import samples
+from tests.properties.entry import Entry
+from tests.properties.files import archives, file, out
+from tests.properties.parameters import Parameter, array
+from tests.properties.rule import Allowed
+from tests.properties.strategies import odd_arrays
+
+M, S, R, T, C = SHAPE = 2, 2, 3, 4, 2
+HELD: dict[str, Any] = {
+    "names": np.array(["cube", "sphere"]),
+    "objects": np.array(["cube", "sphere"]),
+    "conditions": np.array(["", "cold"]),
+    "sigmas": np.array([1.0, 3.0]),
+    "seconds": np.array([0.0, 0.1, 0.2, 0.3]),
+    "log_posterior": np.full(SHAPE, -np.log(C)),
+}
+FILE: dict[str, Any] = {"format": np.array(1), **HELD}
+
+
+def _texts(name: str) -> Parameter:
+    odd = [None, "ab", [], [1, 2], ["a", "a"], ["a"], ["ü", "\ud800"], [["a"], ["b"]], 3]
+    return Parameter(st.just(list(HELD[name])), st.sampled_from(odd))
+
+
+def _saved(**changes: Any) -> Any:
+    """What is kept is read again, bit for bit."""
+    made = Courses(**{**{name: list(each) for name, each in HELD.items()}, **changes})
+    made.save(out("courses.npz"))
+    again = Courses.load(out("courses.npz"))
+    assert again.cells == made.cells
+    assert again.log_posterior.tobytes() == made.log_posterior.tobytes()
+    assert [again.cell(*each) for each in again.cells] == list(range(len(again.cells)))
+    return again.sigmas, again.seconds
 
 
 def _read(path: Any) -> Any:
-    """What is read is written, and read again as it was."""
-    table = read_trials(path)
-    place = out("again.tsv")
-    write_trials(table, place)
-    again = read_trials(place)
-    assert list(again["response"]) == list(table["response"])
-    return table[["seconds", "trial"]].to_numpy()
+    found = Courses.load(path)
+    return found.sigmas, found.seconds, found.cells
 
 
 ENTRIES: dict[str, Entry] = {
-    "haptic_lab.people.trials.read_trials": Entry(_read, {"path": file(".csv", *TRIALS).always}, FILE, weight=2),
-    "haptic_lab.people.trial_columns.read_trial_columns": Entry(
-        read_trial_columns, {"path": file(".toml", MAP).always}, FILE
+    "haptic_lab.people.courses.Courses": Entry(
+        _saved,
+        {
+            **{name: _texts(name) for name in ("names", "objects", "conditions")},
+            "sigmas": Parameter(st.just([1.0, 3.0]), array((S,)).odd),
+            "seconds": Parameter(st.just([0.0, 0.1, 0.2, 0.3]), array((T,)).odd),
+            "log_posterior": Parameter(st.just(HELD["log_posterior"]), odd_arrays(SHAPE)),
+        },
+        Allowed(words=("each name", "each cell", "object", "log_posterior")),
+        weight=0.5,
+    ),
+    "haptic_lab.people.courses.Courses.load": Entry(
+        _read,
+        {"path": file(".npz", samples.npz(FILE), also=archives(FILE)).always},
+        Allowed(files=True, words=("input",)),
+        weight=0.5,
     ),
 }
