@@ -19,6 +19,7 @@ from tests.properties.entries import (
     observers,
     people,
     recordings,
+    trials,
 )
 from tests.properties.entry import Entry
 
@@ -33,13 +34,14 @@ AREAS: dict[str, dict[str, Entry]] = {
     "agents": agents.ENTRIES,
     "commands": commands.ENTRIES,
     "people": people.ENTRIES,
+    "trials": trials.ENTRIES,
 }
 ENTRIES: dict[str, Entry] = {name: entry for area in AREAS.values() for name, entry in area.items()}
 
 
 def prepare(area: str) -> None:
     """Compile what the entries of `area` need, which takes longer than any input may."""
-    if area not in ("shapes", "recordings", "people"):
+    if area not in ("shapes", "recordings", "people", "trials"):
         observer.warm_up(samples.hand())
         observers.prepare()
 
@@ -68,6 +70,8 @@ MODULES = (
     "agents.sb3",
     "agents.synergy",
     "haptic_lab.people.courses",
+    "haptic_lab.people.trials",
+    "haptic_lab.people.trial_columns",
 )
 BUILT = "made by the packages, and handed out; what is given to it was checked before"
 LEFT_OUT: dict[str, str] = {
@@ -111,6 +115,10 @@ LEFT_OUT: dict[str, str] = {
     "observer.metrics.SurfaceScore": BUILT,
     "agents.Guided": "abstract; POLICIES has them all",
     "agents.Policy": "abstract; POLICIES has them all",
+    "haptic_lab.people.trial_columns.TrialColumns": "read_trial_columns has an entry",
+    "haptic_lab.people.trial_columns.typed": "the flags of commands, which have entries",
+    "haptic_lab.people.trials.check_trials": "what read_trials, which has an entry, asks of each table",
+    "haptic_lab.people.trials.write_trials": "written and read again in the entry of read_trials",
     "agents.sb3.is_model": "agents has it",
     "agents.sb3.load_model": "agents has it",
     "agents.sb3.Trained": "POLICIES has it",
