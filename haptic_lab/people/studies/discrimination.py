@@ -1,0 +1,188 @@
+"""What observers answer where stimuli are compared, and their thresholds.
+
+An observer that knows the standard and the comparison beforehand has felt one of them: the log of the ratio of their
+posterior probabilities says for which the evidence is (the other candidates of the sweep take from both alike). Of m
+intervals, in one of which the comparison is, it names the one where that is largest: no answer is right more often. Of
+one interval it says "comparison" where the ratio favours it.
+
+n explorations of the standard and n of each comparison make n trials a comparison: explorations of one seed, in which
+the hand moves alike and feels the same noise, are never in one trial.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from haptic_env.arrays import Array
+from haptic_lab.people.studies.presets import Published, Study
+
+GROUPS = ["condition", "observer", "seconds", "sigma_deg"]
+LEAST = 1e-300  # probability
+COUNTS = [*GROUPS, "value", "correct", "trials"]
+
+
+class Psychometric(NamedTuple):
+    """A psychometric function that was fitted.
+
+    Attributes:
+        threshold: how far from the standard, in units of the parameter.
+        low: lower end of its 95 % interval.
+        high: upper end.
+        slope: share of right answers by which one unit more changes them, at the threshold.
+        lapse: rate.
+    """
+
+    threshold: float
+    low: float
+    high: float
+    slope: float
+    lapse: float
+
+
+def evidence(rows: pd.DataFrame, shape: str, standard: str) -> Array:
+    """Say for which of two stimuli what was felt speaks.
+
+    Args:
+        rows: (n) of the table of trials.
+        shape: the comparison, a candidate.
+        standard: the standard, another.
+
+    Returns:
+        (n,) nats for the comparison.
+
+    Raises:
+        ValueError: where they were no candidates.
+    """
+    for name in (shape, standard):
+        if f"p_{name}" not in rows:
+            raise ValueError(f"{name!r} was no candidate of this sweep: it has no column p_{name}")
+    ours, theirs = (np.log(np.maximum(rows[f"p_{name}"].to_numpy(float), LEAST)) for name in (shape, standard))
+    return np.asarray(ours - theirs)
+
+
+def right(comparison: Array, standards: Array, intervals: int, shift: int = 0) -> tuple[int, int]:
+    """Let an observer answer.
+
+    Args:
+        comparison: (n,) evidence for the comparison where that was felt.
+        standards: (n,) where the standard was.
+        intervals: of a trial.
+        shift: which standards are in the trial of which comparison.
+
+    Returns:
+        How many answers are right, and how many there are: none where there are fewer explorations than intervals.
+    """
+    if intervals == 1:
+        return int((comparison > 0).sum() + (standards <= 0).sum()), len(comparison) + len(standards)
+    count = min(len(comparison), len(standards))
+    if count < intervals:
+        return 0, 0
+    first = 1 + shift % (count - intervals + 1)
+    index = np.arange(count)[:, None] + first + np.arange(intervals - 1)
+    return int((comparison[:count] > standards[:count][index % count].max(axis=1)).sum()), count
+
+
+def counted(rows: pd.DataFrame, study: Study) -> pd.DataFrame:
+    """Count the right answers.
+
+    Args:
+        rows: of the tables of trials, with `condition`.
+        study: a discrimination.
+
+    Returns:
+        A line for each of `COUNTS`: `value` of the comparison, `correct` and `trials`.
+
+    Raises:
+        ValueError: where a stimulus was no candidate.
+    """
+    lines = []
+    for names, group in rows.groupby(GROUPS, sort=False):
+        felt = {shape: mine.sort_values("seed") for shape, mine in group.groupby("shape")}
+        standards = felt.get(study.standard_shape)
+        for number, (value, shape) in enumerate(study.comparisons):
+            if standards is None or shape not in felt:
+                continue
+            both = (evidence(each, shape, study.standard_shape) for each in (felt[shape], standards))
+            lines.append((*names, value, *right(*both, study.intervals, number)))
+    return pd.DataFrame(lines, columns=COUNTS)
+
+
+def thresholds(counts: pd.DataFrame, study: Study) -> pd.DataFrame:
+    """Fit a psychometric function to each observer.
+
+    Args:
+        counts: of `counted`.
+        study: a discrimination.
+
+    Returns:
+        A line for each of `GROUPS`: `threshold` as a value of the parameter, `low` and `high` of its 95 % interval,
+        `slope`, `lapse`, and the number of `trials`.
+
+    Raises:
+        ValueError: where the package for it is not installed.
+    """
+    lines = []
+    for names, group in counts[counts["trials"] > 0].groupby(GROUPS, sort=False):
+        distance = np.abs(group["value"].to_numpy(float) - study.standard)
+        sign = math.copysign(1.0, group["value"].iloc[0] - study.standard)
+        found = fitted(distance, group["correct"].to_numpy(int), group["trials"].to_numpy(int), study.guess)
+        ends = sorted(study.standard + sign * each for each in (found.low, found.high))
+        at = study.standard + sign * found.threshold
+        lines.append((*names, at, *ends, found.slope, found.lapse, int(group["trials"].sum())))
+    return pd.DataFrame(lines, columns=[*GROUPS, "threshold", "low", "high", "slope", "lapse", "trials"])
+
+
+def fitted(distance: Array, correct: Any, trials: Any, guess: float) -> Psychometric:
+    """Fit a Weibull function by psignifit.
+
+    Args:
+        distance: (n,) of each comparison from the standard.
+        correct: (n,) right answers.
+        trials: (n,) answers.
+        guess: how often a guess is right.
+
+    Returns:
+        The function; its threshold is where half of what can be better than a guess is right.
+
+    Raises:
+        ValueError: where psignifit is not installed.
+    """
+    raise NotImplementedError
+
+
+def reached(lines: pd.DataFrame, published: Published, standard: float) -> Iterator[dict[str, Any]]:
+    """Find the noise at which observers have a threshold of people.
+
+    Args:
+        lines: of `thresholds`.
+        published: of people.
+        standard: of the study.
+
+    Yields:
+        For each condition, observer and duration: `sigma_deg` at which its threshold is theirs, between those at which
+        it was measured, `low` and `high` where the ends of its interval are; NaN where that is not so at any of them.
+    """
+    aim = math.log(abs(published.value - standard))
+    for names, group in lines.groupby(GROUPS[:-1], sort=False):
+        line = group.sort_values("sigma_deg")
+        distance = {each: (line[each] - standard).abs().to_numpy(float) for each in ("threshold", "low", "high")}
+        far, near = np.maximum(distance["low"], distance["high"]), np.minimum(distance["low"], distance["high"])
+        sigma = line["sigma_deg"].to_numpy(float)
+        crossings = (_crossing(sigma, each, aim) for each in (distance["threshold"], far, near))
+        told = dict(zip(GROUPS[:-1], names, strict=True))
+        yield told | dict(zip(("sigma_deg", "low", "high"), crossings, strict=True))
+
+
+def _crossing(sigma: Array, distance: Array, aim: float) -> float:
+    """Where a curve over log sigma first reaches exp(aim) from below; NaN where it does not."""
+    logs = np.log(np.maximum(distance, LEAST)) - aim
+    for i in range(len(logs) - 1):
+        if logs[i] <= 0 <= logs[i + 1] and logs[i + 1] > logs[i]:
+            share = -logs[i] / (logs[i + 1] - logs[i])
+            return float(np.exp((1 - share) * np.log(sigma[i]) + share * np.log(sigma[i + 1])))
+    return math.nan
