@@ -1,1 +1,1 @@
-"""Experiments that have been done with people, to be done with the observers: what is explored, and what was published."""
+"""Experiments that were done with people, to be done with the observers: what is felt, and what was published."""

@@ -13,35 +13,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from haptic_env.arrays import Array
+from haptic_lab.people.psychometric import fit_psychometric
 from haptic_lab.people.studies.presets import Published, Study
 
 GROUPS = ["condition", "observer", "seconds", "sigma_deg"]
 LEAST = 1e-300  # probability
+ENDS = ["threshold", "low", "high"]
 COUNTS = [*GROUPS, "value", "correct", "trials"]
-
-
-class Psychometric(NamedTuple):
-    """A psychometric function that was fitted.
-
-    Attributes:
-        threshold: how far from the standard, in units of the parameter.
-        low: lower end of its 95 % interval.
-        high: upper end.
-        slope: share of right answers by which one unit more changes them, at the threshold.
-        lapse: rate.
-    """
-
-    threshold: float
-    low: float
-    high: float
-    slope: float
-    lapse: float
 
 
 def evidence(rows: pd.DataFrame, shape: str, standard: str) -> Array:
@@ -107,52 +91,40 @@ def counted(rows: pd.DataFrame, study: Study) -> pd.DataFrame:
         for number, (value, shape) in enumerate(study.comparisons):
             if standards is None or shape not in felt:
                 continue
-            both = (evidence(each, shape, study.standard_shape) for each in (felt[shape], standards))
-            lines.append((*names, value, *right(*both, study.intervals, number)))
+            ours, theirs = (evidence(each, shape, study.standard_shape) for each in (felt[shape], standards))
+            lines.append((*names, value, *right(ours, theirs, study.intervals, number)))
     return pd.DataFrame(lines, columns=COUNTS)
 
 
 def thresholds(counts: pd.DataFrame, study: Study) -> pd.DataFrame:
-    """Fit a psychometric function to each observer.
+    """Fit a psychometric function of the log of the distance from the standard to each observer.
 
     Args:
         counts: of `counted`.
         study: a discrimination.
 
     Returns:
-        A line for each of `GROUPS`: `threshold` as a value of the parameter, `low` and `high` of its 95 % interval,
-        `slope`, `lapse`, and the number of `trials`.
+        A line for each of `GROUPS`: `threshold`, a value of the parameter, where half of what can be better than a
+        guess is right, `low` and `high` of its 95 % interval (by distance from the standard), `lapse`, the number of
+        `trials`, and whether it is `within` the stimuli; NaN where no threshold can be fitted.
 
     Raises:
-        ValueError: where the package for it is not installed.
+        ImportError: where psignifit is missing.
     """
     lines = []
     for names, group in counts[counts["trials"] > 0].groupby(GROUPS, sort=False):
         distance = np.abs(group["value"].to_numpy(float) - study.standard)
         sign = math.copysign(1.0, group["value"].iloc[0] - study.standard)
-        found = fitted(distance, group["correct"].to_numpy(int), group["trials"].to_numpy(int), study.guess)
-        ends = sorted(study.standard + sign * each for each in (found.low, found.high))
-        at = study.standard + sign * found.threshold
-        lines.append((*names, at, *ends, found.slope, found.lapse, int(group["trials"].sum())))
-    return pd.DataFrame(lines, columns=[*GROUPS, "threshold", "low", "high", "slope", "lapse", "trials"])
-
-
-def fitted(distance: Array, correct: Any, trials: Any, guess: float) -> Psychometric:
-    """Fit a Weibull function by psignifit.
-
-    Args:
-        distance: (n,) of each comparison from the standard.
-        correct: (n,) right answers.
-        trials: (n,) answers.
-        guess: how often a guess is right.
-
-    Returns:
-        The function; its threshold is where half of what can be better than a guess is right.
-
-    Raises:
-        ValueError: where psignifit is not installed.
-    """
-    raise NotImplementedError
+        try:
+            found = fit_psychometric(
+                np.log(distance), group["correct"], group["trials"], alternatives=max(study.intervals, 2)
+            )
+            at, lapse = np.exp(found.threshold), found.lapse.value
+        except ValueError:  # too few stimuli, or all answers right
+            at, lapse = np.full(3, math.nan), math.nan
+        within = bool(distance.min() <= at[0] <= distance.max())
+        lines.append((*names, *(study.standard + sign * at), lapse, int(group["trials"].sum()), within))
+    return pd.DataFrame(lines, columns=[*GROUPS, *ENDS, "lapse", "trials", "within"])
 
 
 def reached(lines: pd.DataFrame, published: Published, standard: float) -> Iterator[dict[str, Any]]:
@@ -170,19 +142,17 @@ def reached(lines: pd.DataFrame, published: Published, standard: float) -> Itera
     aim = math.log(abs(published.value - standard))
     for names, group in lines.groupby(GROUPS[:-1], sort=False):
         line = group.sort_values("sigma_deg")
-        distance = {each: (line[each] - standard).abs().to_numpy(float) for each in ("threshold", "low", "high")}
-        far, near = np.maximum(distance["low"], distance["high"]), np.minimum(distance["low"], distance["high"])
         sigma = line["sigma_deg"].to_numpy(float)
-        crossings = (_crossing(sigma, each, aim) for each in (distance["threshold"], far, near))
-        told = dict(zip(GROUPS[:-1], names, strict=True))
-        yield told | dict(zip(("sigma_deg", "low", "high"), crossings, strict=True))
+        distances = ((line[each] - standard).abs().to_numpy(float) for each in ("threshold", "high", "low"))
+        crossings = [_crossing(sigma, each, aim) for each in distances]
+        yield dict(zip([*GROUPS[:-1], "sigma_deg", "low", "high"], [*names, *crossings], strict=True))
 
 
 def _crossing(sigma: Array, distance: Array, aim: float) -> float:
     """Where a curve over log sigma first reaches exp(aim) from below; NaN where it does not."""
     logs = np.log(np.maximum(distance, LEAST)) - aim
     for i in range(len(logs) - 1):
-        if logs[i] <= 0 <= logs[i + 1] and logs[i + 1] > logs[i]:
+        if logs[i] <= 0 < logs[i + 1]:
             share = -logs[i] / (logs[i + 1] - logs[i])
             return float(np.exp((1 - share) * np.log(sigma[i]) + share * np.log(sigma[i + 1])))
     return math.nan

@@ -39,10 +39,8 @@ class RawPose(PoseOnly):
             ValueError: for a value out of range.
         """
         super().__init__(hand, 3.0 if sigma_deg is None else sigma_deg, **keywords)
-        filtered = self.pose
-        self.pose = RawAngles(
-            hand, sigma=filtered.sigma, control_hz=self.control_hz, lag=filtered.lag, noise=filtered.noise
-        )
+        sigma, noise, lag = self.pose.sigma, self.pose.noise, self.lag + self.stride
+        self.pose = RawAngles(hand, sigma=sigma, control_hz=self.control_hz, lag=lag, noise=noise)
 
 
 def make_without_maps(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import partial
 from pathlib import Path
@@ -15,12 +15,12 @@ from rich.console import Console
 from haptic_env import hand_of, registration
 from haptic_env.hand import Hand
 from haptic_lab.files import part_of_name
+from haptic_lab.people.studies.naming import name_objects
 from haptic_lab.people.studies.presets import DISCRIMINATION, HandCondition, Study
 from haptic_lab.sweeps import options
 from haptic_lab.sweeps.driver import sweep
 from haptic_lab.sweeps.plan import HAND, SweepPlan
 from haptic_lab.sweeps.results import Results
-from haptic_lab.people.studies.naming import name_objects
 from haptic_lab.worlds import as_shape, environment
 
 TRIALS = "trials"  # folder of the sweeps
@@ -86,9 +86,23 @@ def _planned(study: Study, condition: HandCondition, given: Mapping[str, Any], o
         values["shapes"] = [shape for _, shape in study.stimuli]
     elif isinstance(values.get("shapes"), list):
         values["shapes"] = [as_shape(each) for each in values["shapes"]]
-    values |= {"classifiers": [], "out": str(out / TRIALS / part_of_name(condition.name or "all"))}
+    values |= {"classifiers": [], "out": str(place_of(condition, out))}
     driven = None if len(moves) == hand.joints else moves
     return ConditionPlan(condition.name, options.check_values(values), driven)
+
+
+def place_of(condition: HandCondition, out: Path, what: str = TRIALS) -> Path:
+    """Say where the explorations of a condition are kept.
+
+    Args:
+        condition: of a study.
+        out: folder for its results.
+        what: they are.
+
+    Returns:
+        The folder.
+    """
+    return out / what / part_of_name(condition.name or "all")
 
 
 def _hand(env: str) -> Hand:
@@ -127,19 +141,25 @@ def explore(plans: Sequence[ConditionPlan], console: Console) -> None:
             results.rewrite()
 
 
-def table(plans: Sequence[ConditionPlan]) -> pd.DataFrame:
-    """Read what was explored.
+def one_by_one(plans: Sequence[ConditionPlan], out: Path, what: str) -> Iterator[tuple[ConditionPlan, Results]]:
+    """Take conditions of a sweep apart, for whoever decides what is explored next.
 
     Args:
-        plans: of the conditions.
+        plans: of the conditions of the hand.
+        out: folder for the results.
+        what: they are, a folder in it.
 
-    Returns:
-        The rows of their tables, with a column `condition`.
-
-    Raises:
-        ValueError: where there is no row.
+    Yields:
+        Each with one noise and duration alone, and the table where explorations are kept.
     """
-    return read_tables([(each.name, Path(each.sweep.out) / "trials.csv") for each in plans])
+    for each in plans:
+        mine = replace(each, sweep=replace(each.sweep, out=str(place_of(HandCondition(each.name), out, what))))
+        results = mine.open()
+        try:
+            for condition in mine.sweep.conditions:
+                yield replace(mine, sweep=replace(mine.sweep, conditions=(condition,))), results
+        finally:
+            results.rewrite()
 
 
 def read_tables(paths: Sequence[tuple[str, Path]]) -> pd.DataFrame:
