@@ -128,7 +128,7 @@ def yes_no(hits: int, signals: int, false_alarms: int, noises: int, *, seed: int
     """
     h, n = _counted("hits", hits, "signals", signals)
     f, m = _counted("false_alarms", false_alarms, "noises", noises)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(validate.seed(seed))
     drawn = norm.ppf([rng.beta(k + 0.5, total - k + 0.5, DRAWS) for k, total in ((h, n), (f, m))])
     of_h, of_f = (float(norm.ppf((k + 0.5) / (total + 1.0))) for k, total in ((h, n), (f, m)))
     return Sensitivity(
@@ -153,7 +153,7 @@ def forced_choice(correct: int, trials: int, alternatives: int, *, seed: int = 0
     """
     k, n = _counted("correct", correct, "trials", trials)
     m = validate.integer("alternatives", alternatives, 2, MOST_ALTERNATIVES)
-    drawn = np.random.default_rng(seed).beta(k + 1.0 / m, n - k + 1.0 - 1.0 / m, DRAWS)
+    drawn = np.random.default_rng(validate.seed(seed)).beta(k + 1.0 / m, n - k + 1.0 - 1.0 / m, DRAWS)
     draws = np.interp(drawn, *_course(m))  # to 1e-3 of d′
     return Sensitivity(_d_prime((k + 1.0 / m) / (n + 1.0), m), math.nan, draws, np.full(DRAWS, math.nan), n, k == n)
 
@@ -182,7 +182,7 @@ def efficiency(people: Sensitivity | Sequence[Sensitivity], observer: Sensitivit
         value = float(each.mean())
         draws = group_draws(each, seed=seed)
     # Draws of both are of their own generators: in another order they belong to no other draw of their kind.
-    of_observer = np.random.default_rng(seed + 1).permutation(observer.d_prime_draws)
+    of_observer = np.random.default_rng(validate.integer("seed", seed, 0) + 1).permutation(observer.d_prime_draws)
     with np.errstate(divide="ignore", invalid="ignore"):
         drawn = np.square(np.maximum(draws, 0.0) / np.maximum(of_observer, 0.0))
     drawn = np.where(np.isnan(drawn) & np.isfinite(draws), math.inf, drawn)
@@ -204,7 +204,7 @@ def group_draws(values: Array, *, seed: int = 0) -> Array:
     """
     if len(values) < 2:
         return np.full(DRAWS, math.nan)
-    chosen = np.random.default_rng(seed).integers(len(values), size=(DRAWS, len(values)))
+    chosen = np.random.default_rng(validate.seed(seed)).integers(len(values), size=(DRAWS, len(values)))
     return np.asarray(values[chosen].mean(axis=1))
 
 

@@ -1,7 +1,7 @@
 """Psychometric functions: what share of answers against a stimulus that varies, fitted by psignifit.
 
-L levels. ψ(x) = γ + (1 - γ - λ) Φ(x), with Φ a cumulative Gaussian between the guess rate γ and the lapse rate λ below 1,
-and beta-binomial noise, so that answers that were not of one mind throughout make intervals wider (Schütt, Harmeling,
+L levels. ψ(x) = γ + (1 - γ - λ) Φ(x), with Φ a cumulative Gaussian, γ the rate of guesses and λ that of lapses, and
+beta-binomial noise, so that answers that were not of one mind throughout make intervals wider (Schütt, Harmeling,
 Macke & Wichmann 2016). Needs the extra `people`: psignifit is GPL, and is imported where it is used alone.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +22,13 @@ from haptic_env.shapes import names
 
 LEAST = 3  # levels that tell a threshold from a slope
 WIDTH = 0.95  # the width goes from 1 - this to this, of Φ
-GRID = {"threshold": 25, "width": 25, "lambda": 12, "gamma": 12, "eta": 8}  # at the full one of psignifit a fit takes 9 s
+GRID = {
+    "threshold": 25,
+    "width": 25,
+    "lambda": 12,
+    "gamma": 12,
+    "eta": 8,
+}  # at the full one of psignifit a fit takes 9 s
 
 
 class Estimate(NamedTuple):
@@ -101,7 +107,9 @@ def fit_psychometric(
     if k.sum() in (0.0, n.sum()):
         raise ValueError(f"counted must differ between trials, got {k.sum():g} of {n.sum():g}: no level is a threshold")
     psignifit = extras.load("psignifit", "people", "a psychometric function")
-    falls = alternatives is None and np.average((x - np.average(x, weights=n)) * (k / n - k.sum() / n.sum()), weights=n) < 0
+    falls = (
+        alternatives is None and np.average((x - np.average(x, weights=n)) * (k / n - k.sum() / n.sum()), weights=n) < 0
+    )
     sigmoid = "neg_gauss" if falls else "norm"
     try:
         found = psignifit.psignifit(
@@ -116,7 +124,7 @@ def fit_psychometric(
     return _as_ours(found, falls)
 
 
-def level_of(objects: Iterable[str]) -> tuple[str, Mapping[str, float]]:
+def level_of(objects: Sequence[str]) -> tuple[str, Mapping[str, float]]:
     """Find the one parameter that varies among objects of one family.
 
     Args:
@@ -128,7 +136,7 @@ def level_of(objects: Iterable[str]) -> tuple[str, Mapping[str, float]]:
     Raises:
         ValueError: where they are of several families, or not exactly one parameter varies.
     """
-    several = list(dict.fromkeys(objects))
+    several = list(dict.fromkeys(validate.names("objects", objects)))
     told = {each: names.parsed(each) or names.Name(each, (), ()) for each in several}
     families = {each.family for each in told.values()}
     if len(families) != 1 or not families <= {*shapes.FAMILIES, *shapes.SHAPES}:
