@@ -1,4 +1,7 @@
-"""People beside the observers: what these believed through time. M cells, S sigmas, R repeats, T times, C names."""
+"""People beside the observers: what these believed through time, and what is left of it.
+
+M cells, S sigmas, R repeats, T times, C names.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,11 @@ import numpy as np
 from hypothesis import strategies as st
 
 from haptic_lab.people.courses import Courses
+from observer.shape.fading import faded
 from tests.properties import samples
 from tests.properties.entry import Entry
 from tests.properties.files import archives, file, out
-from tests.properties.parameters import Parameter, array
+from tests.properties.parameters import Parameter, array, number
 from tests.properties.rule import Allowed
 from tests.properties.strategies import odd_arrays
 
@@ -49,6 +53,16 @@ def _read(path: Any) -> Any:
 
 
 ENTRIES: dict[str, Entry] = {
+    "observer.shape.fading.faded": Entry(
+        lambda log_posterior, **call: np.exp(faded(log_posterior, **call)),
+        {
+            "log_posterior": array((R, T, C), -3.0, 0.0).always,
+            "seconds": Parameter(st.just(HELD["seconds"]), array((T,)).odd).always,
+            "memory_seconds": number(0.01, 100.0).always,
+            "prior": array((C,), -3.0, 0.0),
+        },
+        Allowed(nan=True, words=("log_posterior", "seconds", "prior")),
+    ),
     "haptic_lab.people.courses.Courses": Entry(
         _saved,
         {
