@@ -12,7 +12,7 @@ from agents.policy import EpisodeStart, Policy, State
 from haptic_env import validate
 
 
-class FewJoints:
+class FewJoints(Policy):
     """Commands what another policy does, and no torque at all at other joints, which their springs hold."""
 
     def __init__(self, policy: Policy, joints: Sequence[int]) -> None:
@@ -25,7 +25,7 @@ class FewJoints:
         Raises:
             ValueError: for an index that is none.
         """
-        self.policy, self.joints, self.name = policy, policy.joints, policy.name
+        self.policy, self.joints, self.name = policy, policy.joints, policy.name  # its environment was checked for it
         self.driven = np.zeros(policy.joints, dtype=bool)
         for index in joints:
             self.driven[validate.integer("joints", index, 0, policy.joints - 1)] = True
