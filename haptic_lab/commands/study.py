@@ -30,7 +30,8 @@ EXAMPLE = """examples: haptic-slam study --list
           haptic-slam study aspect_ratio --sigmas 0.5 1 2 3 5 8
           haptic-slam study size --adaptive --trials 60 --sigmas 3
           haptic-slam study mine.toml --out out/mine"""
-SWEPT = ("sigmas", "seconds", "policy", "observers", "trials", "first_seed", "jobs", "cluster")
+SLAM = "haptic_slam"
+SWEPT = ("sigmas", "seconds", "policy", "observers", "trials", "first_seed", "courses", "jobs", "cluster")
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -52,13 +53,15 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add("--observers", nargs="+", help="as haptic-slam evaluate's (default: the study's)")
     add("--trials", type=int, help=f"explorations of each stimulus (default: the study's; adaptive {adaptive.TRIALS})")
     add("--first-seed", type=int, help="seed of the first trial (default: the study's)")
-    add("--adaptive", action="store_true", help="find thresholds by QUEST+, of the first of --observers")
+    add("--adaptive", action="store_true", help="find thresholds by QUEST+, of one observer")
     add(
         "--trials-of",
         type=as_path,
         metavar="FOLDER",
         help="explore nothing: report what is in this --out of another run",
     )
+    switch = argparse.BooleanOptionalAction
+    add("--courses", action=switch, help="also what is believed of every name each 0.1 s, for decision models to fit")
     add("--jobs", type=int, help="processes of this machine (default: one a core)")
     add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
     add("--out", type=as_path, help="folder for the results (default out/studies/NAME)")
@@ -91,8 +94,8 @@ def _check_adaptive(given: argparse.Namespace, said: dict[str, Any]) -> None:
     if given.trials_of is not None or given.cluster is not None:
         raise ValueError("--adaptive decides after each answer what is felt next: not with --trials-of or --cluster")
     said["trials"] = adaptive.TRIALS if given.trials is None else given.trials
-    observers = said.get("observers") or ["haptic_slam"]
-    said["observers"] = observers[:1]
+    observers = [*said.get("observers", study.sweep.get("observers", []))] or [SLAM]
+    said["observers"] = observers[:1] if "observers" in said or SLAM not in observers else [SLAM]
 
 
 def _check_kept(folder: str | None, study: Study) -> None:

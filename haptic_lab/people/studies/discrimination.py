@@ -18,12 +18,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from haptic_env import extras
 from haptic_env.arrays import Array
-from haptic_lab.people.psychometric import fit_psychometric
+from haptic_lab.people.psychometric import GRID
 from haptic_lab.people.studies.presets import Published, Study
 
 GROUPS = ["condition", "observer", "seconds", "sigma_deg"]
 LEAST = 1e-300  # probability
+LEAST_STIMULI = 3  # that tell a threshold from a slope
 ENDS = ["threshold", "low", "high"]
 COUNTS = [*GROUPS, "value", "correct", "trials"]
 
@@ -97,7 +99,7 @@ def counted(rows: pd.DataFrame, study: Study) -> pd.DataFrame:
 
 
 def thresholds(counts: pd.DataFrame, study: Study) -> pd.DataFrame:
-    """Fit a psychometric function of the log of the distance from the standard to each observer.
+    """Fit a Weibull function of the distance from the standard to each observer, by psignifit.
 
     Args:
         counts: of `counted`.
@@ -115,16 +117,25 @@ def thresholds(counts: pd.DataFrame, study: Study) -> pd.DataFrame:
     for names, group in counts[counts["trials"] > 0].groupby(GROUPS, sort=False):
         distance = np.abs(group["value"].to_numpy(float) - study.standard)
         sign = math.copysign(1.0, group["value"].iloc[0] - study.standard)
-        try:
-            found = fit_psychometric(
-                np.log(distance), group["correct"], group["trials"], alternatives=max(study.intervals, 2)
-            )
-            at, lapse = np.exp(found.threshold), found.lapse.value
-        except ValueError:  # too few stimuli, or all answers right
-            at, lapse = np.full(3, math.nan), math.nan
+        at, lapse = _fit(distance, group["correct"].to_numpy(), group["trials"].to_numpy(), max(study.intervals, 2))
         within = bool(distance.min() <= at[0] <= distance.max())
         lines.append((*names, *(study.standard + sign * at), lapse, int(group["trials"].sum()), within))
     return pd.DataFrame(lines, columns=[*GROUPS, *ENDS, "lapse", "trials", "within"])
+
+
+def _fit(distance: Array, correct: Array, trials: Array, alternatives: int) -> tuple[Array, float]:
+    """The threshold and the ends of its interval (3,), and the rate of lapses; NaN where there is none."""
+    # d' grows as the distance does, or nearly: of a choice among two the share of right answers is then Weibull's
+    # function to 0.01, which no Gaussian of the distance, or of its log, is.
+    if len(distance) < LEAST_STIMULI or correct.sum() in (0, trials.sum()):
+        return np.full(3, math.nan), math.nan
+    psignifit = extras.load("psignifit", "people", "a threshold")
+    data = np.column_stack([distance, correct, trials])
+    how = {"sigmoid": "weibull", "experiment_type": f"{alternatives}AFC", "grid_steps": {**GRID, "gamma": 1}}
+    found = psignifit.psignifit(data, verbose=False, **how)
+    low, high = found.confidence_intervals["threshold"]["0.95"]
+    value = float(found.parameter_estimate["threshold"])
+    return np.array([value, min(low, value), max(high, value)]), float(found.parameter_estimate["lambda"])
 
 
 def reached(lines: pd.DataFrame, published: Published, standard: float) -> Iterator[dict[str, Any]]:

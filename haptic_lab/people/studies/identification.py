@@ -29,8 +29,8 @@ def accuracy(rows: pd.DataFrame, study: Study) -> pd.DataFrame:
         ["condition", "observer", "sigma_deg", "seconds"], sort=False
     ):
         courses = np.array([[float(each) for each in text.split()] for text in group["course_correct"]])
-        for after in sorted(study.after) or [seconds]:
+        for after in [each for each in sorted(study.after) if each <= seconds] or [seconds]:
             index = round(after / COURSE_SECONDS) - 1
-            if 0 <= index < courses.shape[1] and after <= seconds:
+            if 0 <= index < courses.shape[1]:
                 lines.append((condition, observer, sigma, after, *metrics.accuracy(courses[:, index])))
     return pd.DataFrame(lines, columns=COLUMNS).drop_duplicates(GROUPS, ignore_index=True)

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from haptic_env.hand import Hand
+from haptic_lab.records import BeliefTrace
+from haptic_lab.sweeps import log_courses
 from haptic_lab.sweeps.measures import measures_without_map
 from haptic_lab.sweeps.rows import Exemplars, row_of
 from haptic_lab.sweeps.tasks import SweepTask
@@ -39,8 +41,9 @@ class RawPose(PoseOnly):
             ValueError: for a value out of range.
         """
         super().__init__(hand, 3.0 if sigma_deg is None else sigma_deg, **keywords)
-        sigma, noise, lag = self.pose.sigma, self.pose.noise, self.lag + self.stride
-        self.pose = RawAngles(hand, sigma=sigma, control_hz=self.control_hz, lag=lag, noise=noise)
+        self.lag = 0  # what is taken at its word waits for nothing
+        sigma, noise = self.pose.sigma, self.pose.noise
+        self.pose = RawAngles(hand, sigma=sigma, control_hz=self.control_hz, lag=self.stride, noise=noise)
 
 
 def make_without_maps(
@@ -85,10 +88,15 @@ def name_objects(
         For each task a row for each observer.
     """
     exploration, traces = explore(bundle, naming=True, moves=moves, make=make_without_maps)
+    settings = bundle[0].settings
+
+    def measured(trace: BeliefTrace) -> dict[str, Any]:
+        row = measures_without_map(exploration, trace)
+        if settings.courses:
+            row[log_courses.COLUMN] = log_courses.text_of(exploration.seconds, trace, settings.labels)
+        return row
+
     return [
-        [
-            row_of(task, name, trace, measures_without_map(exploration, trace), learnt)
-            for name, trace in traces[task].items()
-        ]
+        [row_of(task, name, trace, measured(trace), learnt) for name, trace in traces[task].items()]
         for task, learnt in zip(bundle, exemplars, strict=True)
     ]

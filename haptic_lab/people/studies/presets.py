@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from haptic_env import reading, validate
+from haptic_env import reading, shapes, validate
 from haptic_lab.worlds import as_shape
 
 FOLDER = Path(__file__).parent / "presets"
@@ -141,6 +141,7 @@ class Study:
             return
         if "shapes" in self.sweep or "objects" in self.sweep:
             raise ValueError("a discrimination says what is explored in stimuli, not by shapes or objects in [sweep]")
+        validate.number("standard", self.standard, -1e6, 1e6)
         values = [value for value, _ in self.stimuli]
         if len({*values}) < len(values) or len(values) < 2:
             raise ValueError(f"stimuli must have two values or more, each once, got {values}")
@@ -228,7 +229,8 @@ def _stimulus(told: Any) -> Stimulus:
     if not isinstance(told, list) or len(told) != 2 or not isinstance(told[1], str):
         raise ValueError(f"stimuli must be pairs of a value and the name of a shape, got {validate.shown(told)}")
     try:
-        return validate.number("value of stimuli", told[0], -1e6, 1e6), as_shape(told[1])
+        shape = shapes.check("shape of stimuli", as_shape(told[1]))
+        return validate.number("value of stimuli", told[0], -1e6, 1e6), shape
     except argparse.ArgumentTypeError as error:
         raise ValueError(f"stimuli: {error}") from error
 
