@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import Any
+
+from rich.console import Console
 
 import agents
 from haptic_env import hand_env, recordings, registration, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
+from haptic_env.shapes import Solid
 from haptic_lab import believed, conditions, kept, recorded, replay
 from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
@@ -26,6 +30,9 @@ from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled, titles_of, with_article
 from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
+from haptic_lab.view import options
+from haptic_lab.view.trial_view import TrialView, verdict
+from haptic_lab.view.viewer import Viewer, opened
 from haptic_lab.warm_up import get_ready, told_on
 from haptic_lab.worlds import HANDS_OR_IDS, SETS, environment, expanded, in_set, typed_shape
 from observer.surface import files
@@ -110,12 +117,14 @@ def parse(
     add("--save-mesh", type=as_path, metavar="FILE", help=written)
     out = "out/learn" if learning else "out/explore"
     add("--out", type=as_path, default=out, help=f"folder for the results (default {out})")
+    options.add_flags(add)
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
     columns = given.pop("columns")
     found: Recording | MeasuredTouch | None = None
     usual = {**DEFAULTS, **dict.fromkeys(learnt.JITTER, 0.0)}
     try:
+        given["view"] = options.ViewOptions.taken(given)
         surface.resolve(given, recorded=source[0] is not None)
         learnt.resolve(given)
         if given["env"] is not None:
@@ -220,6 +229,26 @@ def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | No
     """
     console = make_console()
     try:
+        viewer = opened(settings.view, console)
+    except ValueError as error:  # a port that is taken
+        tell_error(str(error))
+        return 2
+    if viewer is None:
+        return _run(settings, recording, console, None)
+    with closing(viewer):
+        code = _run(settings, recording, console, viewer)
+        if code == 0:
+            viewer.stay(console)
+        return code
+
+
+def _run(
+    settings: ExplorationSettings,
+    recording: Recording | MeasuredTouch | None,
+    console: Console,
+    viewer: Viewer | None,
+) -> int:
+    try:
         with told_on(console):
             session = begin(settings, recording)
             if settings.objects is not None and settings.shape is None:
@@ -249,16 +278,23 @@ def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | No
         console.print(f"Touch was measured: {session.measured.coverage}.", highlight=False)
     if session.simulated:
         console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
+
+    def right(solid: Solid) -> str:
+        return learnt.truth(settings, solid, session.candidates, session.namer.none > 0.0)
+
+    view = None if viewer is None else TrialView(viewer, trial, f"Blind touch of {what}", right)
     try:
-        exploration, traces, took, stopped = explore(trial, console)
+        exploration, traces, took, stopped = explore(trial, console, view)
     except ValueError as error:  # an object that this hand cannot hold
         tell_error(str(error))
         return 2
+    if viewer is not None:
+        viewer.finish(verdict(traces[OBSERVER].posterior[-1], traces[OBSERVER].labels), console)
     if session.measured is not None:
         measured.finish(settings, exploration, traces, took, session.measured, console)
         learnt.tell(console, settings, exploration, traces[OBSERVER])
         return 130 if stopped else 0
-    truth = learnt.truth(settings, exploration, session.candidates, session.namer.none > 0.0)
+    truth = right(exploration.solid)
     summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, traces, summary)
