@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
+from scipy.special import expit, log_expit, log_softmax
 
 from haptic_env.arrays import Array
 from haptic_env.moved import renamed
@@ -79,6 +79,31 @@ def shares(candidates: Array, null: float = 0.0, prior: float = 0.0, weight: flo
     against = null - candidates.max() - np.log(odds.mean())
     none = max(expit(np.log(prior / (1.0 - prior)) + weight * against), least)
     return np.append((1.0 - none) * share, none)
+
+
+def log_shares(
+    candidates: Array, null: float = 0.0, prior: float = 0.0, weight: float = 1.0, least: float = 0.0
+) -> Array:
+    """Tell the log posterior of labels, of those too that are too improbable for a number.
+
+    Args:
+        candidates: as `shares` has them, and the others.
+        null: likewise.
+        prior: likewise.
+        weight: likewise.
+        least: likewise.
+
+    Returns:
+        (C,) nats, or (C + 1,).
+    """
+    share = np.asarray(log_softmax(candidates))
+    if not prior:
+        return share
+    against = null - np.logaddexp.reduce(candidates) + np.log(len(candidates))
+    none = np.log(prior / (1.0 - prior)) + weight * against
+    if least > expit(none):
+        return np.append(np.log1p(-least) + share, np.log(least))
+    return np.append(log_expit(-none) + share, log_expit(none))
 
 
 def _chain(share: Array, of: float, among: float) -> float:

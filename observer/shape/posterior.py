@@ -31,15 +31,17 @@ from haptic_env.shapes.base import Solid
 from haptic_env.shapes.names import NONE as NONE
 from observer import edge, memory
 from observer.belief import Belief, Transition
-from observer.gaussian import lower_factor
 from observer.jacobians import link_spread
 from observer.kinematics import link_frames, placed, tree_of
 from observer.novelty import LITTLE, LinkHistory, note, unmeasured_links
+from observer.shape import fading
 from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, resample, weigh
 from observer.shape.felt import Look
 from observer.shape.hypotheses import Hypotheses, Variants, far_of
 from observer.shape.misfit import Misfit
-from observer.shape.null_model import NullModel, shares
+from observer.shape.names import NamePosterior
+from observer.shape.null_model import NullModel
+from observer.shape.pose_samples import moved_on
 from observer.shape.rejuvenation import Rejuvenation
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
@@ -80,6 +82,8 @@ class ShapePosterior:
         temper: float | None = None,
         stride: int = 3,
         alike: float = 4.0,
+        memory_seconds: float = np.inf,
+        control_hz: float = 50.0,
     ) -> None:
         """Check the arguments, and start a trial.
 
@@ -102,6 +106,8 @@ class ShapePosterior:
             stride: only one step in so many is taken in.
             alike: looks of a link within so many times what is not known of its place share an exponent of one
                 (`observer.novelty`); 0: each counts as news.
+            memory_seconds: s, time constant with which evidence for names fades (`observer.shape.fading`); inf: none.
+            control_hz: Hz, of the beliefs, for that.
 
         Raises:
             ValueError: for a value out of range.
@@ -143,6 +149,8 @@ class ShapePosterior:
         self.temper = validate.number("temper", usual if temper is None else temper, 0.0, 1.0, above=0.0)
         self.stride = validate.integer("stride", stride, 1)
         self.alike = validate.number("alike", alike, 0.0)
+        self.memory_seconds = fading.check(memory_seconds)
+        self.control_hz = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
         self._solids_of = np.array([len(solids) for solids in candidates.values()])
         self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
         self._tree = tree_of(hand)
@@ -177,7 +185,8 @@ class ShapePosterior:
         self._habit = NullModel(len(self.hand.patches))
         self._moved: Transition | None = None  # how the pose moved since the samples did
         self._steps, self._unfit = 0, 0.0
-        self._posterior = self._share()
+        weight = DOUBT * self.stride / self.temper  # per step felt, whatever part of its evidence these let count
+        self._names = NamePosterior(self.log_likelihood, self.none, weight, 1.0 / self.control_hz, self.memory_seconds)
         return self.posterior
 
     @property
@@ -189,7 +198,12 @@ class ShapePosterior:
     @property
     def posterior(self) -> Array:
         """(C,) probability of each of `labels`; before anything was felt that of a candidate is the same for all."""
-        return self._posterior.copy()
+        return self._names.posterior
+
+    @property
+    def log_posterior(self) -> Array:
+        """(C,) nats, the log of `posterior`, however improbable a name is."""
+        return self._names.log_posterior
 
     @property
     def unexplained(self) -> float:
@@ -219,6 +233,7 @@ class ShapePosterior:
         """
         validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
         if belief.transition is None or belief.lagged_contacts is None:
+            self._names.pass_by()
             return self.posterior
         now, covariance, contacts, root, unmeasured = edge.belief(self.hand, belief)
         self._unfit = belief.unfit or 0.0
@@ -227,6 +242,7 @@ class ShapePosterior:
         self._steps += 1
         if self._steps % self.stride:
             self._move()
+            self._names.pass_by()
             return self.posterior
         self._propagate(self._moved, covariance, anew=self._steps == self.stride)
         self._moved = None
@@ -250,7 +266,7 @@ class ShapePosterior:
         likeliest = self._log_evidence.argmax()
         self._misfit.update((self._log_evidence[likeliest] - before[likeliest]) / self.temper)
         self._follow()
-        self._posterior = self._share()
+        self._names.take(self.log_likelihood, self._unfit)
         return self.posterior
 
     def _follow(self) -> None:
@@ -272,27 +288,13 @@ class ShapePosterior:
         if self._rejuvenation.move(self._units, self._log_evidence, self._rng):
             self._solids = self.variants.place(self._units)
 
-    def _share(self) -> Array:
-        """(C,) the posterior of what was taken in so far."""
-        log = self.log_likelihood
-        # Per step felt, whatever part of its evidence `temper` and `stride` let count.
-        weight = DOUBT * self.stride / self.temper
-        return shares(log[:-1], log[-1], self.none, weight, self._unfit) if self.none else shares(log)
-
     def _propagate(self, transition: Transition, covariance: Array, anew: bool) -> None:
         """Move the samples on; some start anew, from the `covariance` (J, J) of the pose, so that none are stuck where
         they once were: all of them where the pose before was not known."""
-        mean, follow, before, rest = transition
-        joint = self._parts.joint
         if self.samples == 1:
-            self._poses[0] = mean[joint]
+            self._poses[0] = transition.mean[self._parts.joint]
             return
-        normals = self._rng.standard_normal((self.samples, self.hand.joints))
-        noise = normals @ lower_factor(rest).T
-        self._poses = mean[joint] + (self._poses - before[joint]) @ self._parts.follow(follow).T + noise[:, joint]
         fresh = self.samples if anew else max(1, self.samples // FRESH_SHARE)
-        self._poses[:fresh] = (mean + normals[:fresh] @ lower_factor(covariance).T)[:, joint]
-        # Whatever a belief says of how it moved: no kernel looks at a place that is no number.
-        self._poses = np.where(np.isfinite(self._poses), self._poses, mean[joint])
+        self._poses = moved_on(self._poses, self._parts, transition, covariance, fresh, self._rng)
         self._weights[:, :, :fresh] = 1.0 / self.samples
         self._weights /= self._weights.sum(axis=-1, keepdims=True)

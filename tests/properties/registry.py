@@ -17,7 +17,9 @@ from tests.properties.entries import (
     learnt,
     naming,
     observers,
+    people,
     recordings,
+    trials,
 )
 from tests.properties.entry import Entry
 
@@ -31,13 +33,15 @@ AREAS: dict[str, dict[str, Entry]] = {
     "learnt": learnt.ENTRIES,
     "agents": agents.ENTRIES,
     "commands": commands.ENTRIES,
+    "people": people.ENTRIES,
+    "trials": trials.ENTRIES,
 }
 ENTRIES: dict[str, Entry] = {name: entry for area in AREAS.values() for name, entry in area.items()}
 
 
 def prepare(area: str) -> None:
     """Compile what the entries of `area` need, which takes longer than any input may."""
-    if area not in ("shapes", "recordings"):
+    if area not in ("shapes", "recordings", "people", "trials"):
         observer.warm_up(samples.hand())
         observers.prepare()
 
@@ -57,6 +61,7 @@ MODULES = (
     "observer",
     "observer.classifiers",
     "observer.metrics",
+    "observer.shape.fading",
     "observer.variants",
     "agents",
     "agents.follow_recording",
@@ -64,6 +69,9 @@ MODULES = (
     "agents.repeat_torques",
     "agents.sb3",
     "agents.synergy",
+    "haptic_lab.people.courses",
+    "haptic_lab.people.trials",
+    "haptic_lab.people.trial_columns",
 )
 BUILT = "made by the packages, and handed out; what is given to it was checked before"
 LEFT_OUT: dict[str, str] = {
@@ -95,6 +103,9 @@ LEFT_OUT: dict[str, str] = {
     "observer.Smoother": "OBSERVERS has it",
     "observer.TruePose": "OBSERVERS has it, as ceiling",
     "observer.White": "OBSERVERS has it, as white",
+    "observer.shape.fading.FadingNames": "made by ShapePosterior, of a time constant that it checks",
+    "observer.shape.fading.check": "asked by faded and ShapePosterior, which have entries",
+    "observer.shape.fading.fade": "the equation, of arrays that faded checks",
     "observer.classifiers.AlignedNearestNeighbour": "CLASSIFIERS has it",
     "observer.classifiers.MapClassifier": "abstract; CLASSIFIERS has them all",
     "observer.classifiers.NearestNeighbour": "CLASSIFIERS has it",
@@ -104,6 +115,10 @@ LEFT_OUT: dict[str, str] = {
     "observer.metrics.SurfaceScore": BUILT,
     "agents.Guided": "abstract; POLICIES has them all",
     "agents.Policy": "abstract; POLICIES has them all",
+    "haptic_lab.people.trial_columns.TrialColumns": "read_trial_columns has an entry",
+    "haptic_lab.people.trial_columns.typed": "the flags of commands, which have entries",
+    "haptic_lab.people.trials.check_trials": "what read_trials, which has an entry, asks of each table",
+    "haptic_lab.people.trials.write_trials": "written and read again in the entry of read_trials",
     "agents.sb3.is_model": "agents has it",
     "agents.sb3.load_model": "agents has it",
     "agents.sb3.Trained": "POLICIES has it",

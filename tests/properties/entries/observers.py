@@ -223,6 +223,8 @@ POSTERIOR: dict[str, Parameter] = {
     "samples": integer(1, 4),
     "tolerance": number(0.0005, 0.01),
     "press": number(0.0, 0.01),
+    "memory_seconds": number(0.1, 10.0),
+    "control_hz": number(10.0, 200.0),
     "surprise": number(0.0001, 0.5),
     "temper": number(0.01, 1.0),
     "stride": integer(1, 3),

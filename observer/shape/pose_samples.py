@@ -1,0 +1,39 @@
+"""Samples of the pose, moved on from step to step.
+
+Shapes: S samples, J joints, C columns of the parts of a hand (`observer.shape.subchains`). Angles in radians.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from haptic_env.arrays import Array
+from observer.belief import Transition
+from observer.gaussian import lower_factor
+from observer.shape.subchains import Subchains
+
+
+def moved_on(
+    poses: Array, parts: Subchains, transition: Transition, covariance: Array, fresh: int, rng: np.random.Generator
+) -> Array:
+    """Move samples on; some start anew, so that none are stuck where they once were.
+
+    Args:
+        poses: (S, C) rad.
+        parts: of the hand.
+        transition: of the pose.
+        covariance: (J, J) rad² of it now.
+        fresh: how many start anew from that.
+        rng: all that is left to chance.
+
+    Returns:
+        (S, C) rad, those that start anew first.
+    """
+    mean, follow, before, rest = transition
+    joint = parts.joint
+    normals = rng.standard_normal((len(poses), len(mean)))
+    noise = normals @ lower_factor(rest).T
+    result = mean[joint] + (poses - before[joint]) @ parts.follow(follow).T + noise[:, joint]
+    result[:fresh] = (mean + normals[:fresh] @ lower_factor(covariance).T)[:, joint]
+    # Whatever a belief says of how it moved: no kernel looks at a place that is no number.
+    return np.where(np.isfinite(result), result, mean[joint])
