@@ -7,7 +7,6 @@ explore.npz (belief and trace) and recording.npz (what was done and felt, for --
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,8 @@ from haptic_env import hand_env, recordings, registration, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
 from haptic_env.shapes import Solid
 from haptic_lab import believed, conditions, kept, recorded, replay
-from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import learnt, measured, senses, surface
+from haptic_lab.exploration import learnt, measured, playing, senses, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
@@ -132,12 +130,12 @@ def parse(
         _resolve_objects(given)
         if source[0] is not None:
             found = recorded.load(*source, given["env"] and registration.hand_name(given["env"]), columns)
-            _refuse_wrist(given)
+            playing.refuse_wrist(given)
             if isinstance(found, MeasuredTouch):
-                _refuse_noise(given)
+                playing.refuse_noise(given)
                 usual["env"] = environment(found.hand.source or found.hand.name)
             else:
-                usual |= _told_by(found, given)
+                usual |= playing.told_by(found, given)
         elif any(source) or columns:
             parser.error("--part, --columns and --glove-calibration say how to read a --recording, which is not given")
         elif learning and given["seconds"] is None:
@@ -161,45 +159,6 @@ def _resolve_objects(given: dict[str, Any]) -> None:
         expanded(shapes.read_set(given["objects"]), trust=given["trust"])
     if given["candidates"] is not None:
         given["candidates"] = expanded(given["candidates"], trust=given["trust"])
-
-
-def _told_by(recording: Recording, given: Mapping[str, Any]) -> dict[str, Any]:
-    """What a recording says of the settings with which it is replayed, where they are not `given`."""
-    learnt.refuse(given)
-    if recording.felt is not None:
-        _refuse_noise(given)
-    if given["trust"]:
-        shapes.allow(_names_in(recording))
-    # A preset is all that is believed, of which the recording's single values are no part.
-    kept = {*DEFAULTS, *learnt.JITTER} - (set() if given["believed"] is None else {*BELIEVED})
-    told = {name: value for name, value in recording.settings.items() if name in kept}
-    if given["env"] is None and "env" not in recording.settings:
-        told["env"] = recorded.environment_of(recording)
-    return told
-
-
-def _names_in(recording: Recording) -> list[str]:
-    """The shapes that a recording names."""
-    told = recording.settings.get("object")
-    names = recording.settings.get("shape"), told.get("name") if isinstance(told, dict) else None
-    return [name for name in names if isinstance(name, str)]
-
-
-def _refuse_noise(given: Mapping[str, Any]) -> None:
-    """Raise `ValueError` for noise that was asked for where all that was felt is in a recording."""
-    for name in conditions.DEFAULTS:
-        if given[name] is not None:
-            flag = name.replace("_", "-")
-            raise ValueError(
-                f"--{flag} is for angles and contacts that are simulated, and this recording tells what was felt; what "
-                f"observers believe of it is told by --believed-{flag} and the like"
-            )
-
-
-def _refuse_wrist(given: Mapping[str, Any]) -> None:
-    """Raise `ValueError` for a wrist that was asked for where a recording tells how the hand moved."""
-    if given["wrist"] is not None:
-        raise ValueError("--wrist is for a hand that explores, and a recording tells how its hand moved")
 
 
 @styled

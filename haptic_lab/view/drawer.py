@@ -5,6 +5,7 @@ It computes nothing for the observer, and is told nothing back but that it is th
 
 from __future__ import annotations
 
+import errno
 import os
 import queue
 import threading
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from haptic_lab.processes import end_with_parent
 from haptic_lab.view.history import History
-from haptic_lab.view.options import ViewOptions
+from haptic_lab.view.options import HOST, ViewOptions
 from haptic_lab.view.server import PageServer
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def run(pipe: Connection, options: ViewOptions) -> None:
         try:
             server = PageServer(options.host, options.port, options.token, history)
         except OSError as error:
-            pipe.send(error.strerror or str(error))
+            pipe.send(refused(options, error))
             return
         threading.Thread(target=server.serve_forever, daemon=True).start()
     pipe.send(0 if server is None else server.server_port)
@@ -61,6 +62,24 @@ def run(pipe: Connection, options: ViewOptions) -> None:
     history.close()
     if server is not None:
         server.finish(LAST)
+
+
+def refused(options: ViewOptions, error: OSError) -> str:
+    """Say why there is no page, and what is valid.
+
+    Args:
+        options: where it should be.
+        error: that came of it.
+
+    Returns:
+        A sentence.
+    """
+    if error.errno in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT):
+        return f"--view-host {options.host} is no address of this machine; {HOST} always is, and 0.0.0.0 is all of them"
+    why = "is taken" if error.errno == errno.EADDRINUSE else f"cannot be had ({error.strerror or error})"
+    return (
+        f"--view-port {options.port} of {options.host} {why}; say another from 1024 to 65535, or 0 for any that is free"
+    )
 
 
 class Drawer:

@@ -22,7 +22,7 @@ def page(recorded: Iterable[str] | None = None) -> str:
     Returns:
         HTML that loads nothing else.
     """
-    folder = resources.files("haptic_lab.view") / "page"
+    folder = resources.files("haptic_lab.view") / "web"
 
     def text(name: str) -> str:
         return (folder / name).read_text(encoding="utf-8")

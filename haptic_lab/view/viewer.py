@@ -54,15 +54,14 @@ class Viewer:
             self._process.start()
         theirs.close()
         try:
-            answer = self._pipe.recv() if self._pipe.poll(PATIENCE) else "it does not answer"
+            answer = (
+                self._pipe.recv() if self._pipe.poll(PATIENCE) else "--view: the process that draws does not answer"
+            )
         except EOFError:
-            answer = "it ended at once"
+            answer = "--view: the process that draws has ended"
         if isinstance(answer, str):
             self._process.join(1.0)
-            raise ValueError(
-                f"--view-port {options.port} of {options.host} cannot be had: {answer}; say another port from 1024 to "
-                "65535, or 0 for any that is free"
-            )
+            raise ValueError(answer)
         self.port: int = answer
         self._sender = threading.Thread(target=self._send, daemon=True)
         self._sender.start()
