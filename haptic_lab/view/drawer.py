@@ -8,6 +8,7 @@ from __future__ import annotations
 import errno
 import os
 import queue
+import sys
 import threading
 import time
 from pathlib import Path
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from haptic_lab.view.encoding import Encoder
     from haptic_lab.view.moment import Moment
 
-POLITE = 10  # how much the observer is let go first
+POLITE = 8  # how much surfaces let others go first
 LAST = 3.0  # s that browsers have to take what is left
 
 
@@ -36,8 +37,6 @@ def run(pipe: Connection, options: ViewOptions) -> None:
         options: where the page is.
     """
     end_with_parent()
-    if hasattr(os, "nice"):
-        os.nice(POLITE)
     history = History()
     server = None
     if options.page:
@@ -75,11 +74,10 @@ def refused(options: ViewOptions, error: OSError) -> str:
         A sentence.
     """
     if error.errno in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT):
-        return f"--view-host {options.host} is no address of this machine; {HOST} always is, and 0.0.0.0 is all of them"
+        return f"--view-host {options.host} is no address of this machine; {HOST} is one, and 0.0.0.0 is all of them"
     why = "is taken" if error.errno == errno.EADDRINUSE else f"cannot be had ({error.strerror or error})"
-    return (
-        f"--view-port {options.port} of {options.host} {why}; say another from 1024 to 65535, or 0 for any that is free"
-    )
+    valid = "say another from 1024 to 65535, or 0 for any that is free"
+    return f"--view-port {options.port} of {options.host} {why}; {valid}"
 
 
 class Drawer:
@@ -160,6 +158,8 @@ class Drawer:
         return None
 
     def _draw_surfaces(self) -> None:
+        if sys.platform.startswith("linux"):  # elsewhere a thread has no priority of its own
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), POLITE)
         while True:
             moment, begun = self._waiting.get(), time.monotonic()
             late = not self._all and not self._waiting.empty()

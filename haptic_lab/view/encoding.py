@@ -29,6 +29,7 @@ LEAST = 0.08  # probability of a voxel of which the page is told
 UNKNOWN = 0.5  # of a voxel that the hand never came near
 UNIT = 2e-5  # m, of places in 16 bits
 TURN = 1.0 / 32767.0
+USUAL_AZIMUTH, BESIDE, ASIDE = -62.0, 105.0, 0.01  # degrees, degrees from the hand, m from the middle of the map
 NAMES = {"uint8": "u8", "int8": "i8", "int16": "i16", "uint16": "u16", "uint32": "u32", "float32": "f32"}
 
 
@@ -99,6 +100,7 @@ class Encoder:
             title=setting.title,
             seconds=setting.seconds,
             particles=setting.particles,
+            azimuth=self._azimuth(),
             extent=setting.grid.extent.tolist(),
             resolution=setting.grid.resolution,
             shape=list(setting.grid.shape),
@@ -201,6 +203,16 @@ class Encoder:
         values = np.clip(255.0 * 1e3 * found.std / LIMIT, 0.0, 255.0).astype(np.uint8)
         mesh = self._mesh(found.vertices, found.faces)
         return line("surface", step=moment.step, values=packed(values), **mesh)
+
+    def _azimuth(self) -> float:
+        """Degrees from which the object is seen beside the hand, not behind it."""
+        places, _ = link_frames(self._tree, self.setting.hand.rest_pose)
+        x, y = (places.mean(axis=0) - self._centre)[:2]
+        if np.hypot(x, y) < ASIDE:
+            return USUAL_AZIMUTH
+        beside = np.rad2deg(np.arctan2(y, x)) + np.array([-BESIDE, BESIDE])
+        off = (beside - USUAL_AZIMUTH + 180.0) % 360.0 - 180.0
+        return float(USUAL_AZIMUTH + off[np.argmin(np.abs(off))])
 
     def _mesh(self, vertices: Array, faces: NDArray[np.int64]) -> dict[str, Any]:
         middled = vertices - self._centre

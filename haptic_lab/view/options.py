@@ -5,7 +5,6 @@ from __future__ import annotations
 import ipaddress
 import re
 import secrets
-from argparse import BooleanOptionalAction
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -129,6 +128,8 @@ def add_flags(add: Callable[..., Any]) -> None:
     where = f"address at which it is (default {HOST}: this machine only); any other asks browsers for a token"
     add("--view-host", metavar="ADDRESS", help=where)
     add("--view-token", metavar="TOKEN", help="that token, 16 letters at least (default: a new one, which is printed)")
-    wait = "whether the page stays until Ctrl-C when all is over (default: on a terminal)"
-    add("--view-wait", action=BooleanOptionalAction, default=None, help=wait)
+    stays = "the page stays until Ctrl-C when all is over (default: on a terminal)"
+    add("--view-wait", action="store_const", const=True, help=stays)
+    ends = "the page ends with the command (default: where that is not on a terminal)"
+    add("--no-view-wait", action="store_const", const=False, dest="view_wait", help=ends)
     add("--save-html", type=as_path, metavar="FILE", help="write it as one page that needs no server and no network")

@@ -54,11 +54,9 @@ class Viewer:
             self._process.start()
         theirs.close()
         try:
-            answer = (
-                self._pipe.recv() if self._pipe.poll(PATIENCE) else "--view: the process that draws does not answer"
-            )
+            answer = self._pipe.recv() if self._pipe.poll(PATIENCE) else "--view: nobody draws"
         except EOFError:
-            answer = "--view: the process that draws has ended"
+            answer = "--view: whoever draws has ended"
         if isinstance(answer, str):
             self._process.join(1.0)
             raise ValueError(answer)

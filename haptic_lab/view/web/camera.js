@@ -1,11 +1,10 @@
 // Turns about the middle of the map. Degrees, metres.
 
-const AT_FIRST = {azimuth: -62, elevation: 22, distance: 0, target: [0, 0, 0]};
-
 class Camera {
   constructor(canvas, changed) {
-    this.reset();
+    this.first = -62;
     this.size = 0.13;
+    this.reset();
     let held = null;
     canvas.addEventListener("pointerdown", (event) => {
       held = {x: event.clientX, y: event.clientY, moves: event.button === 2 || event.shiftKey};
@@ -15,6 +14,7 @@ class Camera {
     canvas.addEventListener("pointercancel", () => { held = null; });
     canvas.addEventListener("pointermove", (event) => {
       if (!held) return;
+      this.moved = true;
       const [dx, dy] = [event.clientX - held.x, event.clientY - held.y];
       Object.assign(held, {x: event.clientX, y: event.clientY});
       if (held.moves) {
@@ -35,7 +35,13 @@ class Camera {
     canvas.addEventListener("dblclick", () => { this.reset(); changed(); });
   }
 
-  reset() { Object.assign(this, AT_FIRST, {target: [0, 0, 0]}); }
+  begin(scene) {
+    this.first = scene.azimuth;
+    this.size = Math.max(...scene.extent);
+    if (!this.moved) this.reset();
+  }
+
+  reset() { Object.assign(this, {azimuth: this.first, elevation: 22, distance: 0, target: [0, 0, 0], moved: false}); }
 
   /** Metres from the target. */
   far() { return 2.1 * this.size * 2 ** this.distance; }

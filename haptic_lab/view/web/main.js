@@ -2,8 +2,11 @@
 
 const element = (id) => document.getElementById(id);
 const recorded = new Recorded();
-const SLOW = 40, REST = 400, COARSEST = 0.4; // ms from one picture to the next, ms, a share of the pixels along an edge
-const now = {at: 0, follows: true, plays: false, since: 0, changed: true, lost: false, drawn: 0, busy: false, mean: 0};
+const SLOW = 40, REST = 400, TELLING = 80; // ms, from one picture to the next, of rest, from one number to the next
+const COARSEST = 0.4; // share of the pixels along an edge
+const now = {
+  at: 0, follows: true, plays: false, since: 0, changed: true, lost: false, shown: null, told: 0, drawn: 0, busy: false, mean: 0,
+};
 const changed = () => { now.changed = true; };
 const panel = new Panel(recorded, seek);
 let drawing = null, camera = null;
@@ -47,7 +50,8 @@ function advance(clock) {
 }
 
 function render() {
-  const {states, scene, end} = recorded, state = scene && states.length ? states[Math.min(now.at, states.length - 1)] : null;
+  const {states, scene, end} = recorded;
+  const state = scene && states.length ? states[Math.min(now.at, states.length - 1)] : null;
   const ticked = (id) => element(id).checked && !element(id).disabled;
   const threshold = Number(element("threshold").value), live = !end && !now.lost && scene;
   element("threshold-told").textContent = threshold.toFixed(2);
@@ -58,6 +62,12 @@ function render() {
     map: ready && ticked("show-map") ? recorded.at(recorded.maps, state.step) : null,
     surface: ready && ticked("show-surface") ? recorded.at(recorded.surfaces, state.step) : null,
   }, camera);
+  now.shown = {ready, truth, live};
+}
+
+/** What is told in words and numbers, less often than pictures are drawn: nobody reads as fast. */
+function tell() {
+  const {ready, truth, live} = now.shown, {states, scene, end} = recorded;
   element("play").textContent = now.plays || (live && now.follows) ? "❚❚" : "▶";
   element("play").setAttribute("aria-label", now.plays || (live && now.follows) ? "pause" : "play");
   element("live").textContent = live ? "live" : "end";
@@ -67,7 +77,7 @@ function render() {
   if (!ready) return;
   element("time").max = states.length - 1;
   element("time").value = Math.min(now.at, states.length - 1);
-  element("clock").textContent = `${state.time.toFixed(2)} s` + (scene.seconds ? ` of ${Number(scene.seconds.toFixed(1))} s` : "");
+  element("clock").textContent = `${ready.time.toFixed(2)} s` + (scene.seconds ? ` of ${Number(scene.seconds.toFixed(1))} s` : "");
   panel.show(ready, truth);
 }
 
@@ -82,7 +92,7 @@ function take(line) {
     const kind = recorded.take(line);
     if (kind === "scene") {
       Object.assign(now, {at: 0, follows: true, plays: false, lost: false});
-      if (camera) camera.size = Math.max(...recorded.scene.extent);
+      if (camera) camera.begin(recorded.scene);
       panel.begin();
       if (drawing) notice("");
     }
@@ -104,7 +114,7 @@ async function listen() {
         if (done) break;
         const lines = (rest + value).split("\n");
         rest = lines.pop();
-        lines.forEach(take);
+        lines.filter(Boolean).forEach(take); // empty ones tell that the sender is there
       }
     } catch { /* it is gone */ }
     if (recorded.scene && !recorded.end && !now.lost) { now.lost = true; changed(); }
@@ -140,6 +150,7 @@ function frame(clock) {
   advance(clock);
   pace(clock);
   if (now.changed) { now.changed = false; render(); }
+  if (now.shown && clock - now.told > TELLING) { tell(); now.shown = null; now.told = clock; }
   requestAnimationFrame(frame);
 }
 
