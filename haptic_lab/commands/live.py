@@ -12,8 +12,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-
 from haptic_env import hands, recordings, validate
 from haptic_env.files import check_writable
 from haptic_env.hand import Hand
@@ -88,7 +86,7 @@ def main(arguments: list[str] | None = None) -> int:
             return 2
         if viewer is not None:
             sinks.append(ViewSink(viewer, session.slam, session.namer.labels, console))
-        code = _run(given, source, session, sinks, console)
+        code = _run(given, source, session, sinks)
         if viewer is not None and not session.stop:
             viewer.stay(console)
     return code
@@ -186,7 +184,8 @@ def _rate(nominal: float, stream: str, usual: bool) -> float:
     return USUAL_HZ
 
 
-def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[Any], console: Console) -> int:
+def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[Any]) -> int:
+    console = make_console()
     slam = session.slam
     with told_on(console):
         get_ready(console, slam.hand)
