@@ -21,6 +21,7 @@ from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSetti
 from haptic_lab.live import udp
 from haptic_lab.live.layout import layouts
 from haptic_lab.live.lsl import LslSink, LslSource
+from haptic_lab.live.pace import BEHIND
 from haptic_lab.live.record import StepRecord
 from haptic_lab.live.session import LiveSession
 from haptic_lab.terminal import Parser, as_path, make_console, tell, tell_error
@@ -173,6 +174,8 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
     with told_on(console):
         get_ready(console, slam.hand)
         warm_up(slam.hand, observer=slam)
+    if (slow := session.pace.rehearse(slam)) is not None:
+        _say(slow)
     where = f"UDP port {source.port}" if isinstance(source, udp.UdpSource) else ", ".join(given["lsl_in"])
     console.print(
         f"Listening to {where} for hand {slam.hand.name}, {slam.control_hz:g} steps a second; Ctrl-C ends it …"
@@ -194,7 +197,9 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
             console.print(f"Recorded: {session.record.path}, {len(session.record)} steps", highlight=False)
     if given["save"] is not None and session.told is not None:
         slam.save(given["save"])
-    counts = session.merger.counts
+    counts, behind = session.merger.counts, session.pace.most
+    if behind > BEHIND:
+        console.print(f"Beliefs were up to {behind:.1f} s behind what had come", highlight=False)
     console.print(
         f"{counts.steps} steps told; {counts.joints} samples of joints and {counts.touch} of touch, {counts.late} "
         f"late, {counts.repeated} twice, {counts.refused} numbers refused, {counts.clock_steps} steps of clocks; "

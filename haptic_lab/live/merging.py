@@ -21,6 +21,7 @@ from haptic_env.recordings.merging import BRIDGED, HELD, LATE, SAME, angles_at, 
 from haptic_lab.live.buffer import StreamBuffer
 
 PATIENCE = 0.25  # s
+AHEAD = 60.0  # s: so much is kept while there is no first pose of all joints
 SILENT = 1.0  # s: of a stream that is silent for so long nothing is waited for
 EARLY = 0.25  # of the interval: samples of touch come no earlier than that before they are due
 
@@ -107,6 +108,7 @@ class LiveMerger:
             self.counts.late += int((time < self._told).sum())
         self.counts.repeated += self._joints.add(time, angles)
         if self._start is None:
+            self._joints.forget(self._joints.newest - AHEAD)
             whole = np.isfinite(self._joints.values).all(axis=1)
             if whole.any():
                 first = int(np.argmax(whole))
@@ -131,6 +133,8 @@ class LiveMerger:
             self.counts.late += int(late.sum())
             self._carried |= (contacts[late] == 1.0).any(axis=0)
         self.counts.repeated += self._touch.add(time, contacts)
+        if self._start is None:
+            self._touch.forget(self._touch.newest - AHEAD)
 
     def waits_for(self) -> str:
         """Tell which stream the next step waits for: "joints" or "touch"."""

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_lab.live.layout import JointLayout, TouchLayout
 from haptic_lab.live.merging import LiveMerger, LiveStep
+from haptic_lab.live.pace import Pace
 from haptic_lab.live.record import StepRecord
 from observer import Belief, HapticSLAM, ShapePosterior
 
 NEVER = 5.0  # s: what has not come by then is told
-BEHIND = 1.0  # s, of the belief behind what has come
+READ = 0.1  # s: so often what has come is read, however many steps wait
 AGAIN = 5.0  # s between two times that the same is told
 
 
@@ -105,6 +106,7 @@ class LiveSession:
         namer: names the object.
         merger: of the streams.
         record: of the steps.
+        pace: of the observer.
         told: what was believed last; None: there was no step.
         stop: set to end it.
     """
@@ -136,6 +138,7 @@ class LiveSession:
         self.merger = LiveMerger(slam.hand.joints, len(slam.hand.patches), measured, slam.control_hz, interval)
         # As a trial gives it to its observers.
         self._seed = int(np.random.SeedSequence(seed).generate_state(2)[1])
+        self.pace = Pace(slam.control_hz)
         self.told: Told | None = None
         self.stop = False
         self._never: dict[str, float] = {}
@@ -158,8 +161,11 @@ class LiveSession:
                 self.take(chunk, time.monotonic())
             now = time.monotonic()
             for step in self.merger.ready(now):
+                started = time.monotonic()
                 self.observe(step, sinks)
-                if self.stop:
+                ended = time.monotonic()
+                self.pace.step(ended - started)
+                if self.stop or ended - now > READ:
                     break
             self._warn(now, begun)
         for step in self.merger.rest():
@@ -216,10 +222,9 @@ class LiveSession:
                 self._silent ^= {kind}
                 is_silent = f"{stream} is silent: no {kind} are measured, and the belief grows vaguer"
                 self._say(is_silent if kind in silent else f"{stream} is back")
-        behind = 0.0 if self.told is None else self.merger.newest - self.told.time
-        if behind > BEHIND and now - self._never.get("behind", -np.inf) > AGAIN:
-            self._never["behind"] = now
-            self._say(f"the observer is {behind:.1f} s behind: take fewer steps a second, or fewer particles")
+        slow = self.pace.told(0.0 if self.told is None else self.merger.newest - self.told.time)
+        if slow is not None:
+            self._say(slow)
         if counts.clock_steps > self._seen:
             self._seen = counts.clock_steps
             self._say("the clock of a stream has stepped; its samples go on where they were")
