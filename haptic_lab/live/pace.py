@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from observer import HapticSLAM
+from observer import HapticSLAM, ShapePosterior
 
 BEHIND = 1.0  # s, of the belief behind what has come
 RECENT = 50  # steps over which the time that one takes is averaged
@@ -53,23 +53,25 @@ class Pace:
         self._said = True
         return f"the observer is {behind:.1f} s behind, and nothing is lost, but beliefs grow older: {self._advice()}"
 
-    def rehearse(self, slam: HapticSLAM) -> str | None:
+    def rehearse(self, slam: HapticSLAM, namer: ShapePosterior) -> str | None:
         """Take some steps before there are any, of a hand at rest.
 
         Args:
             slam: the observer, whose next trial does not know of it.
+            namer: names the object, likewise.
 
         Returns:
             A line where it will be too slow; None: it will keep up.
         """
         hand, taken = slam.hand, []
         slam.reset(seed=0, joint_angles=hand.rest_pose)
+        namer.reset(seed=0)
         torque = np.zeros(hand.joints)
         for _ in range(slam.lag + 20):
             begun = time.perf_counter()
-            slam.step(torque, hand.rest_pose, np.zeros(len(hand.patches)))
+            namer.update(slam.step(torque, hand.rest_pose, np.zeros(len(hand.patches))))
             taken.append(time.perf_counter() - begun)
-        self.seconds = float(np.median(taken[slam.lag :]))
+        self.seconds = float(np.mean(taken[slam.lag :]))
         if self.seconds * self._rate < SPARE:
             return None
         self._said = True

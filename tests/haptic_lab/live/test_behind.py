@@ -14,7 +14,7 @@ from haptic_lab.live import pace, session
 from haptic_lab.live.layout import layouts
 from haptic_lab.live.record import StepRecord
 from haptic_lab.live.session import READ, Chunk, LiveSession
-from observer import HapticSLAM
+from observer import HapticSLAM, ShapePosterior
 from tests.haptic_lab.live.streams import Kept, moving
 
 
@@ -77,7 +77,7 @@ def run(monkeypatch: pytest.MonkeyPatch, seconds: float, samples: int, burst: in
     hand, said, clock = hands.make("two_finger"), list[str](), Clock(monkeypatch)
     slow: Any = Slow(clock, hand, seconds)
     found = layouts([("joints", hand.joint_names), ("contacts", hand.patches.names)], None, hand)
-    made = LiveSession(slow, slow, found, 0.02, 0, StepRecord(None, hand, 50.0), said.append)
+    made = LiveSession(slow, slow, (*found, None), (0.02, 0.02), 0, StepRecord(None, hand, 50.0), said.append)
     sender, kept = Sender(clock, made, samples, burst), Kept()
     made.run(sender, [kept])
     return made, sender, kept, said
@@ -104,7 +104,8 @@ def test_a_burst_is_caught_up_with_in_silence(monkeypatch):
 def test_it_is_tried_before_anybody_moves(monkeypatch, seconds, fits):
     clock = Clock(monkeypatch)
     made = pace.Pace(50.0)
-    told = made.rehearse(Slow(clock, hands.make("two_finger"), seconds))  # type: ignore[arg-type]
+    slow: Any = Slow(clock, hands.make("two_finger"), seconds)
+    told = made.rehearse(slow, slow)
     assert (told is None) == fits
     if told is not None:
         assert "--control-hz 41 fits" in told
@@ -114,19 +115,25 @@ def test_it_is_tried_before_anybody_moves(monkeypatch, seconds, fits):
 def test_an_observer_that_was_tried_begins_as_a_fresh_one(bits):
     hand = hands.make("two_finger")
     tried, fresh = (HapticSLAM(hand, 3.0, 5, motion="kinematic", patches_stuck=0.01) for _ in range(2))
-    pace.Pace(50.0).rehearse(tried)
+    namer, other = (ShapePosterior(hand, none=0.1) for _ in range(2))
+    pace.Pace(50.0).rehearse(tried, namer)
     _, angles, contacts = moving(hand, 15)
     for each in (tried, fresh):
         each.reset(3, angles[0])
+    for each in (namer, other):
+        each.reset(3)
+    contacts[5:, 3] = 1.0
     for k in range(1, 15):
-        assert bits(tried.step(None, angles[k], contacts[k])) == bits(fresh.step(None, angles[k], contacts[k]))
+        one, two = (each.step(None, angles[k], contacts[k]) for each in (tried, fresh))
+        assert bits(one) == bits(two)
+        np.testing.assert_array_equal(namer.update(one), other.update(two))
 
 
 def test_what_waits_for_a_first_pose_does_not_grow():
     hand = hands.make("two_finger")
     found = layouts([("joints", hand.joint_names), ("contacts", hand.patches.names)], None, hand)
     slow: Any = SimpleNamespace(hand=hand, control_hz=50.0)
-    made = LiveSession(slow, slow, found, 0.02, 0, StepRecord(None, hand, 50.0), lambda told: None)
+    made = LiveSession(slow, slow, (*found, None), (0.02, 0.02), 0, StepRecord(None, hand, 50.0), lambda told: None)
     time, angles, contacts = moving(hand, 6000)
     angles[:, 0] = np.nan
     for first in range(0, 6000, 50):
