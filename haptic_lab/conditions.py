@@ -140,6 +140,7 @@ class Condition:
         policy: name, or path of a model.
         seconds: how long is explored.
         recording: path of the one that the hand repeats, which then is no policy's; "": none.
+        condition: what people's table of trials calls it; "": nothing.
 
     Raises:
         ValueError: for a value out of its range.
@@ -159,6 +160,7 @@ class Condition:
     policy: str = "random_torque"
     seconds: float = _DEFAULTS["episode_seconds"]
     recording: str = ""
+    condition: str = ""
 
     def __post_init__(self) -> None:
         validate.number("--sigmas", self.sigma_deg, high=90.0, above=0.0, unit="degrees")
@@ -191,7 +193,7 @@ DEFAULTS = {name: _DEFAULTS[name] for name in NOISES if name != "sigma_deg"}
 CONTACTS = tuple(name for name in NOISES if name.startswith(("contact_", "patches_")))
 LATER = ("contact_confusion", *FAULTS)
 # What tables have only where one is not as usual, as those from before.
-UNTOLD: dict[str, Any] = {**{name: DEFAULTS[name] for name in LATER}, "recording": Condition.recording}
+UNTOLD: dict[str, Any] = {**{name: DEFAULTS[name] for name in LATER}, "recording": "", "condition": ""}
 RECORDED = "recording"  # the policy of hands that repeat one
 
 

@@ -98,6 +98,7 @@ class BeliefTrace:
         growing: (X, Y, Z) occupancy of the belief before the flush.
         patch_reliability: (T, P) probability that each patch works, online.
         touched: (T, P) which patches were touched, once the lag has passed; None where that was not told of every step.
+        log_posterior: (T + 1, C) nats, from the reset on; None where nobody asked for it.
     """
 
     labels: tuple[str, ...]
@@ -113,6 +114,7 @@ class BeliefTrace:
     growing: Array
     patch_reliability: Array
     touched: NDArray[np.bool_] | None
+    log_posterior: Array | None = None
 
     @property
     def name(self) -> str:

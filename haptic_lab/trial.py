@@ -42,10 +42,12 @@ class ObserverRun:
         beliefs: of each step: mean (J,) rad, SD (J,) rad, offset (J,) rad, its SD (J,) rad, effective sample size,
             posterior (C,), reliability (P,).
         lagged: by step: mean (J,) rad, SD (J,) rad, touches (P,), once the lag has passed.
+        course: log posterior (C,) after the reset and each step; None: it is not kept.
     """
 
     observer: Observer
     shape: ShapePosterior | None
+    course: list[Array] | None = None
     beliefs: list[tuple[Array, Array, Array, Array, float, Array, Array]] = field(default_factory=list)
     lagged: dict[int, tuple[Array, Array, NDArray[np.bool_] | None]] = field(default_factory=dict)
 
@@ -66,6 +68,8 @@ class ObserverRun:
         self.belief = self.observer.reset(seed, joint_angles)
         if self.shape is not None:
             self.shape.reset(seed)
+            if self.course is not None:
+                self.course = [self.shape.log_posterior]
 
     def step(self, step: int, name: str, turn: StepInput) -> None:
         """Take one turn.
@@ -81,6 +85,8 @@ class ObserverRun:
         now = self.belief
         pose = now.joint_angles, now.joint_std, now.joint_offset, now.joint_offset_std
         self.beliefs.append((*pose, now.n_eff, posterior, now.patch_reliability))
+        if self.course is not None and self.shape is not None:
+            self.course.append(self.shape.log_posterior)
 
     def trace(self, step: int) -> BeliefTrace:
         """End the trial.
@@ -98,13 +104,14 @@ class ObserverRun:
         angles, std, offset, offset_std, n_eff, posterior, reliability = map(np.array, zip(*self.beliefs, strict=True))
         if self.shape is not None:
             posterior[-1] = self.shape.posterior  # the flush belongs to the last step
+        course = np.array([*self.course[:-1], self.shape.log_posterior]) if self.course and self.shape else None
         smoothed = [self.lagged[k] for k in range(1, step + 1)]
         lagged, lagged_std = (np.array([each[part] for each in smoothed]) for part in (0, 1))
         contacts = [each for *_, each in smoothed if each is not None]
         touched = np.array(contacts) if len(contacts) == step else None
         labels = () if self.shape is None else self.shape.labels
         now = angles, std, lagged, lagged_std, offset, offset_std, n_eff, posterior
-        return BeliefTrace(labels, *now, self.belief, growing, reliability, touched)
+        return BeliefTrace(labels, *now, self.belief, growing, reliability, touched, course)
 
     def _take_in(self, step: int, belief: Belief) -> Array:
         lagged = belief.lagged_joint_angles, belief.lagged_joint_std, belief.lagged_contacts
@@ -125,6 +132,7 @@ class Trial:
         naming: Collection[str] | None = None,
         felt_at: Mapping[str, float] | None = None,
         trust: bool = False,
+        courses: bool = False,
     ) -> None:
         """Set up an exploration; it is begun by the first turn.
 
@@ -137,6 +145,7 @@ class Trial:
             naming: observers that name the object; None: all.
             felt_at: of some observers the sigma, in degrees, at which they feel the angles, in place of that of `env`.
             trust: whether a model may run code when it is read.
+            courses: whether log posteriors through time are kept.
 
         Raises:
             ValueError: for a policy or an observer that does not fit `env`.
@@ -151,7 +160,9 @@ class Trial:
         self.policy = agents.make(policy, env, self._policy_seed, **told) if isinstance(policy, str) else policy
         # Copies share the tables of the candidates, which are never changed.
         self.observer_runs = {
-            name: ObserverRun(each, copy.copy(shape) if naming is None or name in naming else None)
+            name: ObserverRun(
+                each, copy.copy(shape) if naming is None or name in naming else None, [] if courses else None
+            )
             for name, each in observers.items()
         }
         self._felt_at = dict(felt_at or {})

@@ -58,6 +58,7 @@ def make_trial(
     session: replay.ExplorationSession,
     names: Sequence[str] = (RAW, OBSERVER),
     naming: Collection[str] = (OBSERVER,),
+    **keywords: Any,
 ) -> Trial:
     """Make who acts and who observes.
 
@@ -66,6 +67,7 @@ def make_trial(
         session: what `begin` returns.
         names: of the observers; those that are no brackets are informed.
         naming: those that name the object.
+        **keywords: what else the trial is told.
 
     Returns:
         The trial, not begun.
@@ -83,7 +85,8 @@ def make_trial(
     env = session.env
     if isinstance(session.policy, str):
         env = guided(env, session.policy, shape=session.namer, **noise)
-    return Trial(env, session.policy, observers, session.namer, settings.seed, naming=naming, trust=settings.trust)
+    told = {"naming": naming, "trust": settings.trust, **keywords}
+    return Trial(env, session.policy, observers, session.namer, settings.seed, **told)
 
 
 def explore(trial: Trial, console: Console) -> tuple[Exploration, dict[str, BeliefTrace], float, bool]:

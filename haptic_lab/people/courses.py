@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from haptic_env import reading, validate
 from haptic_env.arrays import Array
 from haptic_env.files import atomic, check_writable
+from haptic_lab.people import sweep_courses
 
 FORMAT = 1  # of the files
 TEXTS = ("names", "objects", "conditions")
@@ -127,6 +128,29 @@ class Courses:
         arrays: dict[str, Any] = {each.name: np.asarray(getattr(self, each.name)) for each in fields(self)}
         with atomic(place) as unfinished, unfinished.open("wb") as file:
             np.savez_compressed(file, format=np.array(FORMAT), **arrays)
+
+    @classmethod
+    def of_sweep(cls, folder: Path | str, *more: Path | str, observer: str = "haptic_slam") -> Self:
+        """Read what `haptic-slam evaluate --courses` kept.
+
+        A cell is an object under what its trial table calls the condition, with its recording where it has one
+        (`haptic_lab.people.sweep_courses.condition_of`), and with what else varies in the sweep. Repeats are in the
+        order of their seeds. What is there of a sweep that goes on is taken.
+
+        Args:
+            folder: of the sweep.
+            *more: folders of others of the same candidates: of conditions that were swept apart, say.
+            observer: whose belief it is.
+
+        Returns:
+            The courses.
+
+        Raises:
+            ValueError: for a folder without courses, a table that was altered, or sweeps of other candidates.
+            OSError: where it cannot be read.
+        """
+        found = [each for place in (folder, *more) for each in sweep_courses.read(place, observer)]
+        return cls(**sweep_courses.together(found))
 
     @classmethod
     def load(cls, path: Path | str) -> Self:

@@ -15,6 +15,7 @@ import agents
 from haptic_env import reading, shapes, validate
 from haptic_lab import believed, conditions, faults
 from haptic_lab.conditions import TRUST
+from haptic_lab.sweeps import trial_tables
 from haptic_lab.sweeps.plan import HAND, SweepPlan, planned
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
@@ -31,7 +32,7 @@ EXAMPLE = """examples: haptic-slam evaluate --shapes cube sphere --sigmas 3 5 --
           haptic-slam evaluate --config sweep.toml --cluster tcp://10.0.0.1:8786"""
 FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
 NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the paper's, and what touch has added
-REPLAYED: dict[str, Any] = {"seconds": None, "classifiers": []}  # what is usual of recordings: whole
+REPLAYED: dict[str, Any] = {"seconds": None, "classifiers": []}  # what is usual of these, and of people's trials: whole
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
 KINDS: dict[Any, str] = {
     bool: "true or false",
@@ -169,6 +170,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         help="replay these, each with its object of --shapes (one for all, or one for each in their order; default the "
         "mesh that each names, beside it), whole",
     )
+    trial_tables.add_flags(add)
     named = "what the object may be, shapes or sets (default: what is explored)"
     add("--candidates", type=typed_shape, nargs="+", metavar="SHAPE", help=named)
     add("--none", type=float, help="prior probability that it is none of these (default 0)")
@@ -185,6 +187,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add("--seconds", nargs="+", type=float, default=[10.0], help="of an exploration, one or more (default 10)")
     add(
         "--trials",
+        "--repeats",
         type=int,
         default=20,
         help="explorations for each of these (default 20: with four shapes names are known to ± 10 %%)",
@@ -199,6 +202,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     switch = argparse.BooleanOptionalAction
     add("--ablation", action=switch, default=False, help="haptic_slam with one idea changed at a time, in one table")
     add("--calibration", action=switch, default=False, help="also pictures of how sure observers are and may be")
+    add("--courses", action=switch, default=False, help="also what is believed of every name each 0.1 s, in the table")
     add("--particles", type=int, default=200, help="of the observers that have any (default 200)")
     add("--exemplars", type=int, default=3, help="draws over which one-shot learning is averaged (default 3)")
     add(
@@ -236,7 +240,7 @@ def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: M
     """
     parser.set_defaults(**file)
     given = parser.parse_args(arguments)
-    if given.recordings is not None:
+    if given.recordings is not None or given.trial_table is not None:
         parser.set_defaults(**{name: file.get(name, value) for name, value in REPLAYED.items()})
     if given.ablation and "observers" not in file:
         parser.set_defaults(observers=list(ABLATION))

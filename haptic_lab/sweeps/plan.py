@@ -18,7 +18,7 @@ from haptic_env.hand import Hand
 from haptic_lab.conditions import CONTACTS, FACTORS, RECORDED, Condition, check_contacts, check_policy
 from haptic_lab.exploration.learnt import refuse_varied
 from haptic_lab.possible import DOUBT
-from haptic_lab.sweeps import replayed
+from haptic_lab.sweeps import replayed, trial_tables
 from haptic_lab.sweeps.tasks import SweepSettings
 from haptic_lab.trial import check_model
 from haptic_lab.worlds import candidates_of, environment, expanded, named_or_set
@@ -44,6 +44,7 @@ class SweepPlan:
         ablation: whether the table compares variants of the observer.
         calibration: whether it is shown how sure observers are and may be.
         held: path of each recording, and its object.
+        cells: what is explored under each condition, where a table of trials says it.
     """
 
     settings: SweepSettings
@@ -55,6 +56,7 @@ class SweepPlan:
     ablation: bool
     calibration: bool
     held: tuple[tuple[str, str], ...] = ()
+    cells: Mapping[Condition, tuple[str, ...]] | None = None
 
     def explored(self, condition: Condition) -> tuple[str, ...]:
         """List what is explored under a condition.
@@ -65,6 +67,8 @@ class SweepPlan:
         Returns:
             Names of shapes.
         """
+        if self.cells is not None:
+            return self.cells[condition]
         return (dict(self.held)[condition.recording],) if condition.recording else self.settings.shapes
 
 
@@ -80,6 +84,8 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     Raises:
         ValueError: for what makes no sense.
     """
+    cells = trial_tables.cells_of(given)
+    given = trial_tables.as_flags(given, cells) if cells else given
     told = {each.name: getattr(given, FLAGS.get(each.name, each.name)) for each in fields(SweepSettings)}
     if given.recordings is not None:
         _check_recorded(given)
@@ -88,7 +94,7 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     told["shapes"] = expanded(shapes.SHAPES if named is None else named, trust=given.trust)
     if given.candidates is not None:
         told["among"] = expanded(given.candidates, trust=given.trust)
-    told["none"] = given.none or None
+    told["none"], told["courses"] = given.none or None, given.courses or None
     held: dict[str, str] = {}
     if given.recordings is not None:
         said = None if named is None else told["shapes"]
@@ -101,7 +107,7 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     told = {name: tuple(value) if isinstance(value, list) else value for name, value in told.items()}
     settings = SweepSettings(**told)
     flags = {name: {"sigma_deg": "sigmas", "recording": "recordings"}.get(name, name) for name in FACTORS}
-    said = {name: getattr(given, flag) for name, flag in flags.items()}
+    said = {name: getattr(given, flag, [""]) for name, flag in flags.items()}
     said["recording"] = [""] if given.recordings is None else given.recordings
     if given.recordings is not None:
         said["policy"] = [RECORDED]
@@ -137,9 +143,12 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         _check_none(settings)
     if held:
         conditions = _lasting(settings, conditions, held, whole)
+    explored = trial_tables.conditions_of(conditions, cells) if cells else None
+    if explored is not None and len(explored) > MOST_CONDITIONS:
+        raise ValueError(f"a sweep has {MOST_CONDITIONS} combinations at most, those of the table are {len(explored)}")
     return SweepPlan(
         settings,
-        conditions,
+        conditions if explored is None else tuple(explored),
         given.trials,
         given.out,
         given.jobs,
@@ -147,6 +156,7 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         ablation=given.ablation,
         calibration=given.calibration,
         held=tuple(held.items()),
+        cells=explored,
     )
 
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Row = dict[str, str]
 Key = tuple[float | str, ...]  # of a trial: `KEY` but for the observer
 KEY = (*FACTORS, "shape", "seed", "observer")
-TEXTS = (*FAULTS, "policy", "recording", "shape", "observer")  # of `KEY`
+TEXTS = (*FAULTS, "policy", "recording", "condition", "shape", "observer")  # of `KEY`
 USUAL = {name: str(value) if name in FAULTS else value for name, value in UNTOLD.items()}  # what no column tells
 CHECK = "check"  # the last column
 csv.field_size_limit(2**24)  # the course of an hour is longer than what `csv` takes for a field
@@ -148,7 +148,7 @@ class Results:
 
     def _line(self, row: Row) -> str:
         fields = [row[name] for name in self.columns]
-        return _csv([*fields, _check(fields)])
+        return _csv([*fields, checksum(fields)])
 
     def _header(self) -> list[str]:
         """The columns of the table that is there; none where it has no first line that could be read."""
@@ -241,10 +241,10 @@ class Results:
                 raise ValueError(
                     f"{self.path}, line {number}: {name} must be a number, got {row[name]!r}; the table is corrupt"
                 ) from None
-        if check != _check(fields):
+        if check != checksum(fields):
             raise ValueError(
                 f"{self.path}, line {number}: it was altered, as its {CHECK} says, {check!r} in place of "
-                f"{_check(fields)!r}; put it back, or delete all rows of its trial, which then runs again"
+                f"{checksum(fields)!r}; put it back, or delete all rows of its trial, which then runs again"
             )
         return row
 
@@ -255,8 +255,15 @@ def _csv(fields: Sequence[str]) -> str:
     return text.getvalue()
 
 
-def _check(fields: Sequence[str]) -> str:
-    """Tells a row from one in which anything was changed; begins with letters, so that nobody takes it for a number."""
+def checksum(fields: Sequence[str]) -> str:
+    """Tell a row from one in which anything was changed.
+
+    Args:
+        fields: of the row, but for the last.
+
+    Returns:
+        The last one; it begins with letters, so that nobody takes it for a number.
+    """
     return f"crc{zlib.crc32(_csv(fields).encode()):08x}"
 
 

@@ -14,6 +14,7 @@ from haptic_env.shapes.names import NONE
 from haptic_lab.conditions import UNTOLD, Condition
 from haptic_lab.records import BeliefTrace
 from haptic_lab.replay import SIMULATED
+from haptic_lab.sweeps import log_courses
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES, OF_MAPS
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import KEY, TEXTS, listed
@@ -118,7 +119,8 @@ def columns(settings: SweepSettings) -> tuple[list[str], list[str]]:
     novelty = NOVELTY if settings.none else ()
     numbers = [*MEASURES, *(f"p_{label}" for label in settings.labels), *correct, *novelty]
     keys = [name for name in KEY if name not in TEXTS]
-    return [*KEY, *numbers, *HISTOGRAMS, *COURSES, *settings.namers, *constants(settings)], [*numbers, *keys]
+    courses = (*COURSES, *([log_courses.COLUMN] if settings.courses else []))
+    return [*KEY, *numbers, *HISTOGRAMS, *courses, *settings.namers, *constants(settings)], [*numbers, *keys]
 
 
 def unusual(conditions: Iterable[Condition]) -> frozenset[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,8 @@ class SweepSettings(Believed):
         among: candidates, what the object may be; None: what is explored.
         none: prior probability that it is none of them; None: 0, of which no table tells.
         recordings: paths of those that the hand repeats; None: it explores.
+        courses: whether the table keeps what is believed of every name through time; None: not, of which no table
+            tells.
 
     Raises:
         ValueError: for a value out of its range.
@@ -69,6 +71,7 @@ class SweepSettings(Believed):
     among: tuple[str, ...] | None = None
     none: float | None = None
     recordings: tuple[str, ...] | None = None
+    courses: bool | None = None
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)
@@ -180,8 +183,9 @@ class SweepTask:
 
 
 def bundles(tasks: Iterable[SweepTask]) -> list[tuple[SweepTask, ...]]:
-    """Put tasks together where they are the same exploration but for the sigma at which it is felt: hands that do not
-    heed what they feel move alike at each, so that the world and the ceiling are run once for all.
+    """Put tasks together where they are the same exploration but for the sigma at which it is felt, or what people call
+    it: hands that do not heed what they feel move alike at each, so that the world and the ceiling are run once for
+    all.
 
     Args:
         tasks: of one or several settings.
@@ -191,7 +195,7 @@ def bundles(tasks: Iterable[SweepTask]) -> list[tuple[SweepTask, ...]]:
     """
     together: dict[Hashable, list[SweepTask]] = {}
     for task in tasks:
-        sigma, *others = task.key
+        sigma, *others = replace(task, condition=replace(task.condition, condition="")).key
         recorded = bool(task.condition.recording)
         heeded = None if not recorded and agents.find(task.condition.policy).blind else sigma
         together.setdefault((task.settings, heeded, *others), []).append(task)

@@ -12,7 +12,7 @@ import numpy as np
 
 from haptic_env import hand_of, registration, shapes
 from haptic_lab.records import BeliefTrace, Exploration
-from haptic_lab.sweeps import replayed
+from haptic_lab.sweeps import log_courses, replayed
 from haptic_lab.sweeps.measures import GroundTruth, measures_of
 from haptic_lab.sweeps.rows import Exemplars, row_of
 from haptic_lab.sweeps.tasks import SweepSettings, SweepTask
@@ -41,13 +41,14 @@ def explore(tasks: Sequence[SweepTask], naming: bool) -> tuple[Exploration, dict
     exploration, traces = trial.finish()
     told = {first: {name: traces[name] for name in first.settings.observers}}
     for task in further:
-        told[task] = {name: traces[_felt_by(task, name)] for name in first.settings.observers}
+        told[task] = {name: traces[_felt_by(task, name, first)] for name in first.settings.observers}
     return exploration, told
 
 
-def _felt_by(task: SweepTask, observer: str) -> str:
-    """The name of `observer` in the trial of a bundle in which `task` is not the first."""
-    return observer if observer == TRUE_POSE else f"{observer} at {task.condition.sigma_deg}"
+def _felt_by(task: SweepTask, observer: str, first: SweepTask) -> str:
+    """The name of `observer` in the trial of a bundle, for a `task` that is not the first."""
+    same = observer == TRUE_POSE or task.condition.sigma_deg == first.condition.sigma_deg
+    return observer if same else f"{observer} at {task.condition.sigma_deg}"
 
 
 def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ()) -> Trial:
@@ -78,15 +79,15 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
     for other in further:
         mine = [name for name in settings.observers if name != TRUE_POSE]
         made = make_observers(mine, hand, particles=settings.particles, **other.told(hand))
-        renamed = {_felt_by(other, name): each for name, each in made.items()}
+        renamed = {_felt_by(other, name, task): each for name, each in made.items()}
+        renamed = {name: each for name, each in renamed.items() if name not in observers}
         observers |= renamed
         felt_at |= dict.fromkeys(renamed, other.condition.sigma_deg)
     posterior = shape_posterior(settings)
     env = guided(env, condition.policy, shape=shape_posterior(settings, GUIDE_VARIANTS), **task.told(hand))
     named = None if naming else ()
-    return Trial(
-        env, condition.policy, observers, posterior, task.seed, naming=named, felt_at=felt_at, trust=settings.trust
-    )
+    told: dict[str, Any] = {"felt_at": felt_at, "trust": settings.trust, "courses": bool(settings.courses) and naming}
+    return Trial(env, condition.policy, observers, posterior, task.seed, naming=named, **told)
 
 
 def prepare(settings: SweepSettings) -> None:
@@ -162,6 +163,10 @@ def run_trials(bundle: Sequence[SweepTask], *exemplars: Exemplars) -> list[list[
     # An observer that does not feel the noise has one trace for the whole bundle.
     distinct = {id(trace): trace for each in traces.values() for trace in each.values()}
     measured = {key: measures_of(exploration, ground_truth, trace) for key, trace in distinct.items()}
+    settings = bundle[0].settings
+    if settings.courses:
+        for key, trace in distinct.items():
+            measured[key][log_courses.COLUMN] = log_courses.text_of(exploration.seconds, trace, settings.labels)
     return [
         [row_of(task, name, trace, measured[id(trace)], learnt) for name, trace in traces[task].items()]
         for task, learnt in zip(bundle, exemplars, strict=True)

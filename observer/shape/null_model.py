@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, log_expit, log_softmax
+from scipy.special import expit, log_expit
 
 from haptic_env.arrays import Array
 from haptic_env.moved import renamed
@@ -96,10 +96,11 @@ def log_shares(
     Returns:
         (C,) nats, or (C + 1,).
     """
-    share = np.asarray(log_softmax(candidates))
+    total = np.logaddexp.reduce(candidates)
+    share = candidates - total
     if not prior:
         return share
-    against = null - np.logaddexp.reduce(candidates) + np.log(len(candidates))
+    against = null - total + np.log(len(candidates))
     none = np.log(prior / (1.0 - prior)) + weight * against
     if least > expit(none):
         return np.append(np.log1p(-least) + share, np.log(least))

@@ -14,7 +14,7 @@ import pytest
 from haptic_env import hands
 from haptic_lab import faults
 from haptic_lab.commands import evaluate, explore, figures, train
-from haptic_lab.conditions import CONTACTS, DEFAULTS, LATER, UNTOLD, Condition
+from haptic_lab.conditions import CONTACTS, DEFAULTS, FACTORS, LATER, UNTOLD, Condition
 from haptic_lab.exploration.run import begin, make_trial
 from haptic_lab.learning.environments import make_env
 from haptic_lab.learning.presets import TrainingWorld
@@ -134,7 +134,7 @@ def test_files_are_as_they_were_where_no_patch_lies() -> None:
     usual, lying = task_of({}), task_of({"patches_stuck": "3,"})
     assert not any(name in usual.name for name in UNTOLD)
     assert "patches_stuck=3" in lying.name
-    assert Condition(sigma_deg=3.0, patches_dead="0.5").values[-4] == "0.5"
+    assert Condition(sigma_deg=3.0, patches_dead="0.5").values[FACTORS.index("patches_dead")] == "0.5"
     assert usual.key == (*usual.condition.values, "cube", 3)
 
 

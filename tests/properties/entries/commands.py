@@ -46,6 +46,11 @@ classifiers = []
 quick = false
 out = "out/sweep"
 """
+TRIALS = b"""subject,object,response,seconds,condition
+a,cube,sphere,2.5,cold
+a,sphere,none,5,warm
+b,cube,cube,2.5,warm
+"""
 
 
 def _run(module: str, function: str, flags: Mapping[str, Any]) -> Any:
@@ -129,6 +134,9 @@ FLAGS: dict[str, dict[str, Parameter]] = {
         "env": words(*haptic_env.ENVIRONMENTS, "two_finger"),
         "shapes": words(*shapes.SHAPES),
         "objects": words(*shapes.SETS),
+        "trial_table": words("missing.csv"),
+        "column": words("seconds=5", "object=thing"),
+        "under": words("bare"),
         "candidates": words("cube", "twelve"),
         "none": words("0.1"),
         "scale": words("1", "0.5"),
@@ -219,6 +227,19 @@ ENTRIES: dict[str, Entry] = {
         for name in ("explore", "figures", "bench")
     },
     "haptic_lab.commands.evaluate": Entry(_command("sweeps.options", "check"), FLAGS["evaluate"], COMMAND, weight=2),
+    "haptic_lab.commands.evaluate[trials]": Entry(
+        _command("sweeps.options", "check"),
+        {
+            "trial_table": file(".csv", TRIALS).always,
+            "column": words("seconds=5", "object=response"),
+            "unit": words("seconds=ms"),
+            "name": words("ball=sphere"),
+            "under": words("cold", "warm"),
+            "sigmas": words("1", "3.5"),
+        },
+        COMMAND,
+        weight=2,
+    ),
     "haptic_lab.commands.evaluate[config]": Entry(
         _command("sweeps.options", "check"),
         {"config": file(".toml", SWEEP).always, "trials": words("3")},
