@@ -8,15 +8,17 @@ which needs no other file, a table (CSV) and a picture (PNG and PDF) for each th
 from __future__ import annotations
 
 import argparse
+import io
 from importlib import metadata
 from pathlib import Path
 
 import matplotlib
 import pandas as pd
+from matplotlib.figure import Figure
 
 from haptic_env import validate
 from haptic_lab.figures.paper_figure import PRINT
-from haptic_lab.files import atomic, write_csv, write_text
+from haptic_lab.files import atomic, write_csv
 from haptic_lab.folder_lock import claimed
 from haptic_lab.people.agreement import FLOOR
 from haptic_lab.people.analysis import CAPTIONS, Analysis, analyse
@@ -123,18 +125,26 @@ def write(analysis: Analysis, out: Path, title: str) -> list[str]:
     Returns:
         The names of the files.
     """
-    page = html(analysis, title, f"haptic-slam {metadata.version('haptic-slam')}")
-    written = [REPORT]
+    pictures = {name: _png(figure) for name, figure in analysis.figures.items()}
+    contents: dict[str, bytes] = {f"{name}.png": content for name, content in pictures.items()}
+    version = f"haptic-slam {metadata.version('haptic-slam')}"
+    contents[REPORT] = html(analysis, pictures, title, version).encode()
+    for name, content in contents.items():
+        with atomic(out / name) as place:
+            place.write_bytes(content)
+    for name, figure in analysis.figures.items():
+        with atomic(out / f"{name}.pdf") as place:
+            figure.savefig(place, metadata={"CreationDate": None})
     for name, table in analysis.tables.items():
         write_csv(out / f"{name}.csv", table)
-        written.append(f"{name}.csv")
-    for name, figure in analysis.figures.items():
-        for kind in ("png", "pdf"):
-            with atomic(out / f"{name}.{kind}") as place:
-                figure.savefig(place, metadata={"CreationDate": None} if kind == "pdf" else None)
-            written.append(f"{name}.{kind}")
-    with atomic(out / REPORT) as place:
-        write_text(place, page)
+    kinds = [(analysis.tables, "csv"), (analysis.figures, "png"), (analysis.figures, "pdf")]
+    written = [REPORT, *(f"{name}.{kind}" for several, kind in kinds for name in several)]
     for name in {*FILES} - {*written}:
         (out / name).unlink(missing_ok=True)
     return written
+
+
+def _png(figure: Figure) -> bytes:
+    content = io.BytesIO()
+    figure.savefig(content, format="png")
+    return content.getvalue()

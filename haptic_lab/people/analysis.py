@@ -74,6 +74,8 @@ def analyse(
             what people did.
     """
     validate.number("floor", floor, 0.0, 1.0)
+    if level is not None and design.kind == "identification":
+        raise ValueError(f"a column of levels ({level!r}) is for answers of yes and no; the design is identification")
     matches, notes = _matched(table, design, observers)
     groups = summaries.groups_of(table, design, matches)
     found = sensitivity_tables.sensitivities(groups, design)
@@ -92,8 +94,6 @@ def analyse(
     figures = _figures(table, design, tables, matches[:MOST_OBSERVERS], labels)
     if design.kind != "identification":
         notes += _psychometric(table, design, groups, level, labels, tables, figures)
-    elif level is not None:
-        raise ValueError(f"a column of levels ({level!r}) is for answers of yes and no; the design is identification")
     if not tables["accuracy"].size:
         del tables["accuracy"]
     order = [name for name in CAPTIONS if name in figures]

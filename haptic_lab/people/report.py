@@ -6,14 +6,12 @@ All that came out of a table is escaped, and the page forbids scripts: a strange
 from __future__ import annotations
 
 import base64
-import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from string import Template
 
 import pandas as pd
-from matplotlib.figure import Figure
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -24,7 +22,6 @@ from haptic_lab.people.summaries import PEOPLE, over_all_times
 
 MOST_LINES = 60  # of a table in the report; the CSV has them all
 MOST_SUBJECTS = 12  # on the terminal
-DPI = 160
 HEADINGS = {
     "accuracy": "Accuracy",
     "confusion": "Confusions",
@@ -88,11 +85,12 @@ REFERENCES = {  # by the tables that need them
 }
 
 
-def html(analysis: Analysis, title: str, version: str) -> str:
+def html(analysis: Analysis, pictures: Mapping[str, bytes], title: str, version: str) -> str:
     """Make the report.
 
     Args:
         analysis: of a table.
+        pictures: PNG files, by the names of its figures.
         title: of the report, any text.
         version: of what made it, any text.
 
@@ -109,7 +107,7 @@ def html(analysis: Analysis, title: str, version: str) -> str:
         facts=f'<table class="facts">{facts}</table>',
         notes=f'<ul class="notes">{notes}</ul>' if notes else "",
         sections="\n".join(
-            _section(analysis, name) for name in HEADINGS if name in {*analysis.tables, *analysis.figures}
+            _section(analysis, pictures, name) for name in HEADINGS if name in {*analysis.tables, *analysis.figures}
         ),
         references="\n".join(f"<li>{escape(each)}</li>" for each in references),
         version=escape(version),
@@ -138,10 +136,10 @@ def print_tables(analysis: Analysis, console: Console) -> None:
         console.print(_agreement(mine[mine["who"] == PEOPLE]))
 
 
-def _section(analysis: Analysis, name: str) -> str:
+def _section(analysis: Analysis, pictures: Mapping[str, bytes], name: str) -> str:
     parts = [f"<h2>{escape(HEADINGS[name])}</h2>"]
-    if name in analysis.figures:
-        picture = base64.b64encode(_png(analysis.figures[name])).decode("ascii")
+    if name in pictures:
+        picture = base64.b64encode(pictures[name]).decode("ascii")
         caption = escape(analysis.captions[name])
         image = f'<img alt="{caption}" src="data:image/png;base64,{picture}">'
         parts.append(f"<figure>{image}<figcaption>{caption}</figcaption></figure>")
@@ -151,12 +149,6 @@ def _section(analysis: Analysis, name: str) -> str:
         more = f'<p class="more">{left} more lines in {escape(name)}.csv</p>' if left > 0 else ""
         parts.append(f"<details><summary>Table</summary>{_html_table(table.iloc[:MOST_LINES])}{more}</details>")
     return "\n".join(parts)
-
-
-def _png(figure: Figure) -> bytes:
-    content = io.BytesIO()
-    figure.savefig(content, format="png", dpi=DPI, metadata={"Software": None})
-    return content.getvalue()
 
 
 def _html_table(table: pd.DataFrame) -> str:
