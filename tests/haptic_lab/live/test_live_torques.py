@@ -55,7 +55,7 @@ HOW = {
 def test_what_was_believed_live_is_what_a_replay_believes(tmp_path, hand, bits, how):
     rate, keywords = HOW[how]
     path = tmp_path / "session.npz"
-    source, made = session("--control-hz", f"{rate:g}", "--record", str(path), "--torques", "--believed-bias", "2")
+    source, made = session("--control-hz", f"{rate:g}", "--record", str(path), "--torques", "--believed-bias-deg", "2")
     source.close()
     assert made.slam.pose.needs_torque
     seen, kept, source = [], Kept(), Played(played(hand, rate, **keywords))
@@ -64,7 +64,7 @@ def test_what_was_believed_live_is_what_a_replay_believes(tmp_path, hand, bits, 
     made.run(source, [kept])
     assert made.record.write()
     assert len(seen) == 100
-    assert seen[1:] == replayed(path, bits, "--believed-bias", "2")
+    assert seen[1:] == replayed(path, bits, "--believed-bias-deg", "2")
     told = read_measured(path, None, hand).torques
     assert told.shape == (100, hand.joints)
     assert not told[0].any()
