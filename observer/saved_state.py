@@ -25,6 +25,7 @@ from observer import edge, saved_checks
 from observer.configuration import Configured
 from observer.contacts.contact_filter import ContactFilter
 from observer.maps.contact_model import ContactModel
+from observer.maps.forgetting import Forgetting
 from observer.maps.hindsight import Hindsight, Moment
 from observer.maps.occupancy import Maps
 from observer.novelty import LinkHistory, MapNovelty
@@ -39,7 +40,7 @@ from observer.pose.smooth_motion import KinematicPose
 from observer.state import FilterState, Waiting
 from observer.surface.touches import TouchingLink, TouchRecorder
 
-FORMAT = 1  # of the files: another one wherever the state of a trial, or what is made of it, changes
+FORMAT = 2  # of the files: another one wherever the state of a trial, or what is made of it, changes
 GAUSSIAN = ("mean", "covariance", "log_evidence", "_gate")
 CHANGED: dict[type, tuple[str, ...]] = {
     PoseFilter: (*GAUSSIAN, "_contacts", "doubted", "_finds", "_found"),
@@ -55,6 +56,7 @@ CHANGED: dict[type, tuple[str, ...]] = {
     Hindsight: ("_swept", "_seen", "_touches", "_fresh", "empty"),
     MapNovelty: ("_said", "_news"),
     TouchRecorder: ("_links",),
+    Forgetting: ("steps",),
 }
 RECORDS: dict[str, Any] = {each.__name__: each for each in (Waiting, Pose, Moment, LinkHistory)}
 KEYWORDS: dict[str, Any] = {each.__name__: each for each in (Grid, ContactModel, ContactDynamics)}
