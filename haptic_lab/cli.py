@@ -27,6 +27,7 @@ COMMANDS = {
     "evaluate": "measure the observer between its brackets over many trials",
     "figures": "draw the figures of the paper, and those beyond it",
     "train": "train a policy to name what the hand touches",
+    "study": "do an experiment with the observers that was done with people",
     "objects": "compare objects with what physics can touch of them",
     "bench": "measure how fast it is",
     "check-hand": "draw a hand with its patches, list its joints, and say what is wrong with it",

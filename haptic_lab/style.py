@@ -57,6 +57,10 @@ OUTLINE = "#000000"
 FREE = "#DCEBF5"
 HAND = "#CDBDB6"
 TRUTH = "#C9D3DC"  # of a solid; its outline is OUTLINE
+UNFEELING = "#B4B0AD"  # skin without patches
+TOUCHING = "#00A8E8"  # skin that touches
+POSSIBLE = "#7A5CA8"  # a hand as it may be as well
+MAP = ("#FBE3A6", "#F5A623", "#D9480F", "#6A0D1E")  # of voxels from hardly probable to certain
 # From nothing at 0.5, which is not knowing, to dark at 1; on a scale from 0.5 to 1.
 OCCUPANCY = LinearSegmentedColormap.from_list(
     "occupancy", [(0.0, "#FDD48A00"), (0.2, "#FDC765"), (0.55, "#E8590C"), (1.0, "#6A0D1E")]

@@ -106,6 +106,17 @@ class Trial:
             for step, turn in enumerate(turns, 1):
                 observer_run.step(step, name, turn)
 
+    def true_angles(self, step: int) -> Array:
+        """Look up the true pose, for whoever shows or judges; observers are not told.
+
+        Args:
+            step: that was taken; 0 is the reset.
+
+        Returns:
+            (J,) rad; NaN where nobody knows.
+        """
+        return np.asarray(self._start.true_angles if step == 0 else self._record[step - 1][2])
+
     def _explore(self) -> Iterator[StepInput]:
         """What the hand does and feels, and the record of it."""
         observation, info = self.env.reset(seed=self.seed)

@@ -25,7 +25,7 @@ from observer.pose.motions import MOTIONS
 from observer.pose.tracking import TracksPose
 from observer.sensing import Sensing
 from observer.shape import fading
-from observer.shape.pose_correction import PoseCorrection
+from observer.shape.pose_correction import PoseCorrection, reach
 from observer.shape.posterior import ShapePosterior
 from observer.state import FilterState
 
@@ -161,6 +161,7 @@ class Configured(TracksPose):
             lag=self.lag + 1,  # the proposal needs the step before the lagged one as well
             dynamics=dynamics,
             noise=noise,
+            **({"apart": 1 if solids is None else reach(rate)} if motion == "kinematic" else {}),
         )
         self.in_hindsight = validate.boolean("in_hindsight", in_hindsight) and matching == "mean"
         self._reports = believed_contacts(

@@ -15,6 +15,7 @@ from observer.maps.hindsight import Moment
 from observer.maps.occupancy import Maps
 from observer.novelty import LinkHistory
 from observer.pose.kalman import PoseFilter
+from observer.pose.lagged_moments import LaggedMoments
 from observer.pose.smooth_motion import KinematicPose
 from observer.state import Waiting
 
@@ -101,7 +102,8 @@ def _pose(pose: Any) -> None:
     if size != pose.lagged(pose.lag).stop and not (type(pose).__name__ == "DeltaPose" and size == _of_delta(pose)):
         raise ValueError(f"pose.mean must have {pose.lagged(pose.lag).stop} numbers, got {size}")
     _array("pose.mean", pose.mean, REAL, (size,))
-    _array("pose.covariance", pose.covariance, REAL, (size, size))
+    kept = not isinstance(pose, KinematicPose)  # that one has no number where nothing is kept
+    _array("pose.covariance", pose.covariance, REAL, (size, size), finite=kept)
     _number("pose.log_evidence", pose.log_evidence)
     gate = getattr(pose, "_gate", None)
     if gate is not None:
@@ -115,10 +117,11 @@ def _pose(pose: Any) -> None:
         _array("pose._contacts", pose._contacts, BOOL, (patches,))
         _array("pose.doubted", pose.doubted, BOOL, (patches,))
     if isinstance(pose, KinematicPose):
-        count, levels, state = pose.partners.count, len(pose.smooth.speeds), 3 + pose.lag
-        _array("pose._level", pose._level, REAL, (count, levels))
-        _array("pose._means", pose._means, REAL, (count, levels, state))
-        _array("pose._covariances", pose._covariances, REAL, (count, levels, state, state))
+        many = pose.partners.count, len(pose.smooth.speeds)
+        _array("pose._level", pose._level, REAL, many)
+        _record("pose._moments", pose._moments, LaggedMoments)
+        for name, each in LaggedMoments.zero(many, pose.lag, pose.apart)._asdict().items():
+            _array(f"pose._moments.{name}", getattr(pose._moments, name), REAL, each.shape)
         _array("pose.partners._advantage", pose.partners._advantage, REAL, pose.partners._first.shape)
     if hasattr(pose, "_unfelt"):
         _array("pose._unfelt", pose._unfelt, REAL, (size,))

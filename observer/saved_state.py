@@ -35,6 +35,7 @@ from observer.pose.found_sigma import FoundSigma
 from observer.pose.gating import Gate
 from observer.pose.joint_pairs import JointPairs
 from observer.pose.kalman import PoseFilter
+from observer.pose.lagged_moments import LaggedMoments
 from observer.pose.raw_angles import RawAngles
 from observer.pose.smooth_motion import KinematicPose
 from observer.state import FilterState, Waiting
@@ -45,7 +46,7 @@ GAUSSIAN = ("mean", "covariance", "log_evidence", "_gate")
 CHANGED: dict[type, tuple[str, ...]] = {
     PoseFilter: (*GAUSSIAN, "_contacts", "doubted", "_finds", "_found"),
     DeltaPose: GAUSSIAN,
-    KinematicPose: (*GAUSSIAN, "_level", "_means", "_covariances", "partners"),
+    KinematicPose: (*GAUSSIAN, "_level", "_moments", "partners"),
     RawAngles: ("mean", "covariance", "sigma", "_unfelt"),
     Gate: ("sigma", "set_aside", "_row", "_last"),
     FoundSigma: ("shape", "rate"),
@@ -58,7 +59,7 @@ CHANGED: dict[type, tuple[str, ...]] = {
     TouchRecorder: ("_links",),
     Forgetting: ("steps",),
 }
-RECORDS: dict[str, Any] = {each.__name__: each for each in (Waiting, Pose, Moment, LinkHistory)}
+RECORDS: dict[str, Any] = {each.__name__: each for each in (Waiting, Pose, Moment, LinkHistory, LaggedMoments)}
 KEYWORDS: dict[str, Any] = {each.__name__: each for each in (Grid, ContactModel, ContactDynamics)}
 HAND = ("joint_limits", "torque_limits", "rest_pose", "grasp_centre", "workspace")  # arrays that tell hands apart
 

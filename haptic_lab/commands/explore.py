@@ -7,17 +7,19 @@ explore.npz (belief and trace) and recording.npz (what was done and felt, for --
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import Any
+
+from rich.console import Console
 
 import agents
 from haptic_env import hand_env, recordings, registration, shapes
 from haptic_env.recordings import MeasuredTouch, Recording
+from haptic_env.shapes import Solid
 from haptic_lab import believed, conditions, kept, recorded, replay
-from haptic_lab.believed import BELIEVED
 from haptic_lab.conditions import TRUST
-from haptic_lab.exploration import learnt, measured, senses, surface
+from haptic_lab.exploration import learnt, measured, playing, senses, surface
 from haptic_lab.exploration.output import picture, save_trace
 from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
@@ -26,6 +28,9 @@ from haptic_lab.files import atomic, write_json
 from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled, titles_of, with_article
 from haptic_lab.terminal import Parser, Renamed, as_path, make_console, tell_error
+from haptic_lab.view import options
+from haptic_lab.view.trial_view import TrialView, verdict
+from haptic_lab.view.viewer import Viewer, opened
 from haptic_lab.warm_up import get_ready, told_on
 from haptic_lab.worlds import HANDS_OR_IDS, SETS, environment, expanded, in_set, typed_shape
 from observer.surface import files
@@ -110,12 +115,14 @@ def parse(
     add("--save-mesh", type=as_path, metavar="FILE", help=written)
     out = "out/learn" if learning else "out/explore"
     add("--out", type=as_path, default=out, help=f"folder for the results (default {out})")
+    options.add_flags(add)
     given = vars(parser.parse_args(arguments))
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
     columns = given.pop("columns")
     found: Recording | MeasuredTouch | None = None
     usual = {**DEFAULTS, **dict.fromkeys(learnt.JITTER, 0.0)}
     try:
+        given["view"] = options.ViewOptions.taken(given)
         surface.resolve(given, recorded=source[0] is not None)
         learnt.resolve(given)
         if given["env"] is not None:
@@ -123,12 +130,12 @@ def parse(
         _resolve_objects(given)
         if source[0] is not None:
             found = recorded.load(*source, given["env"] and registration.hand_name(given["env"]), columns)
-            _refuse_wrist(given)
+            playing.refuse_wrist(given)
             if isinstance(found, MeasuredTouch):
-                _refuse_noise(given)
+                playing.refuse_noise(given)
                 usual["env"] = environment(found.hand.source or found.hand.name)
             else:
-                usual |= _told_by(found, given)
+                usual |= playing.told_by(found, given)
         elif any(source) or columns:
             parser.error("--part, --columns and --glove-calibration say how to read a --recording, which is not given")
         elif learning and given["seconds"] is None:
@@ -152,45 +159,6 @@ def _resolve_objects(given: dict[str, Any]) -> None:
         expanded(shapes.read_set(given["objects"]), trust=given["trust"])
     if given["candidates"] is not None:
         given["candidates"] = expanded(given["candidates"], trust=given["trust"])
-
-
-def _told_by(recording: Recording, given: Mapping[str, Any]) -> dict[str, Any]:
-    """What a recording says of the settings with which it is replayed, where they are not `given`."""
-    learnt.refuse(given)
-    if recording.felt is not None:
-        _refuse_noise(given)
-    if given["trust"]:
-        shapes.allow(_names_in(recording))
-    # A preset is all that is believed, of which the recording's single values are no part.
-    kept = {*DEFAULTS, *learnt.JITTER} - (set() if given["believed"] is None else {*BELIEVED})
-    told = {name: value for name, value in recording.settings.items() if name in kept}
-    if given["env"] is None and "env" not in recording.settings:
-        told["env"] = recorded.environment_of(recording)
-    return told
-
-
-def _names_in(recording: Recording) -> list[str]:
-    """The shapes that a recording names."""
-    told = recording.settings.get("object")
-    names = recording.settings.get("shape"), told.get("name") if isinstance(told, dict) else None
-    return [name for name in names if isinstance(name, str)]
-
-
-def _refuse_noise(given: Mapping[str, Any]) -> None:
-    """Raise `ValueError` for noise that was asked for where all that was felt is in a recording."""
-    for name in conditions.DEFAULTS:
-        if given[name] is not None:
-            flag = name.replace("_", "-")
-            raise ValueError(
-                f"--{flag} is for angles and contacts that are simulated, and this recording tells what was felt; what "
-                f"observers believe of it is told by --believed-{flag} and the like"
-            )
-
-
-def _refuse_wrist(given: Mapping[str, Any]) -> None:
-    """Raise `ValueError` for a wrist that was asked for where a recording tells how the hand moved."""
-    if given["wrist"] is not None:
-        raise ValueError("--wrist is for a hand that explores, and a recording tells how its hand moved")
 
 
 @styled
@@ -219,6 +187,26 @@ def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | No
         Exit code: 2 where they do not fit together, 130 where Ctrl-C cut it short.
     """
     console = make_console()
+    try:
+        viewer = opened(settings.view, console)
+    except ValueError as error:  # a port that is taken
+        tell_error(str(error))
+        return 2
+    if viewer is None:
+        return _run(settings, recording, console, None)
+    with closing(viewer):
+        code = _run(settings, recording, console, viewer)
+        if code == 0:
+            viewer.stay(console)
+        return code
+
+
+def _run(
+    settings: ExplorationSettings,
+    recording: Recording | MeasuredTouch | None,
+    console: Console,
+    viewer: Viewer | None,
+) -> int:
     try:
         with told_on(console):
             session = begin(settings, recording)
@@ -249,16 +237,23 @@ def run(settings: ExplorationSettings, recording: Recording | MeasuredTouch | No
         console.print(f"Touch was measured: {session.measured.coverage}.", highlight=False)
     if session.simulated:
         console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
+
+    def right(solid: Solid) -> str:
+        return learnt.truth(settings, solid, session.candidates, session.namer.none > 0.0)
+
+    view = None if viewer is None else TrialView(viewer, trial, f"Blind touch of {what}", right)
     try:
-        exploration, traces, took, stopped = explore(trial, console)
+        exploration, traces, took, stopped = explore(trial, console, view)
     except ValueError as error:  # an object that this hand cannot hold
         tell_error(str(error))
         return 2
+    if viewer is not None:
+        viewer.finish(verdict(traces[OBSERVER].posterior[-1], traces[OBSERVER].labels), console)
     if session.measured is not None:
         measured.finish(settings, exploration, traces, took, session.measured, console)
         learnt.tell(console, settings, exploration, traces[OBSERVER])
         return 130 if stopped else 0
-    truth = learnt.truth(settings, exploration, session.candidates, session.namer.none > 0.0)
+    truth = right(exploration.solid)
     summary = summarise(settings, exploration, traces, truth, took, session.simulated)
     out = Path(settings.out)
     picture(out / "explore.png", exploration, traces, summary)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import signal
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,10 @@ from haptic_lab.live.record import StepRecord
 from haptic_lab.live.session import LiveSession
 from haptic_lab.terminal import Parser, as_path, make_console, tell, tell_error
 from haptic_lab.trial import make_observers
+from haptic_lab.view.live_sink import ViewSink
+from haptic_lab.view.options import ViewOptions
+from haptic_lab.view.options import add_flags as add_view_flags
+from haptic_lab.view.viewer import opened
 from haptic_lab.warm_up import get_ready, told_on
 from haptic_lab.worlds import environment, expanded, typed_shape
 from observer import HapticSLAM, warm_up
@@ -65,14 +70,26 @@ def main(arguments: list[str] | None = None) -> int:
     add("--record", type=as_path, metavar="FILE", help="keep what was told to the observer, as .npz for replay")
     add("--save", type=as_path, metavar="FILE", help="keep the observer as it is at the end (HapticSLAM.load)")
     add("--seconds", type=float, help="end after so long (default: at Ctrl-C)")
+    add_view_flags(add)
     given = vars(parser.parse_args(arguments))
-    source: LslSource | udp.UdpSource | None = None
-    try:
-        source, session, sinks = _set_up(given)
-    except (ValueError, ImportError, OSError) as error:
-        tell_error(str(error))
-        return 2
-    return _run(given, source, session, sinks)
+    console = make_console()
+    with ExitStack() as stack:
+        try:
+            options = ViewOptions.taken(given)
+            options.check(".")
+            viewer = opened(options, console)
+            if viewer is not None:
+                stack.callback(viewer.close)
+            source, session, sinks = _set_up(given)
+        except (ValueError, ImportError, OSError) as error:
+            tell_error(str(error))
+            return 2
+        if viewer is not None:
+            sinks.append(ViewSink(viewer, session.slam, session.namer.labels, console))
+        code = _run(given, source, session, sinks)
+        if viewer is not None and not session.stop:
+            viewer.stay(console)
+    return code
 
 
 def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:

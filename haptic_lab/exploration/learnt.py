@@ -10,7 +10,7 @@ from rich.console import Console
 
 from haptic_env import shapes, validate
 from haptic_env.hand import Hand
-from haptic_env.shapes import triangles
+from haptic_env.shapes import Solid, triangles
 from haptic_env.shapes.names import NONE
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.terminal import as_path
@@ -190,19 +190,18 @@ def sources(settings: ExplorationSettings) -> dict[str, str]:
     return {name: each.about[SHAPE] for name, each in whole.items() if isinstance(each.about.get(SHAPE), str)}
 
 
-def truth(settings: ExplorationSettings, exploration: Exploration, among: Candidates, none: bool) -> str:
+def truth(settings: ExplorationSettings, solid: Solid, among: Candidates, none: bool) -> str:
     """Find what the object would be called rightly.
 
     Args:
         settings: of the exploration.
-        exploration: what happened.
+        solid: that is explored.
         among: the candidates.
         none: whether it may be none of them.
 
     Returns:
         Its label.
     """
-    solid = exploration.solid
     if solid.name not in among:
         for name, shape in sources(settings).items():
             if shape == solid.name and name in among:

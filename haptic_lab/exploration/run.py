@@ -20,6 +20,7 @@ from haptic_lab.limits import NONE as NO_LIMITS
 from haptic_lab.limits import Limits
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.trial import Trial, check_model, guided, make_observers
+from haptic_lab.view.trial_view import TrialView
 from observer.variants import VARIANTS, Observer
 
 
@@ -93,12 +94,15 @@ def make_trial(
     return Trial(env, session.policy, observers, session.namer, settings.seed, **told)
 
 
-def explore(trial: Trial, console: Console) -> tuple[Exploration, dict[str, BeliefTrace], float, bool]:
+def explore(
+    trial: Trial, console: Console, view: TrialView | None = None
+) -> tuple[Exploration, dict[str, BeliefTrace], float, bool]:
     """Run an exploration; Ctrl-C ends it at the next step, a second one at once.
 
     Args:
         trial: what `make_trial` returns; its environment is closed.
         console: shows how it goes.
+        view: shows it too; None: nobody looks.
 
     Returns:
         What happened, what the observers believed, by name, how many seconds it took, and whether it was cut short.
@@ -119,9 +123,13 @@ def explore(trial: Trial, console: Console) -> tuple[Exploration, dict[str, Beli
             start = time.perf_counter()
             for step in trial:  # between two steps everything is whole
                 screen.show(step)
+                if view is not None:
+                    view.show(step)
                 if stop:
                     break
         exploration, traces = trial.finish()
+        if view is not None:
+            view.finish(exploration, traces[OBSERVER])
         return exploration, traces, time.perf_counter() - start, stop
     finally:
         signal.signal(signal.SIGINT, usual)

@@ -13,6 +13,7 @@ from haptic_lab import conditions
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.conditions import check_policy
 from haptic_lab.exploration import learnt, offsets, surface
+from haptic_lab.view.options import UNSEEN, ViewOptions
 
 OBSERVER, RAW = "haptic_slam", "floor"
 SECONDS = 10.0
@@ -56,6 +57,7 @@ class ExplorationSettings(Believed):
         save_offsets: path of a file for the offsets that are found, if they are to be kept.
         wrist: how the hand is held, "fixed" or "free"; None: as it usually is.
         candidates: what the object may be, each at its own size; None: the four shapes, and `shape` at the mean of its.
+        view: how it is shown in the browser.
         objects: a set in place of these, of which the object is drawn where no shape is said.
         none: prior probability that it is none of them; 0: it is one.
         save_mesh: path of a file for the surface of what was touched, if it is to be drawn.
@@ -104,6 +106,7 @@ class ExplorationSettings(Believed):
     name: str | None = None
     replace: bool = False
     objects: str | None = None
+    view: ViewOptions = UNSEEN
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)
@@ -134,6 +137,7 @@ class ExplorationSettings(Believed):
         validate.number("--yaw-jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
         rotation.jitter(self.rotation_jitter, self.yaw_jitter)
         learnt.check(self)
+        self.view.check(self.out)
 
     @property
     def jitter(self) -> dict[str, Any]:

@@ -100,7 +100,7 @@ def shared_figures(
         What JSON can say, but for NaN.
     """
     return {
-        "settings": asdict(settings),
+        "settings": {name: each for name, each in asdict(settings).items() if name != "view"},
         "explored_seconds": float(exploration.seconds[-1]),
         "computing_seconds": took,
         "named": slam.name,

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
-from haptic_env.recordings.merging import BRIDGED, HELD, LATE, SAME, Samples, angles_at, contacts_at, rising
-from haptic_lab.live.clock import StreamClock
+from haptic_env.recordings.merging import BRIDGED, HELD, LATE, SAME, angles_at, contacts_at
+from haptic_lab.live.buffer import StreamBuffer
 
 PATIENCE = 0.25  # s
 SILENT = 1.0  # s: of a stream that is silent for so long nothing is waited for
@@ -66,35 +66,6 @@ class Counts:
     touch_missing: int = 0
 
 
-class _Stream:
-    """The samples of a stream that still count, in the order of their time."""
-
-    def __init__(self, width: int, keep: float) -> None:
-        self.clock, self.keep = StreamClock(), keep
-        self.time, self.values = np.empty(0), np.empty((0, width))
-        self.heard: float | None = None  # when it was heard last, by this machine
-
-    @property
-    def newest(self) -> float:
-        return float(self.time[-1]) if len(self.time) else -np.inf
-
-    def add(self, time: Array, values: Array) -> int:
-        """Take samples in; how many are there twice."""
-        known = np.isfinite(values).any(axis=1)
-        every = rising(np.concatenate([self.time, time[known]]), np.concatenate([self.values, values[known]]))
-        self.time, self.values = every.time, every.values
-        return every.repeated
-
-    def forget(self, before: float) -> None:
-        keep = int(np.searchsorted(self.time, before))
-        if keep > 256:
-            self.time, self.values = self.time[keep:].copy(), self.values[keep:].copy()
-
-    def about(self, low: float, high: float) -> Samples:
-        rows = slice(np.searchsorted(self.time, low), np.searchsorted(self.time, high, side="right"))
-        return Samples(self.time[rows], self.values[rows])
-
-
 class LiveMerger:
     """Two streams on the steps of an observer.
 
@@ -115,7 +86,7 @@ class LiveMerger:
         self.counts, self._patches, self._measured = Counts(), patches, measured
         self._rate, self._interval = rate, interval
         self._keep = 2.0 * max(BRIDGED / rate, HELD * interval) + LATE
-        self._joints, self._touch = _Stream(joints, self._keep), _Stream(len(measured), self._keep)
+        self._joints, self._touch = StreamBuffer(joints), StreamBuffer(len(measured))
         self._start: float | None = None
         self._step, self._begun, self._next = 0.0, 0.0, 0
         self._carried = np.zeros(len(measured), dtype=bool)  # touched, but told too late for their own step
@@ -141,7 +112,7 @@ class LiveMerger:
                 first = int(np.argmax(whole))
                 self._start, self._begun = float(self._joints.time[first]), arrival
                 self._step = (self._start + 1 / self._rate) - self._start  # as a recording's steps lie
-                self._joints.time, self._joints.values = self._joints.time[first:], self._joints.values[first:]
+                self._joints.forget(self._start)
 
     def add_touch(self, stamps: Array, contacts: Array, arrival: float) -> None:
         """Take in contacts.
@@ -217,7 +188,7 @@ class LiveMerger:
         assert self._start is not None
         return self._start + step / self._rate
 
-    def _end(self, stream: _Stream, now: float) -> float:
+    def _end(self, stream: StreamBuffer, now: float) -> float:
         """Up to when steps wait for a stream no longer."""
         if stream is self._touch:
             since = self._begun if stream.heard is None else stream.heard
@@ -226,7 +197,7 @@ class LiveMerger:
         due = stream.clock.expected(now)
         return -np.inf if due is None else due - PATIENCE
 
-    def _heard(self, stream: _Stream, stamps: Array, arrival: float, other: _Stream) -> Array:
+    def _heard(self, stream: StreamBuffer, stamps: Array, arrival: float, other: StreamBuffer) -> Array:
         if stream.heard is None and (due := other.clock.expected(arrival)) is not None:
             stream.clock.begin(float(stamps[-1]), due)
         stream.heard = arrival
@@ -236,11 +207,10 @@ class LiveMerger:
 
     def _joints_told(self, time: float) -> bool:
         """Whether no sample of joints can change a step: each joint has one at it or after it."""
+        if self._joints.newest > time + BRIDGED * self._step:
+            return True
         after = int(np.searchsorted(self._joints.time, time - SAME * self._step))
-        values = self._joints.values[after:]
-        return bool(len(values)) and bool(
-            np.isfinite(values).any(axis=0).all() or self._joints.newest > time + BRIDGED * self._step
-        )
+        return bool(np.isfinite(self._joints.values[after:]).any(axis=0).all())
 
     def _touch_told(self, time: float) -> bool:
         """Whether no sample of touch that is in time can be of a step, or be nearer to it than what there is."""

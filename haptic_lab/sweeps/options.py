@@ -111,12 +111,13 @@ def _planned(given: argparse.Namespace) -> SweepPlan:
         refuse(str(error))
 
 
-def open_results(plan: SweepPlan) -> Results:
+def open_results(plan: SweepPlan, also: Mapping[str, Any] | None = None) -> Results:
     """Open the table of a plan, as far as it is there; ends the program with code 2 where its folder holds that of
     other settings.
 
     Args:
         plan: of the sweep.
+        also: what else all its rows share, by name.
 
     Returns:
         The table.
@@ -124,7 +125,7 @@ def open_results(plan: SweepPlan) -> Results:
     try:
         folder = Path(plan.out)
         (folder / "exemplars").mkdir(parents=True, exist_ok=True)
-        config = asdict(plan.settings) | versions() | files_of(plan.settings)
+        config = asdict(plan.settings) | versions() | files_of(plan.settings) | dict(also or {})
         return Results(folder, config, *columns(plan.settings), plan.settings.observers, unusual(plan.conditions))
     except ValueError as error:
         refuse(str(error))
@@ -260,7 +261,23 @@ def read(path: Path, options: Options) -> dict[str, Any]:
     Returns:
         What it sets, each of the right type; raises `ValueError` for another one, and `OSError`.
     """
-    return {name: _typed(name, value, options) for name, value in reading.toml(path).items()}
+    return typed(reading.toml(path), options)
+
+
+def typed(values: Mapping[str, Any], options: Options) -> dict[str, Any]:
+    """Check what stands in a file.
+
+    Args:
+        values: by key.
+        options: of `make_parser`.
+
+    Returns:
+        The values, each of the right type.
+
+    Raises:
+        ValueError: for a key that is none, and a value of another type.
+    """
+    return {name: _typed(name, value, options) for name, value in values.items()}
 
 
 def _typed(name: str, value: Any, options: Options) -> Any:

@@ -18,11 +18,9 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.moved import renamed
-from observer.gaussian import mixture
+from observer.pose.lagged_moments import HALF, LaggedMoments, over_partners
 
 __getattr__ = renamed(__name__, {"Partners": "JointPairs"})
-
-HALF = np.sqrt(0.5)
 
 
 class JointPairs:
@@ -127,26 +125,18 @@ class JointPairs:
         weight = np.exp(log_weight)
         return np.asarray(weight / weight.sum(axis=1, keepdims=True))
 
-    def of_joints(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
+    def of_joints(self, moments: LaggedMoments) -> LaggedMoments:
         """Mix what the directions say of each joint.
 
         Args:
-            mean: (C, S) of the directions' states.
-            covariance: (C, S, S).
+            moments: of the directions' states, C.
 
         Returns:
-            Mean (J, S) and covariance (J, S, S) of the joints' states.
+            Those of the joints' states, J.
         """
         if not len(self._first):
-            return mean, covariance
-        alone = np.arange(self.joints)
-        means = np.empty((self.joints, self.joints, mean.shape[1]))
-        means[alone, alone] = mean[: self.joints]
-        plus, minus = mean[self.joints :].reshape(2, len(self._first), -1)
-        means[self._first, self._second] = HALF * (plus + minus)
-        means[self._second, self._first] = HALF * (plus - minus)
-        covariances = np.empty((self.joints, self.joints, *covariance.shape[1:]))
-        covariances[alone, alone] = covariance[: self.joints]
-        both = covariance[self.joints :].reshape(2, len(self._first), *covariance.shape[1:]).mean(axis=0)
-        covariances[self._first, self._second] = covariances[self._second, self._first] = both
-        return mixture(self.weights(), means, covariances)
+            return moments
+        _, lag = moments.bands.shape[1:]
+        mixed = LaggedMoments.zero((self.joints,), lag, moments.bands.shape[1] - 1)
+        over_partners(self.weights(), moments, mixed)
+        return mixed

@@ -25,11 +25,11 @@ from scipy.linalg import expm
 from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
-from observer.gaussian import mixture
 from observer.pose.angle_noise import AngleNoise, FollowsFelt
 from observer.pose.gating import Gate, Gated, Heard
-from observer.pose.interacting_models import PRESENT, JumpMarkovModel, turn
+from observer.pose.interacting_models import JumpMarkovModel, turn
 from observer.pose.joint_pairs import JointPairs
+from observer.pose.lagged_moments import PRESENT, LaggedMoments, no_covariance, over_levels, spread_out
 
 NOTHING = 1e8  # rad²: variance of a reading that tells of nothing
 ANYWHERE = 2.0  # rad: SD of where a joint is before it was felt
@@ -135,8 +135,9 @@ class KinematicPose(FollowsFelt, Gated):
         smooth: how joints move.
         partners: which of them move together.
         noise: what is wrong with the felt angles, beside white noise of SD `sigma`.
+        apart: A, the steps by which two angles of the past may be apart for their covariance to be kept.
         mean: (S·J,), `mean[lagged(k)]` being the angles (J,) rad of k steps ago.
-        covariance: (S·J, S·J), in the same order.
+        covariance: (S·J, S·J), in the same order; NaN what is not kept.
         log_evidence: log density of the angles felt so far, of each joint by itself.
     """
 
@@ -149,6 +150,7 @@ class KinematicPose(FollowsFelt, Gated):
         lag: int,
         noise: AngleNoise | None = None,
         smooth: SmoothMotion | None = None,
+        apart: int | None = None,
         **_: Any,
     ) -> None:
         """Start anywhere. The rest of what a motion may be given says nothing here.
@@ -162,6 +164,7 @@ class KinematicPose(FollowsFelt, Gated):
             lag: T.
             noise: what else is wrong with them; None: nothing.
             smooth: how joints move; None: the defaults.
+            apart: A; None: all covariances are kept.
             **_: not used.
 
         Raises:
@@ -183,7 +186,8 @@ class KinematicPose(FollowsFelt, Gated):
         )
         self._start = squares[:, None] * [1.0, self.smooth.seconds**-2]  # (M, 2): of velocity and acceleration
         self.noise = AngleNoise(hand.joints, step) if noise is None else noise
-        self._lasting = self.noise.over_time(1 + lag)
+        self.apart = max(0, lag - 1 if apart is None else min(apart, lag - 1))
+        self._lasting = self._of_offsets()
         self._gate = Gate(hand, sigma, step, self.noise.sd)
         self.reset()
 
@@ -200,18 +204,20 @@ class KinematicPose(FollowsFelt, Gated):
         self._start_at(None if felt is None else self._gate.at_first(felt))
 
     def _start_at(self, felt: Array | None) -> None:
-        levels, count, state = len(self.smooth.speeds), self.partners.count, PRESENT + self.lag
+        levels, count, present = len(self.smooth.speeds), self.partners.count, np.arange(1, PRESENT)
         self._level = np.full((count, levels), 1.0 / levels)
-        self._means = np.zeros((count, levels, state))
-        self._covariances = np.zeros((count, levels, state, state))
         # It did not move before it was felt: all angles of the past are that of now.
-        angles = [0, *range(PRESENT, state)]
         start, spread = (self.hand.rest_pose, ANYWHERE) if felt is None else (felt, self.sigma)
-        self._means[:, :, angles] = self.partners.along(start)[:, None, None]
-        self._covariances[:, :, *np.ix_(angles, angles)] = spread**2
-        present = np.arange(1, PRESENT)
-        self._covariances[:, :, present, present] = self._start
-        self._combine()
+        self._moments = LaggedMoments.zero((count, levels), self.lag, self.apart)
+        means, rows, bands = self._moments
+        means[:] = self.partners.along(start)[:, None, None]
+        rows[:, :, 0] = bands[:] = spread**2
+        means[:, :, present] = rows[:, :, 0, present] = 0.0
+        rows[:, :, present, present] = self._start
+        self.covariance = no_covariance(self.hand.joints, self.lag, self.apart)
+        mixed = LaggedMoments.zero((count,), self.lag, self.apart)
+        over_levels(self._level, self._moments, mixed)
+        self._combine(mixed)
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step.
@@ -223,24 +229,32 @@ class KinematicPose(FollowsFelt, Gated):
         """
         joints, before = self.hand.joints, self.log_evidence
         heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
+        mixed = LaggedMoments.zero((self.partners.count,), self.lag, self.apart)
         if heard is None:
-            along, log_density = self.partners.along(joint_angles), np.empty(self.partners.count)
-            turn(self._level, self._means, self._covariances, self._model, along, self.sigma**2, log_density)
+            variance = np.full(self.partners.count, self.sigma**2)
+            log_density = self._turn(self.partners.along(joint_angles), variance, mixed)
         else:
-            log_density = self._turn_without(heard)
+            log_density = self._turn_without(heard, mixed)
         self.log_evidence += float(log_density[:joints].sum())
         if np.isfinite(log_density).all():  # else the filter is lost, and nobody's partner known by it
             self.partners.learn(log_density)
-        self._combine()
+        self._combine(mixed)
         if self._gate.lost(self.mean, self.covariance, PRESENT * joints):
             self.log_evidence = before  # what it said of this step may be no number
             self._start_at(self._gate.at_first(joint_angles))
 
-    def _turn_without(self, heard: Heard) -> Array:
+    def _turn(self, along: Array, variance: Array, mixed: LaggedMoments) -> Array:
+        """Take in what is felt `along` each direction (C,), fill their `mixed` moments; its log density (C,)."""
+        log_density = np.empty(self.partners.count)
+        turn(self._level, self._moments, self._model, along, variance, log_density, mixed)
+        return log_density
+
+    def _turn_without(self, heard: Heard, mixed: LaggedMoments) -> Array:
         """Move on by a step in which some joints are not heard, and so no direction that they have a part in.
 
         Args:
             heard: those that are.
+            mixed: moments of the directions, filled.
 
         Returns:
             The log density (C,) of what is heard, which says nothing of partners that are not.
@@ -249,15 +263,9 @@ class KinematicPose(FollowsFelt, Gated):
         told = np.isin(np.arange(joints), heard.joints)
         along = self.partners.along(np.where(told, heard.angles, self.mean[:joints]))
         wrong = np.where(heard.anew, heard.angles - self.mean[:joints], 0.0)
-        self._covariances[:, :, 0, 0] += self.partners.along_squares(wrong**2)[:, None]
-        log_density = np.empty(self.partners.count)
-        heard_of = self.partners.all_of(told)
-        for some, variance in ((heard_of, self.sigma**2), (~heard_of, NOTHING)):
-            level, means, covariances = self._level[some], self._means[some], self._covariances[some]
-            density = np.empty(len(level))
-            turn(level, means, covariances, self._model, along[some], variance, density)
-            self._level[some], self._means[some], self._covariances[some] = level, means, covariances
-            log_density[some] = density
+        self._moments.rows[:, :, 0, 0] += self.partners.along_squares(wrong**2)[:, None]
+        variance = np.where(self.partners.all_of(told), self.sigma**2, NOTHING)
+        log_density = self._turn(along, variance, mixed)
         return self.partners.without(log_density, told)
 
     def lagged(self, steps: int) -> slice:
@@ -272,16 +280,13 @@ class KinematicPose(FollowsFelt, Gated):
         first = 0 if steps == 0 else (PRESENT - 1 + steps) * self.hand.joints
         return slice(first, first + self.hand.joints)
 
-    def _combine(self) -> None:
-        """One Gaussian over all joints with the mean and covariance of the mixture of levels and partners."""
-        mean, covariance = self.partners.of_joints(*mixture(self._level, self._means, self._covariances))
-        joints, state = mean.shape
-        self.mean = mean.T.ravel()
-        self.covariance = np.zeros((state * joints, state * joints))
-        each = np.arange(joints)
-        self.covariance.reshape(state, joints, state, joints)[:, each, :, each] = 0.5 * (
-            covariance + np.swapaxes(covariance, 1, 2)
-        )
-        if self.noise.lasting:  # it has followed the angles as they are felt
-            angles = np.r_[:joints, PRESENT * joints : state * joints]
-            self.covariance[np.ix_(angles, angles)] += self._lasting
+    def _combine(self, mixed: LaggedMoments) -> None:
+        """One Gaussian over all joints with the mean and covariance of what the directions, `mixed`, say of each."""
+        self.mean = np.empty(len(self.covariance))
+        spread_out(self.partners.of_joints(mixed), self._lasting, self.mean, self.covariance)
+
+    def _of_offsets(self) -> Array:
+        """(1 + T, J) rad²: what felt angles have in common by their offsets, by the steps between them."""
+        joints = self.hand.joints
+        first = self.noise.over_time(1 + self.lag)[:joints]  # as the angles are felt, so they are followed
+        return np.stack([first[:, each : each + joints].diagonal() for each in range(0, first.shape[1], joints)])

@@ -49,6 +49,18 @@ MOST = 6.0  # log odds: a set that fitted so far is never past all doubt
 UNLIKELY = 0.02  # hypotheses less probable than this share of the best one are left out
 
 
+def reach(control_hz: float) -> int:
+    """Tell how far apart the steps are of which a correction looks at the pose.
+
+    Args:
+        control_hz: steps a second.
+
+    Returns:
+        Steps, from the one before the lagged one to the last one that has a say.
+    """
+    return 1 + round(AFTER * control_hz)
+
+
 class PoseCorrection:
     """Corrects the lagged pose of beliefs by what was felt, for the solids that the object may be.
 
@@ -72,7 +84,7 @@ class PoseCorrection:
             raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {shape.hand.name!r}")
         self.hand = shape.hand
         self.shape = copy.copy(shape)
-        self.after = round(AFTER * control_hz)
+        self.after = reach(control_hz) - 1
         self._tree = tree_of(self.hand)
         self._skin = skin_of(self.hand)
         self._model = TouchModel(self.shape.tolerance, self.shape.press, self.shape.surprise)

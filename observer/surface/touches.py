@@ -94,6 +94,15 @@ class TouchLog:
         """What came later goes into no copy."""
         return {**vars(self), "_links": list(self._links[: self._count])}
 
+    def some(self) -> tuple[list[TouchingLink], float]:
+        """Pick links of which a surface is drawn as of all, for another process.
+
+        Returns:
+            At most `MOST` links, evenly spread, and how many of their steps there are a second.
+        """
+        stride = max(1, -(-self._count // MOST))
+        return list(self._links[: self._count : stride]), self._rate / stride
+
     def skin(self) -> TouchedSkin:
         """Place the skin that has touched.
 

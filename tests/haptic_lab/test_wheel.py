@@ -129,6 +129,10 @@ QUICK = {  # the command lines, in turn, and the files that each leaves in the e
     "figures confusion pose_error --trials-of swept --out drawn": [
         f"drawn/{name}.{kind}" for name in ("confusion", "pose_error") for kind in ("csv", "pdf", "png")
     ],
+    "study size --sigmas 3 --seconds 0.2 --trials 2 --observers floor --jobs 1 --out compared": [
+        *(f"compared/{name}" for name in ("counts.csv", "published.csv", "study.csv", "study.png")),
+        *(f"compared/trials/all/{name}" for name in ("config.json", "trials.csv")),
+    ],
     "objects cube --out measured": ["measured/objects.csv", "measured/objects.png"],
     "check-hand two_finger --out hand": [
         f"hand/{name}" for name in ("hand.png", "joints.csv", "links.csv", "patches.csv")

@@ -59,6 +59,8 @@ def flags(command: str) -> frozenset[str]:
         text += (place / "believed.py").read_text() + "".join(f'"--{name.replace("_", "-")}"' for name in DEFAULTS)
     if command == "live":
         text += (place / "believed.py").read_text()
+    if command in ("explore", "live"):
+        text += (place / "view" / "options.py").read_text()
     if command == "explore":
         text += (place / "exploration" / "learnt.py").read_text()
     if command == "figures":

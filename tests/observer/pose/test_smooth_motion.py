@@ -10,6 +10,7 @@ from scipy.linalg import expm
 from haptic_env import hands
 from observer import HapticSLAM
 from observer.pose.joint_pairs import JointPairs
+from observer.pose.lagged_moments import LaggedMoments
 from observer.pose.smooth_motion import ANYWHERE, KinematicPose, SmoothMotion
 
 STEP = 0.02
@@ -199,14 +200,14 @@ def test_the_weight_of_a_partner_is_bayes_rule_for_two_joints() -> None:
     partners.learn(np.log([0.2, 0.5, 0.3, 0.8]))
     paired = 0.3 * 0.8 / (0.3 * 0.8 + 0.2 * 0.5)
     np.testing.assert_allclose(partners.weights(), [[1 - paired, paired], [paired, 1 - paired]])
-    mean, covariance = partners.of_joints(
-        np.array([[1.0], [3.0], [4.0], [0.0]]), np.array([1.0, 2.0, 3.0, 5.0])[:, None, None]
-    )
+    directions = LaggedMoments.zero((4,), 2, 1)
+    directions.mean[:, -1], directions.bands[:, 0, -1] = [1.0, 3.0, 4.0, 0.0], [1.0, 2.0, 3.0, 5.0]
+    joints = partners.of_joints(directions)
     of_pair = 4.0 / np.sqrt(2)
     expected = (1 - paired) * 1.0 + paired * of_pair
-    assert mean[0, 0] == pytest.approx(expected)
+    assert joints.mean[0, -1] == pytest.approx(expected)
     second_moment = (1 - paired) * (1.0 + 1.0**2) + paired * (4.0 + of_pair**2)
-    assert covariance[0, 0, 0] == pytest.approx(second_moment - expected**2)
+    assert joints.bands[0, 0, -1] == pytest.approx(second_moment - expected**2)
     partners.reset()
     np.testing.assert_allclose(partners.weights(), 0.5)
 
@@ -215,9 +216,10 @@ def test_the_weight_of_a_partner_is_bayes_rule_for_two_joints() -> None:
 def test_without_partners_joints_are_what_they_are(joints: int, together: float) -> None:
     partners = JointPairs(joints, together, temper=0.4)
     assert partners.count == joints
-    mean, covariance = np.arange(2.0 * joints).reshape(joints, 2), np.tile(np.eye(2), (joints, 1, 1))
+    moments = LaggedMoments.zero((joints,), 2, 1)
+    moments.mean[:] = np.arange(5.0 * joints).reshape(joints, 5)
     partners.learn(np.zeros(joints))
-    for found, given in zip(partners.of_joints(mean, covariance), (mean, covariance), strict=True):
+    for found, given in zip(partners.of_joints(moments), moments, strict=True):
         np.testing.assert_array_equal(found, given)
     np.testing.assert_array_equal(partners.weights(), np.eye(joints))
 

@@ -1,0 +1,172 @@
+"""The process that draws: it takes moments in, keeps what the page is told of them, and serves it.
+
+It computes nothing for the observer, and is told nothing back but that it is there.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import queue
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from haptic_lab.processes import end_with_parent
+from haptic_lab.view.history import History
+from haptic_lab.view.options import HOST, ViewOptions
+from haptic_lab.view.server import PageServer
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
+
+    from haptic_lab.view.encoding import Encoder
+    from haptic_lab.view.moment import Moment
+
+POLITE = 8  # how much surfaces let others go first
+LAST = 3.0  # s that browsers have to take what is left
+
+
+def run(pipe: Connection, options: ViewOptions) -> None:
+    """Draw until it is told to end, or whoever tells is gone.
+
+    Args:
+        pipe: on which messages come, a name and what belongs to it.
+        options: where the page is.
+    """
+    end_with_parent()
+    history = History()
+    server = None
+    if options.page:
+        try:
+            server = PageServer(options.host, options.port, options.token, history)
+        except OSError as error:
+            pipe.send(refused(options, error))
+            return
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+    pipe.send(0 if server is None else server.server_port)
+    drawer = Drawer(history, options.html is not None)
+    while True:
+        try:
+            name, told = pipe.recv()
+        except EOFError:  # whoever told is gone
+            break
+        if name == "close":
+            break
+        answer = getattr(drawer, name)(*told)
+        if name == "write":
+            pipe.send(answer)
+    history.close()
+    if server is not None:
+        server.finish(LAST)
+
+
+def refused(options: ViewOptions, error: OSError) -> str:
+    """Say why there is no page, and what is valid.
+
+    Args:
+        options: where it should be.
+        error: that came of it.
+
+    Returns:
+        A sentence.
+    """
+    if error.errno in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT):
+        return f"--view-host {options.host} is no address of this machine; {HOST} is one, and 0.0.0.0 is all of them"
+    why = "is taken" if error.errno == errno.EADDRINUSE else f"cannot be had ({error.strerror or error})"
+    valid = "say another from 1024 to 65535, or 0 for any that is free"
+    return f"--view-port {options.port} of {options.host} {why}; {valid}"
+
+
+class Drawer:
+    """Takes messages in; each is a method of it."""
+
+    def __init__(self, history: History, every_surface: bool) -> None:
+        """Begin with nothing.
+
+        Args:
+            history: of the lines.
+            every_surface: whether those are drawn as well for which there is no time.
+        """
+        self.history, self._all = history, every_surface
+        self._encoder: Encoder | None = None
+        self._waiting: queue.Queue[Moment] = queue.Queue()
+        threading.Thread(target=self._draw_surfaces, daemon=True).start()
+
+    def begin(self, setting: Any) -> None:
+        """Begin an exploration.
+
+        Args:
+            setting: what stays as it is.
+        """
+        from haptic_lab.view.encoding import Encoder  # takes a second, in which the page is there already
+
+        self._encoder = Encoder(setting)
+        self.history.add("scene", self._encoder.scene())
+
+    def truth(self, solid: Any, label: str | None) -> None:
+        """Tell the truth.
+
+        Args:
+            solid: that is explored.
+            label: that is right.
+        """
+        assert self._encoder is not None
+        self.history.add("truth", self._encoder.truth(solid, label))
+
+    def moment(self, moment: Moment) -> None:
+        """Take in a moment.
+
+        Args:
+            moment: of the exploration.
+        """
+        assert self._encoder is not None
+        self.history.add("state", self._encoder.state(moment))
+        if moment.occupancy is not None:
+            self.history.add("map", self._encoder.map(moment))
+        if moment.touches is not None and moment.touches[0] and self._encoder.no_surface is None:
+            self._waiting.put(moment)
+
+    def over(self, told: str) -> None:
+        """Tell that it is over.
+
+        Args:
+            told: how it ended.
+        """
+        from haptic_lab.view.encoding import end
+
+        self.history.add("end", end(told))
+
+    def write(self, path: str) -> str | None:
+        """Write a page that needs no server.
+
+        Args:
+            path: of the file.
+
+        Returns:
+            Why it could not be written; None: it was.
+        """
+        from haptic_lab.view import page
+
+        self._waiting.join()
+        try:
+            page.write(Path(path), self.history.texts())
+        except OSError as error:
+            return error.strerror or str(error)
+        return None
+
+    def _draw_surfaces(self) -> None:
+        if sys.platform.startswith("linux"):  # elsewhere a thread has no priority of its own
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), POLITE)
+        while True:
+            moment, begun = self._waiting.get(), time.monotonic()
+            late = not self._all and not self._waiting.empty()
+            try:
+                if not late:
+                    assert self._encoder is not None
+                    self.history.add("surface", self._encoder.surface(moment))
+                    time.sleep(0.0 if self._all else time.monotonic() - begun)
+            finally:
+                self._waiting.task_done()

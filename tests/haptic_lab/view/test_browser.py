@@ -1,0 +1,122 @@
+"""The page in a browser, served and as a file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page
+
+from haptic_lab.view.encoding import Encoder
+from haptic_lab.view.history import History
+from tests.haptic_lab.view.conftest import Shown, coloured, opened, picture, settled
+
+
+@pytest.fixture(params=["served", "file"])
+def page(request: pytest.FixtureRequest, look: Page, shown: Shown, serve: Any) -> Page:
+    """The page with all of the exploration, from a server or, without any network, from a file."""
+    if request.param == "file":
+        look.context.set_offline(True)
+        opened(look, shown.file.as_uri())
+    else:
+        opened(look, serve(shown.history))
+    return look
+
+
+def test_hand_map_and_names_are_there(page: Page, faults: list[str]) -> None:
+    seen = picture(page)
+    assert (seen.min(axis=2) < 200).mean() > 0.03
+    assert coloured(seen) > 50
+    told = page.locator(".bar").all_inner_texts()
+    assert [each.split()[0] for each in told] == ["cube", "sphere", "pyramid", "cylinder"]
+    assert sum(int(each.split()[-2]) for each in told) == pytest.approx(100, abs=2)
+    assert "takes it for a cube" in page.inner_text("#status")
+    assert "2.20 s" in page.inner_text("#clock")
+    assert faults == []
+
+
+def test_the_slider_changes_what_is_seen_of_the_map(page: Page) -> None:
+    def at(threshold: float) -> int:
+        page.locator("#threshold").fill(str(threshold))
+        seen = coloured(picture(page))
+        assert page.inner_text("#threshold-told") == f"{threshold:.2f}"
+        return seen
+
+    page.evaluate("for (const id of ['hand', 'ghosts']) document.getElementById('show-' + id).click()")
+    low, middle, high = at(0.1), at(0.5), at(0.95)
+    assert low > middle > high
+
+
+def test_one_scrubs_through_what_was_recorded(page: Page, shown: Shown) -> None:
+    end = picture(page)
+    page.locator("#time").fill("30")
+    begin = picture(page)
+    assert (np.abs(end - begin).max(axis=2) > 30).sum() > 1000
+    step = shown.moments[30].step
+    assert page.inner_text("#clock").startswith(f"{step / shown.setting.control_hz:.2f} s")
+    page.keyboard.press("ArrowRight")  # on the slider
+    settled(page)
+    assert page.locator("#time").input_value() == "31"
+    page.locator("#live").click()
+    assert (np.abs(picture(page) - end).max(axis=2) > 30).mean() < 0.001
+
+
+def test_it_plays_from_the_beginning_and_pauses(page: Page) -> None:
+    page.locator("#play").click()
+    page.wait_for_function("now.plays && now.at > 3 && now.at < recorded.states.length - 1")
+    page.keyboard.press("Escape")
+    page.locator("#play").click()
+    stopped = page.evaluate("now.at")
+    page.wait_for_timeout(150)
+    assert page.evaluate("now.at") == stopped
+
+
+@pytest.mark.parametrize("layer", ["hand", "ghosts", "map", "surface", "truth"])
+def test_a_layer_is_switched_on_and_off(look: Page, shown: Shown, serve: Any, layer: str) -> None:
+    opened(look, serve(shown.history))
+    look.locator("#time").fill("50")
+    before = picture(look)
+    look.locator(f"#show-{layer}").click()
+    assert (np.abs(picture(look) - before).max(axis=2) > 12).sum() > 100
+
+
+def test_dragging_turns_it_and_a_double_click_turns_it_back(look: Page, shown: Shown) -> None:
+    opened(look, shown.file.as_uri())
+    first = picture(look)
+    look.mouse.move(200, 200)
+    look.mouse.down()
+    look.mouse.move(320, 240)
+    look.mouse.up()
+    turned = picture(look)
+    assert (np.abs(turned - first).max(axis=2) > 30).sum() > 1000
+    look.mouse.dblclick(200, 200)
+    assert (np.abs(picture(look) - first).max(axis=2) > 30).mean() < 0.001
+
+
+def test_names_of_objects_are_text(look: Page, shown: Shown, serve: Any) -> None:
+    """Whatever an object is called, nothing of it runs."""
+    evil = "<img src=x onerror=faulty()>"
+    history, setting = History(), shown.setting._replace(labels=(evil, "b", "c", "d"), title=evil)
+    encoder = Encoder(setting)
+    history.add("scene", encoder.scene())
+    history.add("state", encoder.state(shown.moments[0]))
+    look.goto(serve(history))
+    look.wait_for_selector(".bar")
+    assert look.inner_text("#title") == evil
+    assert look.locator("img").count() == 0
+
+
+def test_a_page_that_is_no_longer_told_keeps_what_came(look: Page, shown: Shown, serve: Any) -> None:
+    history = History()
+    for text in shown.history.texts():
+        if '"kind":"end"' not in text:
+            history.add("", text)
+    look.goto(serve(history))
+    look.wait_for_selector(".bar")
+    look.wait_for_function("document.getElementById('status').textContent === 'as it happens'")
+    look.locator("#play").click()
+    look.wait_for_function("document.getElementById('status').textContent.startsWith('paused')")
+    history.close()
+    look.wait_for_function("document.getElementById('status').textContent.startsWith('no longer connected')")
+    assert coloured(picture(look)) > 50

@@ -1,0 +1,98 @@
+"""What the page is told is what was believed."""
+
+from __future__ import annotations
+
+import base64
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from haptic_env import hands
+from haptic_lab.view.encoding import GHOSTS, LEAST, TURN, UNIT, Encoder
+from haptic_lab.view.moment import Pace
+from haptic_lab.view.skin import skin_of
+from observer.kinematics import link_frames, tree_of
+from tests.haptic_lab.view.conftest import Shown
+
+TYPES = {"u8": np.uint8, "i16": np.int16, "u32": np.uint32, "f32": np.float32}
+
+
+def read(told: dict[str, Any]) -> np.ndarray:
+    (kind,) = set(told) & set(TYPES)
+    return np.frombuffer(base64.b64decode(told[kind]), TYPES[kind]) * told.get("unit", 1)
+
+
+def told(shown: Shown, kind: str) -> list[dict[str, Any]]:
+    return [each for each in map(json.loads, shown.history.texts()) if each["kind"] == kind]
+
+
+def test_the_hand_is_where_it_is_believed_to_be(shown: Shown) -> None:
+    moment, line = shown.moments[20], told(shown, "state")[20]
+    places, turns = link_frames(tree_of(shown.setting.hand), moment.angles)
+    assert line["step"] == moment.step
+    assert read(line["places"]) == pytest.approx((places - shown.setting.grid.centre).ravel(), abs=UNIT)
+    assert read(line["turns"]) == pytest.approx(turns.ravel(), abs=TURN)
+    assert moment.contacts is not None
+    assert (read(line["touched"]) == moment.contacts).all()
+
+
+def test_ghosts_are_spread_as_the_belief_is(shown: Shown) -> None:
+    encoder, moment = Encoder(shown.setting), shown.moments[20]
+    limits = shown.setting.hand.joint_limits
+    middle = moment._replace(angles=limits.mean(axis=1))
+    poses = encoder._ghosts(middle)
+    assert poses.shape == (GHOSTS, shown.setting.hand.joints)
+    assert poses.mean(axis=0) == pytest.approx(middle.angles, abs=1e-9)
+    assert (poses.std(axis=0) / moment.std).mean() == pytest.approx(1.0, abs=0.3)
+    assert encoder._ghosts(middle._replace(std=0.0 * moment.std)) == pytest.approx(np.tile(middle.angles, (GHOSTS, 1)))
+
+
+def test_of_the_map_all_is_told_that_may_be_solid(shown: Shown) -> None:
+    (moment,), line = shown.moments[-1:], told(shown, "map")[-1]
+    assert moment.occupancy is not None
+    flat = moment.occupancy.ravel()
+    cells = read(line["cells"])
+    assert set(np.flatnonzero(flat > 0.51)) <= set(cells)
+    assert (flat[cells] > LEAST).all()
+    assert (flat[cells] != 0.5).all()
+    assert read(line["chances"]) / 255.0 == pytest.approx(flat[cells], abs=1 / 500)
+
+
+def test_surfaces_and_the_truth_are_meshes(shown: Shown) -> None:
+    for line in (*told(shown, "surface"), *told(shown, "truth")):
+        faces, vertices = read(line["faces"]), read(line["vertices"]).reshape(-1, 3)
+        assert faces.max() < len(vertices) == len(read(line["values"]))
+        assert np.abs(vertices).max() < shown.setting.grid.extent.max()
+    assert len(told(shown, "surface")) >= 2
+    assert told(shown, "truth")[0]["label"] == 0
+
+
+def test_the_last_is_the_map_in_hindsight_at_the_last_step(shown: Shown) -> None:
+    assert [told(shown, kind)[-1]["step"] for kind in ("state", "map", "surface")] == [110, 110, 110]
+    assert shown.moments[-1].truth is not None
+
+
+@pytest.mark.parametrize("name", ["two_finger", "adroit", "myo"])
+def test_every_patch_has_triangles_on_its_own_link(name: str) -> None:
+    hand = hands.make(name)
+    skin = skin_of(hand)
+    owner = np.repeat(np.arange(len(hand.links)), np.diff([*skin["first"], len(skin["patches"])]))
+    felt = skin["patches"] >= 0
+    assert set(skin["patches"][felt]) == set(range(len(hand.patches)))
+    assert (hand.patches.link[skin["patches"][felt]] == owner[felt]).all()
+    bones = np.array([link.length for link in hand.links])[owner]
+    out = skin["places"].astype(float)
+    out[:, 2] -= out[:, 2].clip(0.0, bones)
+    assert np.linalg.norm(out, axis=1) == pytest.approx(np.array([link.radius for link in hand.links])[owner], rel=1e-3)
+    corners = skin["places"].reshape(-1, 3, 3)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (np.einsum("fi,fi->f", across, skin["normals"].reshape(-1, 3, 3).mean(axis=1)) > -1e-12).all()
+
+
+@pytest.mark.parametrize("rate", [1.0, 20.0, 50.0, 60.0, 100.0, 500.0])
+def test_frames_come_at_one_pace_whatever_the_rate(rate: float) -> None:
+    pace = Pace(rate)
+    steps = [step for step in range(1, 2001) if pace.frame(step)]
+    assert len(steps) == pytest.approx(2000 / rate * min(rate, 25.0), rel=0.3)
