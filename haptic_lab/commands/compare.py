@@ -40,10 +40,10 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    options.add_trials(add)
-    options.add_courses(add)
+    options.add_trials(parser)
+    options.add_courses(parser)
     add("--models", nargs="+", default=USUAL, metavar="MODEL", help=f"of {', '.join(MODELS)}, or NAME=FILE")
-    options.add_ranges(add, "(default: all that can be told)")
+    options.add_ranges(parser, "(default: all that can be told)")
     add("--recovery", type=int, metavar="N", help="also simulate N subjects of each model, and find their models")
     add("--draws", type=int, default=DRAWS, help=f"of how much each repeat counts; 0: none (default {DRAWS})")
     add("--seed", type=int, default=0, help=options.SEED)

@@ -38,8 +38,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("models", nargs=2, metavar="MODEL", help="the two observers")
-    options.add_courses(add)
-    options.add_ranges(add, "(default: all that can be told)")
+    options.add_courses(parser)
+    options.add_ranges(parser, "(default: all that can be told)")
     add("--seconds", nargs="+", type=float, help="when subjects are asked (default: five times)")
     add("--power", nargs="+", type=float, default=[0.8, 0.95], help="shares to be told rightly (default 0.8 0.95)")
     add("--most", type=int, default=1000, help="trials that a subject can do (default 1000)")

@@ -35,11 +35,11 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    options.add_trials(add)
-    options.add_courses(add)
+    options.add_trials(parser)
+    options.add_courses(parser)
     told = "; ".join(f"{name}: {', '.join(free)}" for name, free in MODELS.items())
     add("--model", default="limits", help=f"what is found: {told} (default limits)")
-    options.add_ranges(add, "(default: found within what can be told)")
+    options.add_ranges(parser, "(default: found within what can be told)")
     add("--draws", type=int, default=DRAWS, help=f"of how much each repeat counts; 0: none (default {DRAWS})")
     add("--seed", type=int, default=0, help=options.SEED)
     add("--out", type=as_path, default="out/fit", help="folder for the results (default out/fit)")

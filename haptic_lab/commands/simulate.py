@@ -37,8 +37,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    options.add_courses(add)
-    options.add_ranges(add, "(default: the ideal's; --sigma must be told)")
+    options.add_courses(parser)
+    options.add_ranges(parser, "(default: the ideal's; --sigma must be told)")
     add("--stop-at", type=float, help="answer when the best name is as probable as this (default: when asked)")
     add("--price", type=float, help="answer when a second more is not worth this share of a right answer")
     add("--subjects", type=int, default=1, help="how many (default 1)")

@@ -11,6 +11,7 @@ import numpy as np
 from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_lab.people.courses import Courses
+from observer.shape import fading
 
 AT_LONGEST = 3.0  # times the longest course: a memory beyond that cannot be told from none that fades
 USUAL: dict[str, float] = {"memory_seconds": math.inf, "decision_noise": 0.0, "lapse": 0.0}  # the ideal's
@@ -149,8 +150,7 @@ class Model:
         return tuple(name for name, grid in self.grids.items() if not grid.fixed)
 
     def _grid(self, name: str) -> Grid:
-        low, high = self.ranges.get(name, self._usual(name))
-        _check(name, low, high, self.courses)
+        low, high = _ends(name, self.ranges.get(name, self._usual(name)), self.courses)
         return Grid(low, high, 1 if low == high else STEPS[name], low != high and name in LOGARITHMIC)
 
     def _usual(self, name: str) -> tuple[float, float]:
@@ -162,19 +162,23 @@ class Model:
         return low, AT_LONGEST * float(self.courses.seconds[-1]) if math.isnan(high) else high
 
 
-def _check(name: str, low: float, high: float, courses: Courses) -> None:
+def _ends(name: str, given: tuple[float, float], courses: Courses) -> tuple[float, float]:
+    """The range of a parameter, checked."""
     told = f"range of {name}"
+    low, high = (_end(told, name, each, courses) for each in given)
     if low > high:
         raise ValueError(f"{told} must have its least value first, got {low:g} to {high:g}")
+    if low != high and high == math.inf:
+        raise ValueError(f"{told} must end at a finite number, got {low:g} to {high:g}")
+    if low != high and low == 0.0 and name in LOGARITHMIC:
+        raise ValueError(f"{told} must begin above 0, got {low:g} to {high:g}")
+    return low, high
+
+
+def _end(told: str, name: str, value: float, courses: Courses) -> float:
     if name == "sigma_deg":
         first, last = float(courses.sigmas[0]), float(courses.sigmas[-1])
-        validate.number(f"{told}, where there are courses,", low, first, last, unit="degrees")
-        validate.number(f"{told}, where there are courses,", high, first, last, unit="degrees")
-    elif name == "lapse":
-        validate.number(told, low, 0.0, 1.0)
-        validate.number(told, high, 0.0, 1.0)
-    elif low != high:
-        validate.number(told, low, above=0.0, high=1e9, unit=UNITS[name])
-        validate.number(told, high, above=0.0, high=1e9, unit=UNITS[name])
-    elif low != USUAL[name]:
-        validate.number(told, low, 0.0, 1e9, unit=UNITS[name])
+        return validate.number(f"{told}, where there are courses,", value, first, last, unit="degrees")
+    if name == "memory_seconds":
+        return fading.check(value)
+    return validate.number(told, value, 0.0, 1.0 if name == "lapse" else 1e6)

@@ -6,41 +6,38 @@ import argparse
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import pandas as pd
 
 from haptic_env import validate
-from haptic_lab.people import evidence, trial_columns
+from haptic_lab.people import evidence
 from haptic_lab.people.courses import Courses
-from haptic_lab.people.models import LOGARITHMIC, MODELS, PARAMETERS, USUAL, Model
-from haptic_lab.people.trials import read_trials
+from haptic_lab.people.models import LOGARITHMIC, MODELS, USUAL, Model
+from haptic_lab.people.table_flags import add_table_flags, read_tables
 from haptic_lab.terminal import as_path
 
-FLAGS = {name: f"--{name.replace('_deg', '').replace('_', '-')}" for name in PARAMETERS}
+FLAGS = {
+    "sigma_deg": "--sigma",
+    "memory_seconds": "--memory-seconds",
+    "decision_noise": "--decision-noise",
+    "lapse": "--lapse",
+}
 SEED = "what chance starts from (default 0)"
 EXAMPLES = Path(__file__).parent / "data"
 EXAMPLE = "example"  # in place of a file: the one that ships
 SHIPPED = {"table": EXAMPLES / "example_trials.csv", "courses": EXAMPLES / "example_courses.npz"}
 
 
-class Add(Protocol):
-    """Adds a flag to a parser."""
-
-    def __call__(self, *names: str, **keywords: Any) -> Any: ...
-
-
-def add_trials(add: Add) -> None:
+def add_trials(parser: argparse.ArgumentParser) -> None:
     """Let a command take a table of trials.
 
     Args:
-        add: adds an argument to its parser.
+        parser: of the command.
     """
+    add = parser.add_argument
     add("table", type=as_path, metavar="TABLE", help=f"trials, .csv or .tsv; {EXAMPLE!r}: the simulated ones that ship")
-    add("--columns", type=as_path, metavar="TOML", help="what the table's columns, units and words are")
-    add("--column", nargs="+", default=[], metavar="OURS=THEIRS", help="what the table calls a column")
-    add("--unit", nargs="+", default=[], metavar="OURS=UNIT", help="of a column, as seconds=ms")
-    add("--name", nargs="+", default=[], metavar="THEIRS=SHAPE", help="what the table calls an object")
+    add_table_flags(parser)
     add("--subjects", nargs="+", metavar="NAME", help="these alone (default: all of the table)")
 
 
@@ -57,19 +54,19 @@ def read_table(given: argparse.Namespace) -> pd.DataFrame:
         ValueError: for what is no such table, and subjects that are not in it.
         OSError: where it cannot be read.
     """
-    meaning = trial_columns.typed(given.columns, given.column, given.unit, given.name)
-    table = read_trials(_shipped("table", given.table), meaning)
+    table = read_tables([_shipped("table", given.table)], given)
     for subject in given.subjects or []:
         validate.choice("--subjects", subject, sorted(set(table["subject"])))
     return table if given.subjects is None else table[table["subject"].isin(given.subjects)].reset_index(drop=True)
 
 
-def add_courses(add: Add) -> None:
+def add_courses(parser: argparse.ArgumentParser) -> None:
     """Let a command take courses of belief.
 
     Args:
-        add: adds an argument to its parser.
+        parser: of the command.
     """
+    add = parser.add_argument
     told = f"courses of belief: an .npz, or the folder of evaluate --courses; {EXAMPLE!r}: those that ship"
     add("--courses", type=as_path, required=True, metavar="FILE", help=told)
     add("--observer", default="haptic_slam", help="whose courses, of a folder (default haptic_slam)")
@@ -97,11 +94,11 @@ def _shipped(what: str, path: str) -> str:
     return str(SHIPPED[what]) if path == EXAMPLE and not Path(path).exists() else path
 
 
-def add_ranges(add: Add, usual: str) -> None:
+def add_ranges(parser: argparse.ArgumentParser, usual: str) -> None:
     """Let a command take ranges of parameters.
 
     Args:
-        add: adds an argument to its parser.
+        parser: of the command.
         usual: what they are otherwise, for the help.
     """
     said = {
@@ -112,7 +109,7 @@ def add_ranges(add: Add, usual: str) -> None:
     }
     for name, flag in FLAGS.items():
         told = f"{said[name]}: a value, or a least and a largest one {usual}"
-        add(flag, dest=name, nargs="+", type=float, metavar="VALUE", help=told)
+        parser.add_argument(flag, dest=name, nargs="+", type=float, metavar="VALUE", help=told)
 
 
 def ranges_of(given: argparse.Namespace) -> dict[str, tuple[float, float]]:

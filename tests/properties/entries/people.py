@@ -123,7 +123,7 @@ ENTRIES: dict[str, Entry] = {
             "low": number(1.0, 1.0).always,
             "high": number(1.0, 1.0).always,
         },
-        Allowed(words=("range", "model", "parameter")),
+        Allowed(words=("range", "model", "parameter", "memory_seconds")),
     ),
     "haptic_lab.people.fitting.fit": Entry(_fitted, {"draws": integer(0, 8), "seed": integer(0, 100)}),
     "haptic_lab.people.comparing.compare": Entry(_compared, {"draws": integer(0, 8), "seed": integer(0, 100)}),
