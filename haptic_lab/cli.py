@@ -25,6 +25,7 @@ COMMANDS = {
     "replay": "let the hand repeat a recording, and name what it touched",
     "live": "observe a hand as it moves, from streams of joints and contacts",
     "evaluate": "measure the observer between its brackets over many trials",
+    "people": "say what people answered, and hold them against observers",
     "figures": "draw the figures of the paper, and those beyond it",
     "train": "train a policy to name what the hand touches",
     "study": "do an experiment with the observers that was done with people",

@@ -26,6 +26,7 @@ from observer.belief import Belief
 from observer.configuration import Configured
 from observer.maps.capsules import MapInput
 from observer.maps.contact_model import ContactModel
+from observer.maps.forgetting import Forgetting
 from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import Maps, OccupancySnapshot
 from observer.novelty import MapNovelty
@@ -96,6 +97,7 @@ class HapticSLAM(Configured):
             self.hand,
             self.pose,
         )
+        self._state.forgetting = Forgetting(self.memory_seconds, self.control_hz)
         if self._known is not None:
             self._known.reset(seed)
         return self._belief(self._state, ago=0)
@@ -259,6 +261,8 @@ class HapticSLAM(Configured):
         lagged = self.pose.lagged(ago)
         mean, covariance = proposal.transition.mean, self.pose.covariance[lagged, lagged].copy()
         felt, stance = self._sensing.stand(state, step, mean, covariance)
+        if (fade := state.forgetting.now) is not None:
+            state.maps.fade(fade)
         return felt, Cloud(stance, proposal.centres, proposal.rest, proposal.spread)
 
     def _match(self, state: FilterState, felt: MapInput, cloud: Cloud) -> tuple[Array, NDArray[np.bool_]]:

@@ -136,6 +136,7 @@ def _trial(made: Any) -> None:
     state, hand = made._state, made.hand
     count, joints, patches, links = made.n_particles, hand.joints, len(hand.patches), len(hand.links)
     errors = made.pose.constant.stop - made.pose.constant.start
+    _number("state.forgetting.steps", state.forgetting.steps)
     _array("state.poses", state.poses, REAL, (count, joints))
     _array("state.errors", state.errors, REAL, (count, errors))
     mean, factor = state.drawn

@@ -25,6 +25,7 @@ from observer import edge, saved_checks
 from observer.configuration import Configured
 from observer.contacts.contact_filter import ContactFilter
 from observer.maps.contact_model import ContactModel
+from observer.maps.forgetting import Forgetting
 from observer.maps.hindsight import Hindsight, Moment
 from observer.maps.occupancy import Maps
 from observer.novelty import LinkHistory, MapNovelty
@@ -56,6 +57,7 @@ CHANGED: dict[type, tuple[str, ...]] = {
     Hindsight: ("_swept", "_seen", "_touches", "_fresh", "empty"),
     MapNovelty: ("_said", "_news"),
     TouchRecorder: ("_links",),
+    Forgetting: ("steps",),
 }
 RECORDS: dict[str, Any] = {each.__name__: each for each in (Waiting, Pose, Moment, LinkHistory, LaggedMoments)}
 KEYWORDS: dict[str, Any] = {each.__name__: each for each in (Grid, ContactModel, ContactDynamics)}

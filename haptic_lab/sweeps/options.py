@@ -13,7 +13,7 @@ from joblib import cpu_count
 
 import agents
 from haptic_env import reading, shapes, validate
-from haptic_lab import believed, conditions, faults
+from haptic_lab import believed, conditions, faults, limits
 from haptic_lab.conditions import TRUST
 from haptic_lab.sweeps import trial_tables
 from haptic_lab.sweeps.plan import HAND, SweepPlan, planned
@@ -218,6 +218,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add("--rotation-jitter", type=float, help="or how far about any axis; 180: it lies any way (default 0)")
     add("--believed-sigma", type=float, default=1.0, help="the observers are told so many times sigma (default 1)")
     believed.add_flags(add)
+    limits.add_flags(add)
     add("--jobs", type=int, default=cpu_count(), help="processes of this machine (default: one a core)")
     add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
     add("--out", type=as_path, default="out/evaluate", help="folder for the results (default out/evaluate)")

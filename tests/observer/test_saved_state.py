@@ -31,6 +31,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "a line": {"particles": 2, "motion": "delta_pose", "bias_deg": 2.0},
     "raw angles": {"particles": 1, "motion": "raw_angles", "lag": 0},
     "sampled": {"particles": 3, "matching": "sample", "grid": Grid.around((0.0, 0.0, 0.1), (0.1, 0.1, 0.1), 0.01)},
+    "forgetful": {"particles": 3, "memory_seconds": 0.3},
     "no hindsight": {"particles": 2, "in_hindsight": False, "lag": 3},
 }
 
