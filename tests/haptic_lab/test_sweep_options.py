@@ -84,7 +84,7 @@ def test_an_ablation_may_stand_in_the_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("sigma = 3", "unknown key 'sigma' (did you mean 'sigmas'?); choose from ablation, attention_seconds, believed"),
+        ("sigma = 3", "unknown key 'sigma' (did you mean 'sigmas'?); choose from ablation, attention_seconds"),
         ("[noise]\nbias_deg = 3", "unknown key 'noise'"),
         ("config = 'other.toml'", "unknown key 'config'"),
         ("trials = 3.0", "trials must be an integer, got 3.0"),
