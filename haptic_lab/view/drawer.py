@@ -50,14 +50,15 @@ def run(pipe: Connection, options: ViewOptions) -> None:
     drawer = Drawer(history, options.html is not None)
     while True:
         try:
-            name, told = pipe.recv()
+            messages = pipe.recv()
         except EOFError:  # whoever told is gone
             break
-        if name == "close":
+        for name, told in messages:
+            answer = getattr(drawer, name)(*told)
+            if name == "write":
+                pipe.send(answer)
+        if not messages:  # it is over
             break
-        answer = getattr(drawer, name)(*told)
-        if name == "write":
-            pipe.send(answer)
     history.close()
     if server is not None:
         server.finish(LAST)
@@ -116,17 +117,20 @@ class Drawer:
         assert self._encoder is not None
         self.history.add("truth", self._encoder.truth(solid, label))
 
-    def moment(self, moment: Moment) -> None:
-        """Take in a moment.
+    def moment(self, *told: Any) -> None:
+        """Take in a moment of the exploration.
 
         Args:
-            moment: of the exploration.
+            *told: what `packed` makes of it.
         """
+        from haptic_lab.view.moment import unpacked
+
         assert self._encoder is not None
+        moment = unpacked(told)
         self.history.add("state", self._encoder.state(moment))
         if moment.occupancy is not None:
             self.history.add("map", self._encoder.map(moment))
-        if moment.touches is not None and moment.touches[0] and self._encoder.no_surface is None:
+        if moment.touches is not None and self._encoder.touched(moment.touches):
             self._waiting.put(moment)
 
     def over(self, told: str) -> None:

@@ -148,7 +148,7 @@ def test_the_one_who_draws_never_keeps_the_observer_waiting(shown: Shown, monkey
     made = object.__new__(viewer.Viewer)
     made.dropped, made._waiting = 0, viewer.queue.Queue()
     made._pace = viewer.Pace(50.0)
-    monkeypatch.setattr(made._pace, "take", lambda *_: "moment")
+    monkeypatch.setattr(made._pace, "take", lambda *_: ("moment",))
     for step in range(10):
         made.show(step, shown, np.zeros(4))  # type: ignore[arg-type]
     made.show(10, shown, np.zeros(4), whole=True)  # type: ignore[arg-type]
