@@ -5,6 +5,7 @@ Shapes: J joints, P patches, C labels, (X, Y, Z) voxels.
 
 from __future__ import annotations
 
+import time
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -19,6 +20,7 @@ from observer.surface.touches import TouchingLink, TouchLog
 
 FRAMES_PER_SECOND = 25.0  # of the exploration's own time
 MAP_SECONDS, SURFACE_SECONDS = 0.25, 1.0  # between two of them
+RESTS = (0.01, 0.1, 2.0)  # s of the clock between two frames, maps, surfaces that are watched
 SURE, UNKNOWN = 254, 255  # of a voxel in a byte: that it is solid for certain, and that nothing is known
 
 
@@ -134,13 +136,17 @@ class Moment(NamedTuple):
 class Pace:
     """Which steps are drawn, and of which the map and the surface are."""
 
-    def __init__(self, control_hz: float) -> None:
+    def __init__(self, control_hz: float, every: bool = True) -> None:
         """Choose.
 
         Args:
             control_hz: steps a second.
+            every: whether all those are drawn, however soon they follow each other: for a file, rather than to be
+                watched.
         """
-        self._told = 0
+        self._rests = np.zeros(3) if every else np.array(RESTS)
+        self._free = np.zeros(3)  # s, from when on a frame, a map and a surface are drawn
+        self._told = self._mapped = self._drawn = 0
         self._frame = max(1, round(control_hz / FRAMES_PER_SECOND))
         self._map, self._surface = (
             self._frame * max(1, round(seconds * control_hz / self._frame))
@@ -156,7 +162,14 @@ class Pace:
         Returns:
             Whether it is.
         """
-        return step % self._frame == 0
+        return step % self._frame == 0 and self._rested(0)
+
+    def _rested(self, kind: int) -> bool:
+        now = time.monotonic()
+        if now < self._free[kind]:
+            return False
+        self._free[kind] = now + self._rests[kind]
+        return True
 
     def take(self, step: int, belief: Belief, posterior: Array, truth: Array | None, whole: bool = False) -> Moment:
         """Take what is drawn of a step.
@@ -172,8 +185,10 @@ class Pace:
             What belongs to it; arrays of the belief, which do not change.
         """
         log = belief.snapshot.touches
-        draws_map = whole or step % self._map == 0
-        draws_surface = log is not None and (whole or step % self._surface == 0)
+        draws_map = whole or (step - self._mapped >= self._map and self._rested(1))
+        draws_surface = log is not None and (whole or (step - self._drawn >= self._surface and self._rested(2)))
+        self._mapped = step if draws_map else self._mapped
+        self._drawn = step if draws_surface else self._drawn
         return Moment(
             step,
             belief.lagged_joint_angles,

@@ -26,7 +26,7 @@ from observer import Belief
 
 BACKLOG = 500  # moments that may wait; 20 s of them
 BETWEEN = 0.04  # s, from one message to the next
-PATIENCE = 60.0  # s that the other process has to begin, or to end
+PATIENCE = 60.0  # s that the other process has to begin
 
 
 class Viewer:
@@ -76,7 +76,7 @@ class Viewer:
         Args:
             setting: what stays as it is.
         """
-        self._pace, self._labels = Pace(setting.control_hz), setting.labels
+        self._pace = Pace(setting.control_hz, self.options.html is not None)
         self._waiting.put(("begin", (setting,)))
 
     def truth(self, solid: Solid | None, label: str | None) -> None:
@@ -119,10 +119,12 @@ class Viewer:
     def finish(self, told: str, console: Console) -> None:
         """Tell that it is over, and write the file, if one is asked for; where that cannot be, it is told.
 
-
         Args:
             told: how it ended.
             console: says what was written.
+
+        Raises:
+            KeyboardInterrupt: at a Ctrl-C meanwhile; the file is not written.
         """
         self._waiting.put(("over", (told,)))
         path = self.options.html
@@ -133,6 +135,9 @@ class Viewer:
             wrong = self._pipe.recv()
         except (EOFError, OSError):
             wrong = "the process that draws has ended"
+        except KeyboardInterrupt:
+            self._process.terminate()
+            raise
         if wrong is None:
             console.print(f"As one page: {path}", highlight=False)
         else:
@@ -155,8 +160,8 @@ class Viewer:
     def close(self) -> None:
         """Let browsers take what is left, and end the page."""
         self._waiting.put(None)
-        self._sender.join(PATIENCE)
-        self._process.join(PATIENCE)
+        self._sender.join(drawer.LAST)
+        self._process.join(2.0 * drawer.LAST)
         if self._process.is_alive():
             self._process.terminate()
         self._pipe.close()

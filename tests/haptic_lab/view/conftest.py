@@ -35,7 +35,7 @@ class Direct:
 
     def __init__(self) -> None:
         self.history, self.moments, self.setting = History(), [], None
-        self.drawer = Drawer(self.history, every_surface=True)
+        self.drawer = Drawer(self.history, behind=20)
 
     def begin(self, setting: Setting) -> None:
         self.setting, self._pace = setting, Pace(setting.control_hz)
@@ -104,24 +104,18 @@ def browser() -> Iterator[Browser]:
         browser.close()
 
 
-@pytest.fixture
-def faults() -> list[str]:
-    """What the browser complains about."""
-    return []
-
-
-@pytest.fixture
-def look(browser: Browser, faults: list[str]) -> Iterator[Page]:
-    """An empty page."""
+def blank(browser: Browser) -> Iterator[Page]:
+    """An empty page, in a window of its own."""
     context = browser.new_context(viewport={"width": 900, "height": 640})
-    made = context.new_page()
-    made.on("pageerror", lambda error: faults.append(str(error)))
-    made.on("console", lambda told: faults.append(told.text) if told.type == "error" else None)
-    yield made
+    yield context.new_page()
     context.close()
 
 
-@pytest.fixture
+look = pytest.fixture(blank)
+lasting = pytest.fixture(blank, scope="module")
+
+
+@pytest.fixture(scope="module")
 def serve() -> Iterator[Any]:
     """Serves a history; returns the address."""
     servers = []

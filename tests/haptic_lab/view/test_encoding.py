@@ -77,7 +77,7 @@ def test_the_last_is_the_map_in_hindsight_at_the_last_step(shown: Shown) -> None
     assert shown.moments[-1].truth is not None
 
 
-@pytest.mark.parametrize("name", ["two_finger", "adroit", "myo"])
+@pytest.mark.parametrize("name", ["two_finger", "adroit"])
 def test_every_patch_has_triangles_on_its_own_link(name: str) -> None:
     hand = hands.make(name)
     skin = skin_of(hand)

@@ -28,7 +28,7 @@ from observer import ShapePosterior, warm_up
 from tests.haptic_lab.view.conftest import SOFTWARE, chromium
 
 pytestmark = pytest.mark.statistical
-PAIRS, SECONDS = 8, 20.0
+PAIRS, SECONDS = 6, 20.0
 CLIENT = """
 import sys
 from playwright.sync_api import sync_playwright
