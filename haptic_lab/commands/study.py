@@ -99,8 +99,12 @@ def _check_adaptive(given: argparse.Namespace, said: dict[str, Any]) -> None:
 
 
 def _check_kept(folder: str | None, study: Study) -> None:
-    if folder is not None and not any(map(Path.is_file, _kept(folder, study).values())):
+    if folder is None:
+        return
+    tables = _kept(folder, study)
+    if not any(map(Path.is_file, tables.values())):
         raise ValueError(f"--trials-of must be the --out of a study {study.name}, got {folder!r}")
+    running.read_tables(list(tables.items()))
 
 
 def _kept(folder: str, study: Study) -> dict[str, Path]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from agents.few_joints import FewJoints
 from haptic_env import hand_of, registration, shapes
+from haptic_lab.limits import plain
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.sweeps import log_courses, replayed
 from haptic_lab.sweeps.measures import GroundTruth, measures_of
@@ -58,7 +59,7 @@ def explore(
 
 def _felt_by(task: SweepTask, observer: str, first: SweepTask) -> str:
     """The name of `observer` in the trial of a bundle, for a `task` that is not the first."""
-    same = observer == TRUE_POSE or task.condition.sigma_deg == first.condition.sigma_deg
+    same = plain(observer) == TRUE_POSE or task.condition.sigma_deg == first.condition.sigma_deg
     return observer if same else f"{observer} at {task.condition.sigma_deg}"
 
 
@@ -91,11 +92,13 @@ def make_trial(
         reveal_truth=True,
     )
     hand = hand_of(env)
-    observers = make(settings.observers, hand, particles=settings.particles, **task.told(hand))
+    limits = settings.limits
+    shared: dict[str, Any] = {"hand": hand, "particles": settings.particles, "limits": limits}
+    observers = make(settings.observers, **shared, **task.told(hand))
     felt_at: dict[str, float] = {}
     for other in further:
-        mine = [name for name in settings.observers if name != TRUE_POSE]
-        made = make(mine, hand, particles=settings.particles, **other.told(hand))
+        mine = [name for name in settings.observers if plain(name) != TRUE_POSE]
+        made = make(mine, **shared, **other.told(hand))
         renamed = {_felt_by(other, name, task): each for name, each in made.items()}
         renamed = {name: each for name, each in renamed.items() if name not in observers}
         observers |= renamed
@@ -104,6 +107,7 @@ def make_trial(
     env = guided(env, condition.policy, shape=shape_posterior(settings, GUIDE_VARIANTS), **task.told(hand))
     named = None if naming else ()
     told: dict[str, Any] = {"felt_at": felt_at, "trust": settings.trust, "courses": bool(settings.courses) and naming}
+    told["limits"] = limits
     return Trial(env, condition.policy, observers, posterior, task.seed, naming=named, **told)
 
 

@@ -61,6 +61,8 @@ feels = ["index_*"]
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.toml").write_text(MINE, encoding="utf-8")
+    (tmp_path / "damaged" / "trials" / "all").mkdir(parents=True)
+    (tmp_path / "damaged" / "trials" / "all" / "trials.csv").write_bytes(b"shape,seed\n\xff,1\n")
     (tmp_path / "named.toml").write_text(NAMED, encoding="utf-8")
     return tmp_path
 
@@ -115,6 +117,7 @@ def test_a_staircase_goes_on_from_what_it_asked_before(here: Path, capsys: pytes
         (["mine.toml", "--sigmas", "-1"], "--sigmas"),
         (["mine.toml", "--observers", "people"], "--observers"),
         (["mine.toml", "--trials-of", "elsewhere"], "--trials-of must be the --out of a study mine"),
+        (["mine.toml", "--trials-of", "damaged"], "is no table of a sweep"),
         (["named.toml", "--adaptive"], "--adaptive finds thresholds"),
         (["mine.toml", "--adaptive", "--trials", "0"], "--trials"),
         (["mine.toml", "--adaptive", "--trials-of", "."], "not with --trials-of"),

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from haptic_env.hand import Hand
+from haptic_lab.limits import NONE as NO_LIMITS
+from haptic_lab.limits import Limits, plain
 from haptic_lab.records import BeliefTrace
 from haptic_lab.sweeps import log_courses
 from haptic_lab.sweeps.measures import measures_without_map
@@ -47,7 +49,7 @@ class RawPose(PoseOnly):
 
 
 def make_without_maps(
-    names: Sequence[str], hand: Hand, sigma_deg: Any, particles: int, **keywords: Any
+    names: Sequence[str], hand: Hand, sigma_deg: Any, particles: int, limits: Limits = NO_LIMITS, **keywords: Any
 ) -> dict[str, Observer]:
     """Make observers that name as those of `make_observers` do, and map nothing.
 
@@ -56,6 +58,7 @@ def make_without_maps(
         hand: that explores.
         sigma_deg: that they are told, degrees; None: they find it out.
         particles: of those that are made as they are.
+        limits: of those that are called limited.
         **keywords: of all.
 
     Returns:
@@ -63,14 +66,15 @@ def make_without_maps(
     """
     made: dict[str, Observer] = {}
     for name in names:
-        if name == FLOOR:
+        kind = plain(name)  # a map that forgets is none either
+        if kind == FLOOR:
             made[name] = RawPose(hand, sigma_deg, **keywords)
-        elif name == CEILING:
+        elif kind == CEILING:
             made[name] = RawPose(hand, 0.0, **{**keywords, **WHITE_ONLY})
-        elif name == "haptic_slam":
+        elif kind == "haptic_slam":
             made[name] = PoseOnly(hand, sigma_deg, **keywords)
         else:
-            made |= make_observers([name], hand, sigma_deg, particles, **keywords)
+            made |= make_observers([name], hand, sigma_deg, particles, limits, **keywords)
     return made
 
 

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from haptic_lab.people.studies.discrimination import ENDS
 from haptic_lab.people.studies.presets import Study
 from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES, OUTLINE, SPARE, as_drawn
 
@@ -39,18 +40,22 @@ def thresholds(lines: pd.DataFrame, study: Study) -> Figure:
         _published(panel, study)
         for name, shift, colour in _observers(group):
             line = group[(group["observer"] == name) & group["threshold"].notna()].sort_values("sigma_deg")
-            far = {each: (line[each] - study.standard).abs().to_numpy(float) for each in ("threshold", "low", "high")}
-            at = far["threshold"]
-            errors = np.maximum([at - far["low"], far["high"] - at], 0.0)
-            shown: Any = {"color": colour, "label": as_drawn(OBSERVER_NAMES.get(name, name)), "markersize": 4}
-            panel.errorbar(line["sigma_deg"] * SPREAD**shift, at, errors, marker="o", elinewidth=1.0, **shown)
+            at, low, high = ((line[each] - study.standard).abs().to_numpy(float) for each in ENDS)
+            place, errors = line["sigma_deg"] * SPREAD**shift, np.maximum([at - low, high - at], 0.0)
+            label = as_drawn(OBSERVER_NAMES.get(name, name))
+            panel.errorbar(place, at, errors, color=colour, label=label, marker="o", markersize=4, elinewidth=1.0)
+            beyond = ~line["within"].to_numpy(bool)
+            panel.plot(place[beyond], at[beyond], "o", color=colour, markerfacecolor="white", markersize=4, zorder=3)
         sigmas = sorted(set(group["sigma_deg"]))
         panel.set(xscale="log", yscale="log", xlabel="σ of joint noise (°)", title=_title(condition, seconds))
         panel.set_xticks(sigmas, [f"{each:g}" for each in sigmas])
         panel.xaxis.set_minor_formatter(NullFormatter())
+        nearest, *_, farthest = (abs(value - study.standard) for value, _ in study.comparisons)
+        panel.set_ylim(0.4 * nearest, 2.0 * farthest)
         _by_value(panel, study)
     axes[0].set_ylabel(f"threshold of {study.parameter}{study.unit and f' ({study.unit})'}")
-    figure.suptitle(f"{study.title}: {100 * 0.5 * (1 + study.guess):g} % right, 95 % intervals", fontsize=10)
+    told = f"{study.title}: {100 * 0.5 * (1 + study.guess):g} % right, 95 % intervals"
+    figure.suptitle(told if lines["within"].all() else f"{told}; open: beyond the stimuli", fontsize=10)
     _legend(figure, axes[0])
     return figure
 

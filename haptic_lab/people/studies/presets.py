@@ -15,6 +15,10 @@ from haptic_lab.worlds import as_shape
 FOLDER = Path(__file__).parent / "presets"
 DISCRIMINATION, IDENTIFICATION = "discrimination", "identification"
 TASKS = (DISCRIMINATION, IDENTIFICATION)
+NOT_A_STUDYS = (
+    *("ablation", "calibration", "classifiers", "cluster", "courses", "exemplars", "jobs", "out", "quick"),
+    *("recordings", "trial_table"),
+)
 MOST_INTERVALS = 8
 MOST = 64  # stimuli, conditions, published figures
 Stimulus = tuple[float, str]
@@ -207,22 +211,27 @@ def _study(name: str, told: Mapping[str, Any]) -> Study:
     values["stimuli"] = tuple(_stimulus(each) for each in _several("stimuli", values.get("stimuli", [])))
     values["after"] = tuple(_several("after", values.get("after", [])))
     values["differs"] = tuple(_several("differs", values.get("differs", [])))
-    values["sweep"] = _table("sweep", values.get("sweep", {}))
+    values["sweep"] = _sweep("sweep", values.get("sweep", {}))
+    for needed in ("title", "task", "about"):
+        if needed not in values:
+            raise ValueError(f"{needed} is missing")
     if conditions:
         values["conditions"] = tuple(_condition(each) for each in _several("condition", conditions))
     known = {each.name for each in fields(Published)}
     several = [_keys("key of published", each, known) for each in _several("published", published)]
-    try:
-        values["published"] = tuple(Published(**each) for each in several)
-        return Study(name=name, **values)
-    except TypeError as error:  # something is missing
-        raise ValueError(str(error).rpartition("() ")[2]) from error
+    for figure in several:
+        for needed in ("value", "what", "source"):
+            if needed not in figure:
+                raise ValueError(f"{needed} of published is missing")
+    return Study(name=name, published=tuple(Published(**each) for each in several), **values)
 
 
 def _condition(told: Any) -> HandCondition:
     values = _keys("key of condition", told, {each.name for each in fields(HandCondition)})
     values |= {name: tuple(_several(name, values[name])) for name in ("moves", "feels") if name in values}
-    return HandCondition(**{**values, "sweep": _table("sweep of condition", values.get("sweep", {}))})
+    if "name" not in values:
+        raise ValueError("name of condition is missing")
+    return HandCondition(**{**values, "sweep": _sweep("sweep of condition", values.get("sweep", {}))})
 
 
 def _stimulus(told: Any) -> Stimulus:
@@ -240,6 +249,13 @@ def _keys(what: str, told: Any, known: set[str]) -> dict[str, Any]:
     for name in _table(what, told):
         validate.choice(what, name, sorted(known))
     return dict(told)
+
+
+def _sweep(what: str, told: Any) -> Mapping[str, Any]:
+    for name in _table(what, told):
+        if name in NOT_A_STUDYS:
+            raise ValueError(f"{name} is no key of {what} that a study may have")
+    return told
 
 
 def _table(what: str, told: Any) -> Mapping[str, Any]:

@@ -88,7 +88,11 @@ def _planned(study: Study, condition: HandCondition, given: Mapping[str, Any], o
         values["shapes"] = [as_shape(each) for each in values["shapes"]]
     values |= {"classifiers": [], "out": str(place_of(condition, out))}
     driven = None if len(moves) == hand.joints else moves
-    return ConditionPlan(condition.name, options.check_values(values), driven)
+    checked = options.check_values(values)
+    alike = {replace(each, sigma_deg=1.0, seconds=1.0) for each in checked.conditions}
+    if len(alike) > 1:
+        raise ValueError("a study varies sigmas and seconds alone; everything else must have one value")
+    return ConditionPlan(condition.name, checked, driven)
 
 
 def place_of(condition: HandCondition, out: Path, what: str = TRIALS) -> Path:
