@@ -104,17 +104,19 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
 def _measured(settings: Any, recording: MeasuredTouch) -> ExplorationSession:
     hand = recording.hand
     solid = None if settings.shape is None else shapes.usual(settings.shape, hand, settings.scale)
-    namer, candidates, told = of_measured(settings, hand)
+    namer, candidates, told = of_measured(settings, hand, recording.torques is not None)
     env = MeasuredPlayback(recording, solid)
-    return ExplorationSession(env, RepeatTorques(env, []), candidates, namer, told, measured=recording)
+    policy = RepeatTorques(env, [] if recording.torques is None else recording.torques[1:])
+    return ExplorationSession(env, policy, candidates, namer, told, measured=recording)
 
 
-def of_measured(settings: Any, hand: Hand) -> tuple[ShapePosterior, Candidates, dict[str, Any]]:
+def of_measured(settings: Any, hand: Hand, torques: bool = False) -> tuple[ShapePosterior, Candidates, dict[str, Any]]:
     """Say who observes a hand whose touch is measured, in a file or as it comes.
 
     Args:
         settings: `ExplorationSettings`.
         hand: that moved.
+        torques: whether it is known what was commanded; else joints are taken to move smoothly.
 
     Returns:
         The namer, what the object may be, and keywords of the observer.
@@ -123,18 +125,15 @@ def of_measured(settings: Any, hand: Hand) -> tuple[ShapePosterior, Candidates, 
         ValueError: for candidates that are none.
     """
     namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand), **SINKING_NAMER)
-    return namer, candidates, {"motion": "kinematic", "contact_model": SINKING, "in_hindsight": False}
+    told = {"contact_model": SINKING, "in_hindsight": False}
+    return namer, candidates, told if torques else {"motion": "kinematic", **told}
 
 
 def _felt(settings: Any, recording: Recording) -> ExplorationSession:
     """What was felt with torques that are told, by a hand of which no exploration tells."""
     hand = hands.make(registration.hand_name(settings.env))
-    found = _measured(settings, of_felt(recording, hand, steady_rate(recording)))
-    torques = recording.felt_of(hand).torques[1:]
-    if not torques.any():
-        return found
-    told = {name: value for name, value in found.told.items() if name != "motion"}
-    return replace(found, policy=RepeatTorques(found.env, torques), told=told)
+    told, torques = of_felt(recording, hand, steady_rate(recording)), recording.felt_of(hand).torques
+    return _measured(settings, replace(told, torques=torques) if torques[1:].any() else told)
 
 
 def _playback(settings: Any, recording: Recording) -> ExplorationSession:

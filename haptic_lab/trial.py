@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 import agents
 import haptic_env  # noqa: F401 - registers the environments
@@ -22,101 +21,17 @@ from haptic_env import hand_env
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
+from haptic_lab.limits import NONE as NO_LIMITS
+from haptic_lab.limits import Limits, plain
+from haptic_lab.observer_run import ObserverRun
 from haptic_lab.records import BeliefTrace, Exploration, SensorReading, StepInput
 from haptic_lab.worlds import solid_of
-from observer import Belief, ObserverWrapper, ShapePosterior
+from observer import ObserverWrapper, ShapePosterior
 from observer.variants import Observer, make_observer
 from observer.wrappers.observer_wrapper import check_rate
 
 GUIDE = "one_particle"  # of a policy that reads beliefs: names and poses need no more
 TRUE_POSE = "ceiling"  # the one observer that is handed the true angles
-
-
-@dataclass
-class ObserverRun:
-    """An observer at work, what it tells about the shape, and a record of both.
-
-    Attributes:
-        observer: that is told what was felt.
-        shape: names the object from its beliefs; None: nobody does.
-        beliefs: of each step: mean (J,) rad, SD (J,) rad, offset (J,) rad, its SD (J,) rad, effective sample size,
-            posterior (C,), reliability (P,).
-        lagged: by step: mean (J,) rad, SD (J,) rad, touches (P,), once the lag has passed.
-        course: log posterior (C,) after the reset and each step; None: it is not kept.
-    """
-
-    observer: Observer
-    shape: ShapePosterior | None
-    course: list[Array] | None = None
-    beliefs: list[tuple[Array, Array, Array, Array, float, Array, Array]] = field(default_factory=list)
-    lagged: dict[int, tuple[Array, Array, NDArray[np.bool_] | None]] = field(default_factory=dict)
-
-    @property
-    def posterior(self) -> dict[str, float]:
-        """Probability of each label now; empty where the observer is not asked to name the object."""
-        if self.shape is None:
-            return {}
-        return dict(zip(self.shape.labels, map(float, self.shape.posterior), strict=True))
-
-    def reset(self, seed: int, joint_angles: ArrayLike) -> None:
-        """Start a trial.
-
-        Args:
-            seed: of the observer's chance.
-            joint_angles: (J,) rad that are felt first.
-        """
-        self.belief = self.observer.reset(seed, joint_angles)
-        if self.shape is not None:
-            self.shape.reset(seed)
-            if self.course is not None:
-                self.course = [self.shape.log_posterior]
-
-    def step(self, step: int, name: str, turn: StepInput) -> None:
-        """Take one turn.
-
-        Args:
-            step: its number, from 1.
-            name: by which this observer is told something.
-            turn: what all are told.
-        """
-        del self.belief  # its map would be computed just before it changes, though nobody asked for it
-        self.belief = self.observer.step(turn.torque, turn.told[name], turn.contacts, turn.root)
-        posterior = self._take_in(step, self.belief)
-        now = self.belief
-        pose = now.joint_angles, now.joint_std, now.joint_offset, now.joint_offset_std
-        self.beliefs.append((*pose, now.n_eff, posterior, now.patch_reliability))
-        if self.course is not None and self.shape is not None:
-            self.course.append(self.shape.log_posterior)
-
-    def trace(self, step: int) -> BeliefTrace:
-        """End the trial.
-
-        Args:
-            step: number of the last turn.
-
-        Returns:
-            What was believed.
-        """
-        growing = self.belief.occupancy
-        for belief in self.observer.flush():
-            self.belief = belief
-            self._take_in(step, belief)
-        angles, std, offset, offset_std, n_eff, posterior, reliability = map(np.array, zip(*self.beliefs, strict=True))
-        if self.shape is not None:
-            posterior[-1] = self.shape.posterior  # the flush belongs to the last step
-        course = np.array([*self.course[:-1], self.shape.log_posterior]) if self.course and self.shape else None
-        smoothed = [self.lagged[k] for k in range(1, step + 1)]
-        lagged, lagged_std = (np.array([each[part] for each in smoothed]) for part in (0, 1))
-        contacts = [each for *_, each in smoothed if each is not None]
-        touched = np.array(contacts) if len(contacts) == step else None
-        labels = () if self.shape is None else self.shape.labels
-        now = angles, std, lagged, lagged_std, offset, offset_std, n_eff, posterior
-        return BeliefTrace(labels, *now, self.belief, growing, reliability, touched, course)
-
-    def _take_in(self, step: int, belief: Belief) -> Array:
-        lagged = belief.lagged_joint_angles, belief.lagged_joint_std, belief.lagged_contacts
-        self.lagged[step - belief.lag_steps] = lagged
-        return np.empty(0) if self.shape is None else self.shape.update(belief)
 
 
 class Trial:
@@ -133,6 +48,7 @@ class Trial:
         felt_at: Mapping[str, float] | None = None,
         trust: bool = False,
         courses: bool = False,
+        limits: Limits = NO_LIMITS,
     ) -> None:
         """Set up an exploration; it is begun by the first turn.
 
@@ -146,6 +62,7 @@ class Trial:
             felt_at: of some observers the sigma, in degrees, at which they feel the angles, in place of that of `env`.
             trust: whether a model may run code when it is read.
             courses: whether log posteriors through time are kept.
+            limits: of the observers that are called limited.
 
         Raises:
             ValueError: for a policy or an observer that does not fit `env`.
@@ -159,9 +76,13 @@ class Trial:
         told = {"trust": trust} if agents.is_model(policy) else {}
         self.policy = agents.make(policy, env, self._policy_seed, **told) if isinstance(policy, str) else policy
         # Copies share the tables of the candidates, which are never changed.
+        hand, rate, seed = self.hand, base.control_hz, self._observer_seed
         self.observer_runs = {
             name: ObserverRun(
-                each, copy.copy(shape) if naming is None or name in naming else None, [] if courses else None
+                each,
+                limits.namer(name, shape, rate) if naming is None or name in naming else None,
+                course=[] if courses else None,
+                attention=limits.attention(name, hand, rate, seed),
             )
             for name, each in observers.items()
         }
@@ -226,7 +147,7 @@ class Trial:
         """The angles (J,) rad that each observer is told at a step, by its name; `others` feel them at other sigmas."""
         also = {sigma: each(true) for sigma, each in others.items()}
         told = {name: also[self._felt_at[name]] if name in self._felt_at else felt for name in self.observer_runs}
-        return {name: true if name == TRUE_POSE else angles for name, angles in told.items()}
+        return {name: true if plain(name) == TRUE_POSE else angles for name, angles in told.items()}
 
     def finish(self) -> tuple[Exploration, dict[str, BeliefTrace]]:
         """Flush the observers' lag.
@@ -290,7 +211,12 @@ def check_model(env: gym.Env[Any, Any], policy: str, shape: ShapePosterior, trus
 
 
 def make_observers(
-    names: Sequence[str], hand: Hand, sigma_deg: float | None, particles: int, **keywords: Any
+    names: Sequence[str],
+    hand: Hand,
+    sigma_deg: float | None,
+    particles: int,
+    limits: Limits = NO_LIMITS,
+    **keywords: Any,
 ) -> dict[str, Observer]:
     """Make observers.
 
@@ -299,9 +225,13 @@ def make_observers(
         hand: that explores.
         sigma_deg: that they are told, degrees; None: they find it out.
         particles: of the ones that have any.
+        limits: of those that are called limited.
         **keywords: of all.
 
     Returns:
         The observers by name.
     """
-    return {name: make_observer(name, hand, sigma_deg, particles, **keywords) for name in names}
+    return {
+        name: make_observer(plain(name), hand, sigma_deg, particles, **keywords, **limits.keywords(name))
+        for name in names
+    }

@@ -8,6 +8,8 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable
 
+import numpy as np
+
 from haptic_env import validate
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
@@ -22,6 +24,7 @@ from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose.motions import MOTIONS
 from observer.pose.tracking import TracksPose
 from observer.sensing import Sensing
+from observer.shape import fading
 from observer.shape.pose_correction import PoseCorrection, reach
 from observer.shape.posterior import ShapePosterior
 from observer.state import FilterState
@@ -43,6 +46,7 @@ class Configured(TracksPose):
         lag: steps.
         grid: of the maps.
         contact_model: what contacts say of voxels.
+        memory_seconds: s, time constant with which maps fade.
         pose: the Gaussian that is the same for all particles.
         in_hindsight: whether the last belief has the map in hindsight.
         needs: what is to be compiled for it (`observer.compiling`).
@@ -78,6 +82,7 @@ class Configured(TracksPose):
         dynamics: ContactDynamics | None = None,
         solids: ShapePosterior | None = None,
         threads: int | None = None,
+        memory_seconds: float = np.inf,
     ) -> None:
         """Check the arguments, and put the filter together.
 
@@ -119,6 +124,8 @@ class Configured(TracksPose):
                 without; but where it can be one alone, contacts with it tell the offsets of felt angles.
             threads: how many match particles to their maps side by side; None: what is fastest for their number. The
                 bits are the same.
+            memory_seconds: s, time constant with which maps fade (`observer.maps.forgetting`), that in hindsight too;
+                inf: not at all. The pose, and the log of touches that surfaces are drawn of, do not.
 
         Raises:
             ValueError: for a value out of range.
@@ -132,6 +139,7 @@ class Configured(TracksPose):
             hand.joints, rate, sigma_deg, bias_deg, drift_deg, drift_seconds, proportional, start_std_deg
         )
         self.n_particles = validate.integer("particles", particles, 1, edge.COUNT)
+        self.memory_seconds = fading.check(memory_seconds)
         self.n_candidates = validate.integer("candidates", candidates, 1, edge.COUNT)
         self.matching = validate.choice("matching", matching, MATCHING)
         self.threads = side_by_side.check(threads)

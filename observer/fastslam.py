@@ -26,9 +26,11 @@ from observer.belief import Belief
 from observer.configuration import Configured
 from observer.maps.capsules import MapInput
 from observer.maps.contact_model import ContactModel
+from observer.maps.forgetting import Forgetting
 from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import Maps, OccupancySnapshot
 from observer.novelty import MapNovelty
+from observer.shape.posterior import ShapePosterior
 from observer.state import NOTHING, Diagnostics, FilterState, Proposal, Waiting, belief_of
 from observer.surface.mesh import Surface, surface_of
 from observer.surface.touches import TouchLog, TouchRecorder
@@ -96,6 +98,7 @@ class HapticSLAM(Configured):
             self.hand,
             self.pose,
         )
+        self._state.forgetting = Forgetting(self.memory_seconds, self.control_hz)
         if self._known is not None:
             self._known.reset(seed)
         return self._belief(self._state, ago=0)
@@ -183,12 +186,12 @@ class HapticSLAM(Configured):
             path: of the file.
 
         Raises:
-            ValueError: where it cannot be written, and for an observer that was told `solids`.
+            ValueError: where it cannot be written, and for one that was told `solids` with `rotation_jitter`.
         """
         saved_state.write(path, self)
 
     @classmethod
-    def load(cls, path: Path | str, hand: Hand | None = None) -> Self:
+    def load(cls, path: Path | str, hand: Hand | None = None, *, solids: ShapePosterior | None = None) -> Self:
         """Take up an observer that was saved; it goes on to the same bits.
 
         Nothing in the file is run.
@@ -197,15 +200,16 @@ class HapticSLAM(Configured):
             path: of the file.
             hand: that it was saved of; None: the one of `haptic_env.hands` of that name, as it is made without
                 keywords.
+            solids: that it was told, as they were given to it then; None: none.
 
         Returns:
             The observer.
 
         Raises:
-            ValueError: for a file that is none, is cut short, of another hand or another format.
+            ValueError: for a file that is none, is cut short, of another hand, other solids or another format.
             OSError: where it cannot be read.
         """
-        made: Self = saved_state.read(path, hand, cls)
+        made: Self = saved_state.read(path, hand, cls, solids)
         return made
 
     @property
@@ -259,6 +263,8 @@ class HapticSLAM(Configured):
         lagged = self.pose.lagged(ago)
         mean, covariance = proposal.transition.mean, self.pose.covariance[lagged, lagged].copy()
         felt, stance = self._sensing.stand(state, step, mean, covariance)
+        if (fade := state.forgetting.now) is not None:
+            state.maps.fade(fade)
         return felt, Cloud(stance, proposal.centres, proposal.rest, proposal.spread)
 
     def _match(self, state: FilterState, felt: MapInput, cloud: Cloud) -> tuple[Array, NDArray[np.bool_]]:

@@ -206,6 +206,14 @@ class MapNovelty:
         other._said, other._news = copy.deepcopy(self._said), self._news.copy()
         return other
 
+    def fade(self, share: float) -> None:
+        """Forget what was said: it is news again.
+
+        Args:
+            share: of it that is left.
+        """
+        self._said.exponent[:] *= share
+
     def heard(
         self, stance: MeanFrames, contacts: NDArray[np.bool_], mute: NDArray[np.bool_] | None = None
     ) -> NDArray[np.bool_]:

@@ -61,6 +61,10 @@ class Sensing:
             What the step has to say to the maps, and the frames of the mean pose.
         """
         contacts, root, unmeasured = step
+        state.forgetting.step()
+        if (fade := state.forgetting.now) is not None:
+            state.novelty.fade(fade.share)
+            state.hindsight.fade(fade)
         tree = placed(self.tree, root)
         stance, reach = capsules.stand(tree, self.body, self.evidence, self.model.caution, pose, covariance)
         touch = np.where(state.contacts, self.model.sustained, self.model.touch)

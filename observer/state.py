@@ -16,40 +16,16 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
-from haptic_env.pose import Pose
 from observer import resampling
 from observer.belief import Belief, Transition
 from observer.gaussian import carried_on, lower_factor, shifted
+from observer.maps.forgetting import Forgetting
 from observer.maps.hindsight import Hindsight
 from observer.maps.occupancy import Maps
 from observer.novelty import MapNovelty
 from observer.pose.source import PoseSource
 from observer.surface.touches import TouchRecorder
-
-
-class Waiting(NamedTuple):
-    """A step that waits for the lag.
-
-    Attributes:
-        contacts: (P,) that were felt.
-        root: where the hand as a whole was; None where it does not move.
-        unmeasured: (P,) patches whose contact was not measured; None: all were.
-    """
-
-    contacts: NDArray[np.bool_]
-    root: Pose | None
-    unmeasured: NDArray[np.bool_] | None = None
-
-    def touching(self, touched: NDArray[np.bool_]) -> Self:
-        """Say in hindsight which patches were touched.
-
-        Args:
-            touched: (P,), of which those that were not measured do not count.
-
-        Returns:
-            The step.
-        """
-        return self._replace(contacts=touched if self.unmeasured is None else touched & ~self.unmeasured)
+from observer.waiting import Waiting as Waiting
 
 
 class Diagnostics(NamedTuple):
@@ -101,6 +77,7 @@ class FilterState:
         contacts: (P,) of the step that entered the maps last.
         log_evidence: log probability of the contacts so far.
         waiting: steps that have not entered the maps.
+        forgetting: when maps fade.
         weights: (N,).
         log_weights: (N,).
         n_eff: effective sample size, 1 / Σw².
@@ -117,6 +94,7 @@ class FilterState:
     contacts: NDArray[np.bool_]
     log_evidence: float = 0.0
     waiting: deque[Waiting] = field(default_factory=deque)
+    forgetting: Forgetting = field(default_factory=Forgetting)
 
     def __post_init__(self) -> None:
         self.weigh_alike()
@@ -167,7 +145,7 @@ class FilterState:
         """
         other = copy.copy(self)
         other.novelty, other.hindsight = self.novelty.branch(), self.hindsight.branch()
-        other.touches = self.touches.branch()
+        other.touches, other.forgetting = self.touches.branch(), copy.copy(self.forgetting)
         return other
 
     def predict(self, pose: PoseSource, ago: int) -> Proposal:

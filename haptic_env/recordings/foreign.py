@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from haptic_env import reading, validate
+from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.recordings import archive, checks, tables, xdf, zarr_stores
 from haptic_env.recordings.adroit_demonstrations import SUFFIX
 from haptic_env.recordings.column_map import ColumnMap
 from haptic_env.recordings.measured import Coverage, MeasuredTouch, merge
 from haptic_env.recordings.recording import Recording
-from haptic_env.recordings.streams import Streams, numbered
+from haptic_env.recordings.streams import TORQUES, Streams, numbered
 
 
 def _arrays(path: Path, part: str | None) -> Streams:
@@ -107,7 +109,20 @@ def read_measured(path: Path | str, columns: ColumnMap | None, hand: Hand, *, pa
     validate.instance("hand", hand, Hand, "a Hand, as haptic_env.hands.make gives")
     if columns is not None:
         validate.instance("columns", columns, ColumnMap, "a ColumnMap, as read_columns gives")
-    return merge(reader(place, part), _usual(place, hand) if columns is None else columns, hand)
+    streams = reader(place, part)
+    if columns is not None:
+        return merge(streams, columns, hand)
+    found = merge(streams, _usual(place, hand), hand)
+    told = reading.npz(place).get(TORQUES) if place.suffix.lower() == ".npz" else None
+    return found if told is None else replace(found, torques=_torques(place, told, found))
+
+
+def _torques(path: Path, told: Any, found: MeasuredTouch) -> Array:
+    """Torques (K, J) of a file that has them for each step of it."""
+    try:
+        return validate.array(TORQUES, told, (len(found), found.hand.joints), bound=1.0)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}, one of each joint for each step") from error
 
 
 def of_felt(recording: Recording, hand: Hand, control_hz: float) -> MeasuredTouch:

@@ -69,6 +69,7 @@ class MeasuredTouch:
         joint_angles: (K, J) rad; of the first step all are known.
         contacts: (K, P), 0 or 1.
         coverage: what of it was measured.
+        torques: (K, J) fractions, commanded on the way to each step; None: they are not known.
     """
 
     source: str
@@ -77,6 +78,7 @@ class MeasuredTouch:
     joint_angles: Array
     contacts: Array
     coverage: Coverage
+    torques: Array | None = None
 
     def __len__(self) -> int:
         return len(self.joint_angles)
@@ -92,7 +94,7 @@ class MeasuredTouch:
         Returns:
             As `streams.arrays_of`.
         """
-        return arrays_of(self.hand, self.control_hz, self.joint_angles, self.contacts)
+        return arrays_of(self.hand, self.control_hz, self.joint_angles, self.contacts, self.torques)
 
 
 def merge(streams: Streams, columns: ColumnMap, hand: Hand) -> MeasuredTouch:

@@ -16,6 +16,7 @@ from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 
 TIMES = ("time", "timestamp", "timestamps", "t")  # columns that are taken for the time where nothing is said
+TORQUES = "commanded_torques"  # array (K, J) of an .npz that is read without a map
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 MOST_NUMBERS = 2**26  # of a stream: 512 MiB
 SLICE = re.compile(r"(?P<name>.+)\[(?P<first>\d+)(?::(?P<end>\d+))?\]")
@@ -54,7 +55,9 @@ def numbered(name: str, values: Array, time: Array | None = None) -> Stream:
     return Stream(name, columns, flat, time)
 
 
-def arrays_of(hand: Hand, control_hz: float, joint_angles: Array, contacts: Array) -> dict[str, Array]:
+def arrays_of(
+    hand: Hand, control_hz: float, joint_angles: Array, contacts: Array, torques: Array | None = None
+) -> dict[str, Array]:
     """Name what a hand felt as files are read without a map.
 
     Args:
@@ -62,16 +65,18 @@ def arrays_of(hand: Hand, control_hz: float, joint_angles: Array, contacts: Arra
         control_hz: Hz, of the steps.
         joint_angles: (K, J) rad.
         contacts: (K, P), 0 or 1; NaN where nothing was measured.
+        torques: (K, J) fractions, commanded on the way to each step; None: they are not known.
 
     Returns:
         `time` (K,) s from the first step, and (K,) for each joint, rad, and for each patch that was measured, by its
-        name.
+        name; where torques are known they are `commanded_torques`, and `control_hz` tells the rate.
     """
     names = hand.patches.names
     return {
         "time": np.arange(len(joint_angles)) / control_hz,
         **dict(zip(hand.joint_names, joint_angles.T, strict=True)),
         **{names[patch]: contacts[:, patch] for patch in np.flatnonzero(np.isfinite(contacts).any(axis=0))},
+        **({} if torques is None else {TORQUES: torques, "control_hz": np.array(control_hz)}),
     }
 
 

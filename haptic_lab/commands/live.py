@@ -18,10 +18,12 @@ from haptic_env.hand import Hand
 from haptic_env.recordings import ColumnMap
 from haptic_env.recordings.measured import USUAL_HZ
 from haptic_lab import believed, replay
+from haptic_lab.exploration import learnt
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
 from haptic_lab.live import udp
-from haptic_lab.live.layout import layouts
+from haptic_lab.live.layout import layouts, torque_layout
 from haptic_lab.live.lsl import LslSink, LslSource
+from haptic_lab.live.pace import BEHIND
 from haptic_lab.live.record import StepRecord
 from haptic_lab.live.session import LiveSession
 from haptic_lab.terminal import Parser, as_path, make_console, tell, tell_error
@@ -37,6 +39,7 @@ from observer import HapticSLAM, warm_up
 EXAMPLE = """examples: haptic-slam live --lsl-in Glove Skin --hand adroit --columns map.toml --record session.npz
           haptic-slam live --udp 5005 --udp-out 5006 --hand two_finger --candidates cube sphere
           haptic-slam replay session.npz --hand two_finger"""
+TOLD = (*believed.BELIEVED, *learnt.JITTER, "sigma", "particles", "seed", "none", "library")
 UNTOLD: dict[str, Any] = {"seconds": None, "policy": "random_torque", "out": "out/live"}
 
 
@@ -52,6 +55,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--lsl-in", nargs="+", metavar="NAME", help="streams that have the joints and the contacts")
+    what = (
+        "what is commanded, fractions of the torques' limits: a stream of --lsl-in's kind, or without a name the lines "
+        "of --udp; then the hand's physics says how it moves"
+    )
+    add("--torques", nargs="?", const=udp.TORQUES, metavar="NAME", help=what)
     add("--udp", type=int, metavar="PORT", help="listen for JSON lines at this port instead; 0: any that is free")
     add("--host", default=udp.HERE, help=f"address at which to listen (default {udp.HERE}: this machine only)")
     add("--udp-out", type=int, metavar="PORT", help="send beliefs to this port of this machine, as JSON lines")
@@ -63,6 +71,7 @@ def main(arguments: list[str] | None = None) -> int:
     named = "what the object may be, shapes or sets, each at its own size (default: the four shapes)"
     add("--candidates", type=typed_shape, nargs="+", metavar="SHAPE", help=named)
     add("--none", type=float, default=0.0, help="prior probability that it is none of these (default 0)")
+    learnt.add_flags(add, learning=False)
     add("--sigma", type=float, help="error of the joint sensors, SD in degrees (default 3)")
     believed.add_flags(add)
     add("--particles", type=int, help="hypotheses of the observer (default 200)")
@@ -112,21 +121,28 @@ def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:
     rate = given["control_hz"] or (columns.control_hz if columns is not None else None)
     if rate is not None:
         rate = validate.number("--control-hz", rate, 1.0, 500.0, unit="Hz")
+    torques = given["torques"]
     record = StepRecord(None if given["record"] is None else Path(given["record"]), hand, rate or USUAL_HZ)
     source: Any
     if given["udp"] is None:
-        source = LslSource(given["lsl_in"])
+        if torques in given["lsl_in"]:
+            raise ValueError(f"--torques must be another stream than those of --lsl-in, got {validate.shown(torques)}")
+        source = LslSource([*given["lsl_in"], *([] if torques is None else [torques])])
         named, rates = [(name, source.labels[name]) for name in given["lsl_in"]], source.rates
     else:
+        if torques not in (None, udp.TORQUES):
+            raise ValueError(f"--torques of --udp takes no name: lines tell them as {udp.TORQUES}, got {torques!r}")
         labels = _udp_columns(hand, columns)
-        source = udp.UdpSource(given["udp"], given["host"], labels, _say)
         named, rates = list(labels.items()), {}
+        told_by = labels if torques is None else {**labels, torques: hand.joint_names}
+        source = udp.UdpSource(given["udp"], given["host"], told_by, _say)
     try:
         found = layouts(named, columns, hand)
+        drive = None if torques is None else torque_layout(torques, _labels(source, torques, hand), hand)
         rate = rate or _rate(rates.get(found[0].stream, 0.0), found[0].stream, given["udp"] is not None)
         touched = rates.get(found[1].stream, 0.0)
-        record = StepRecord(record.path, hand, rate)
-        namer, _, told = replay.of_measured(settings, hand)
+        record = StepRecord(record.path, hand, rate, torques is not None)
+        namer, _, told = replay.of_measured(settings, hand, torques is not None)
         noise = settings.told(settings.noise, hand)
         told = {"control_hz": rate, **noise, **told}
         slam = make_observers((OBSERVER,), hand, particles=settings.particles, **told)[OBSERVER]
@@ -139,8 +155,14 @@ def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:
     except BaseException:
         source.close()
         raise
-    interval = 1.0 / touched if touched > 0.0 else 1.0 / rate
-    return source, LiveSession(slam, namer, found, interval, settings.seed, record, _say), sinks
+    driven = rates.get(torques, 0.0) if torques is not None else 0.0
+    intervals = 1.0 / (touched if touched > 0.0 else rate), 1.0 / (driven if driven > 0.0 else rate)
+    return source, LiveSession(slam, namer, (*found, drive), intervals, settings.seed, record, _say), sinks
+
+
+def _labels(source: Any, stream: str, hand: Hand) -> Sequence[str]:
+    """Of the columns of a stream of torques: lines by UDP have the hand's own."""
+    return source.labels[stream] if isinstance(source, LslSource) else hand.joint_names
 
 
 def _say(told: str) -> None:
@@ -155,7 +177,8 @@ def _hand(given: dict[str, Any], columns: ColumnMap | None) -> Hand:
 
 
 def _settings(given: dict[str, Any], hand: Hand) -> ExplorationSettings:
-    told = {name: given[name] for name in (*believed.BELIEVED, "sigma", "particles", "seed", "none")}
+    learnt.resolve(given)
+    told = {name: given[name] for name in TOLD}
     known = {**DEFAULTS, **UNTOLD, **{name: each for name, each in told.items() if each is not None}}
     among = None if given["candidates"] is None else expanded(given["candidates"], trust=False)
     return ExplorationSettings(**{**known, "env": environment(hand.source or hand.name), "candidates": among})
@@ -190,6 +213,8 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
     with told_on(console):
         get_ready(console, slam.hand)
         warm_up(slam.hand, observer=slam)
+    if (slow := session.pace.rehearse(slam, session.namer)) is not None:
+        _say(slow)
     where = f"UDP port {source.port}" if isinstance(source, udp.UdpSource) else ", ".join(given["lsl_in"])
     console.print(
         f"Listening to {where} for hand {slam.hand.name}, {slam.control_hz:g} steps a second; Ctrl-C ends it …"
@@ -199,11 +224,12 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
         session.stop = True
         signal.signal(signal.SIGINT, signal.default_int_handler)  # a second one ends it at once
 
-    usual = signal.signal(signal.SIGINT, interrupt)
+    usual = {each: signal.signal(each, interrupt) for each in (signal.SIGINT, signal.SIGTERM)}
     try:
         session.run(source, sinks, given["seconds"])
     finally:
-        signal.signal(signal.SIGINT, usual)
+        for each, handler in usual.items():
+            signal.signal(each, handler)
         source.close()
         for sink in sinks:
             sink.close()
@@ -211,11 +237,14 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
             console.print(f"Recorded: {session.record.path}, {len(session.record)} steps", highlight=False)
     if given["save"] is not None and session.told is not None:
         slam.save(given["save"])
-    counts = session.merger.counts
+    counts, behind = session.merger.counts, session.pace.most
+    if behind > BEHIND:
+        console.print(f"Beliefs were up to {behind:.1f} s behind what had come", highlight=False)
+    driven = "" if session.merger.torques is None else f", {counts.torques} of torques"
     console.print(
-        f"{counts.steps} steps told; {counts.joints} samples of joints and {counts.touch} of touch, {counts.late} "
-        f"late, {counts.repeated} twice, {counts.refused} numbers refused, {counts.clock_steps} steps of clocks; "
-        f"{counts.joints_missing} steps without a joint, {counts.touch_missing} without touch",
+        f"{counts.steps} steps told; {counts.joints} samples of joints and {counts.touch} of touch{driven}, "
+        f"{counts.late} late, {counts.repeated} twice, {counts.refused} numbers refused, {counts.clock_steps} steps of "
+        f"clocks; {counts.joints_missing} steps without a joint, {counts.touch_missing} without touch",
         highlight=False,
     )
     if session.told is not None:

@@ -16,6 +16,8 @@ from haptic_lab import possible, replay
 from haptic_lab.exploration import learnt
 from haptic_lab.exploration.screen import Screen
 from haptic_lab.exploration.settings import OBSERVER, RAW, SECONDS, ExplorationSettings
+from haptic_lab.limits import NONE as NO_LIMITS
+from haptic_lab.limits import Limits
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.trial import Trial, check_model, guided, make_observers
 from haptic_lab.view.trial_view import TrialView
@@ -59,6 +61,7 @@ def make_trial(
     session: replay.ExplorationSession,
     names: Sequence[str] = (RAW, OBSERVER),
     naming: Collection[str] = (OBSERVER,),
+    limits: Limits = NO_LIMITS,
     **keywords: Any,
 ) -> Trial:
     """Make who acts and who observes.
@@ -68,6 +71,7 @@ def make_trial(
         session: what `begin` returns.
         names: of the observers; those that are no brackets are informed.
         naming: those that name the object.
+        limits: of the observers that are called limited.
         **keywords: what else the trial is told.
 
     Returns:
@@ -82,11 +86,11 @@ def make_trial(
     for name in names:
         informed = session.informed if name.split("+")[0] in (OBSERVER, *VARIANTS) else {}
         told = {"control_hz": rate, **noise, **session.told, **informed}
-        observers |= make_observers((name,), session.hand, particles=settings.particles, **told)
+        observers |= make_observers((name,), session.hand, particles=settings.particles, limits=limits, **told)
     env = session.env
     if isinstance(session.policy, str):
         env = guided(env, session.policy, shape=session.namer, **noise)
-    told = {"naming": naming, "trust": settings.trust, **keywords}
+    told = {"naming": naming, "trust": settings.trust, "limits": limits, **keywords}
     return Trial(env, session.policy, observers, session.namer, settings.seed, **told)
 
 

@@ -18,6 +18,8 @@ from haptic_env.recordings import ColumnMap, checks
 from haptic_env.recordings.column_map import JointColumn
 from haptic_env.recordings.streams import Stream, Streams, summary
 
+ROUNDED = 1e-6  # beyond ± 1: a fraction that was rounded
+
 
 @dataclass(frozen=True)
 class JointLayout:
@@ -93,6 +95,59 @@ class TouchLayout:
         for column, patch in enumerate(self.patch):
             result[:, patch] = np.fmax(result[:, patch], told[:, column])  # where any of its taxels is touched
         return result, odd
+
+
+@dataclass(frozen=True)
+class TorqueLayout:
+    """How columns tell what is commanded, as fractions of the joints' limits.
+
+    Attributes:
+        stream: that has them.
+        column: (J,) of each joint.
+    """
+
+    stream: str
+    column: NDArray[np.int64]
+
+    def torques(self, values: Array) -> tuple[Array, int]:
+        """Read samples.
+
+        Args:
+            values: (T, C).
+
+        Returns:
+            (T, J), and how many numbers were no fractions: where there is any the whole sample is NaN.
+        """
+        told: Array = values[:, self.column]
+        wrong = ~np.less_equal(np.abs(told), 1.0 + ROUNDED)
+        odd = wrong.any(axis=1, keepdims=True)
+        return np.where(odd, np.nan, told.clip(-1.0, 1.0)), int((wrong & ~np.isnan(told)).sum())
+
+
+def torque_layout(stream: str, labels: Sequence[str], hand: Hand) -> TorqueLayout:
+    """Find joints among the columns of a stream of torques.
+
+    Args:
+        stream: its name.
+        labels: of its columns: names of joints, in any order, or as many as there are joints, in their order.
+        hand: whose they are.
+
+    Returns:
+        Which column is of which joint.
+
+    Raises:
+        ValueError: for a stream of another width, or of other joints.
+    """
+    names, labels = hand.joint_names, list(labels)
+    if {*names} <= {*labels}:
+        return TorqueLayout(stream, np.array([labels.index(name) for name in names]))
+    if len(labels) == len(names) and not {*names} & {*labels}:
+        return TorqueLayout(stream, np.arange(len(names)))
+    missing = [name for name in names if name not in labels]
+    raise ValueError(
+        f"stream {stream!r} of torques has {len(labels)} columns; it must have one of each of the {len(names)} joints "
+        f"of hand {hand.name!r}, called so or in their order; there is none of {validate.listed(missing)}"
+    )
 
 
 def layouts(

@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.recordings.merging import BRIDGED, HELD, LATE, SAME, angles_at, contacts_at
 from haptic_lab.live.buffer import StreamBuffer
+from haptic_lab.live.torques import HeldTorques
 
 PATIENCE = 0.25  # s
+AHEAD = 60.0  # s: so much is kept while there is no first pose of all joints
 SILENT = 1.0  # s: of a stream that is silent for so long nothing is waited for
 EARLY = 0.25  # of the interval: samples of touch come no earlier than that before they are due
 
@@ -32,11 +34,13 @@ class LiveStep(NamedTuple):
         time: s, on the line of all streams.
         joint_angles: (J,) rad.
         contacts: (P,) 0 or 1.
+        torques: (J,) fractions that were commanded since the step before; None: they are not known.
     """
 
     time: float
     joint_angles: Array
     contacts: Array
+    torques: Array | None = None
 
 
 @dataclass
@@ -46,6 +50,7 @@ class Counts:
     Attributes:
         joints: that came.
         touch: that came.
+        torques: that came.
         late: that came when their step was told.
         repeated: with the time stamp of another.
         refused: numbers that no joint, or no contact, can have.
@@ -57,6 +62,7 @@ class Counts:
 
     joints: int = 0
     touch: int = 0
+    torques: int = 0
     late: int = 0
     repeated: int = 0
     refused: int = 0
@@ -67,13 +73,22 @@ class Counts:
 
 
 class LiveMerger:
-    """Two streams on the steps of an observer.
+    """Two streams, or three, on the steps of an observer.
 
     Attributes:
         counts: of samples and steps.
+        torques: that are commanded; None: nobody tells.
     """
 
-    def __init__(self, joints: int, patches: int, measured: NDArray[np.int64], rate: float, interval: float) -> None:
+    def __init__(
+        self,
+        joints: int,
+        patches: int,
+        measured: NDArray[np.int64],
+        rate: float,
+        interval: float,
+        torques: HeldTorques | None = None,
+    ) -> None:
         """Begin before the first sample.
 
         Args:
@@ -82,7 +97,10 @@ class LiveMerger:
             measured: (M,) the patches that are.
             rate: Hz, of the steps.
             interval: s, from one sample of touch to the next, usually.
+            torques: that are commanded; None: nobody tells.
         """
+        self.torques = torques
+        self._commanded = StreamBuffer(joints) if torques is None else torques.samples
         self.counts, self._patches, self._measured = Counts(), patches, measured
         self._rate, self._interval = rate, interval
         self._keep = 2.0 * max(BRIDGED / rate, HELD * interval) + LATE
@@ -107,6 +125,7 @@ class LiveMerger:
             self.counts.late += int((time < self._told).sum())
         self.counts.repeated += self._joints.add(time, angles)
         if self._start is None:
+            self._joints.forget(self._joints.newest - AHEAD)
             whole = np.isfinite(self._joints.values).all(axis=1)
             if whole.any():
                 first = int(np.argmax(whole))
@@ -131,10 +150,30 @@ class LiveMerger:
             self.counts.late += int(late.sum())
             self._carried |= (contacts[late] == 1.0).any(axis=0)
         self.counts.repeated += self._touch.add(time, contacts)
+        if self._start is None:
+            self._touch.forget(self._touch.newest - AHEAD)
+
+    def add_torques(self, stamps: Array, torques: Array, arrival: float) -> None:
+        """Take in torques.
+
+        Args:
+            stamps: (T,) s, by the stream.
+            torques: (T, J) fractions.
+            arrival: s, by this machine.
+        """
+        if not len(stamps) or self.torques is None:
+            return
+        time = self._heard(self._commanded, stamps, arrival, self._joints)
+        self.counts.torques += len(time)
+        self.counts.repeated += self._commanded.add(time, torques)
+        if self._start is None:
+            self._commanded.forget(self._commanded.newest - AHEAD)
 
     def waits_for(self) -> str:
-        """Tell which stream the next step waits for: "joints" or "touch"."""
-        return "touch" if self._start is not None and self._joints_told(self._at(self._next)) else "joints"
+        """Tell which stream the next step waits for: "joints", "touch" or "torques"."""
+        if self._start is None or not self._joints_told(time := self._at(self._next)):
+            return "joints"
+        return "torques" if self.torques is not None and self._touch_told(time) else "touch"
 
     def silent(self, now: float) -> list[str]:
         """Tell which streams are silent.
@@ -146,6 +185,8 @@ class LiveMerger:
             Their kinds.
         """
         kinds = {"joints": self._joints, "touch": self._touch}
+        if self.torques is not None:
+            kinds["torques"] = self._commanded
         return [kind for kind, each in kinds.items() if each.heard is not None and now - each.heard > SILENT]
 
     def ready(self, now: float) -> Iterator[LiveStep]:
@@ -162,6 +203,8 @@ class LiveMerger:
             if not (self._joints_told(time) or time <= self._end(self._joints, now)):
                 return
             if not (self._touch_told(time) or time <= self._end(self._touch, now)):
+                return
+            if not (self._torques_told(time) or time <= self._end(self._commanded, now)):
                 return
             yield self._tell(time)
 
@@ -190,7 +233,7 @@ class LiveMerger:
 
     def _end(self, stream: StreamBuffer, now: float) -> float:
         """Up to when steps wait for a stream no longer."""
-        if stream is self._touch:
+        if stream is not self._joints:
             since = self._begun if stream.heard is None else stream.heard
             if now - since > SILENT:
                 return np.inf
@@ -202,7 +245,7 @@ class LiveMerger:
             stream.clock.begin(float(stamps[-1]), due)
         stream.heard = arrival
         time = stream.clock.mapped(stamps, arrival)
-        self.counts.clock_steps = self._joints.clock.steps + self._touch.clock.steps
+        self.counts.clock_steps = sum(each.clock.steps for each in (self._joints, self._touch, self._commanded))
         return time
 
     def _joints_told(self, time: float) -> bool:
@@ -217,6 +260,10 @@ class LiveMerger:
         ahead, newest = (1.0 - EARLY) * self._interval, self._touch.newest
         return newest + ahead > time + 0.5 * self._step and time - newest <= 0.5 * ahead
 
+    def _torques_told(self, time: float) -> bool:
+        """Whether what was commanded before a step is known, or nobody tells; nothing is before the first."""
+        return self.torques is None or not self._next or self.torques.told(time)
+
     def _tell(self, time: float) -> LiveStep:
         steps = np.array([time])
         about = self._keep
@@ -230,10 +277,14 @@ class LiveMerger:
             told = contacts_at(near, steps, (self._start, self._step), self._interval)[0]
             contacts[self._measured] = np.where(self._carried, 1.0, told)
         self._carried[:] = False
+        torques = None
+        if self.torques is not None:
+            torques = self.torques.between(time - self._step, time) if self._next else np.zeros(len(angles))
+            self._commanded.forget(time - about)
         self._next += 1
         self.counts.steps += 1
         self.counts.joints_missing += bool(np.isnan(angles).any())
         self.counts.touch_missing += bool(np.isnan(contacts).all())
         self._joints.forget(time - about)
         self._touch.forget(time - about)
-        return LiveStep(time, angles, contacts)
+        return LiveStep(time, angles, contacts, torques)

@@ -13,13 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
-from haptic_lab.live.layout import JointLayout, TouchLayout
+from haptic_lab.live.layout import JointLayout, TorqueLayout, TouchLayout
 from haptic_lab.live.merging import LiveMerger, LiveStep
+from haptic_lab.live.pace import Pace
 from haptic_lab.live.record import StepRecord
+from haptic_lab.live.torques import HeldTorques
 from observer import Belief, HapticSLAM, ShapePosterior
 
 NEVER = 5.0  # s: what has not come by then is told
-BEHIND = 1.0  # s, of the belief behind what has come
+READ = 0.1  # s: so often what has come is read, however many steps wait
 AGAIN = 5.0  # s between two times that the same is told
 
 
@@ -105,6 +107,7 @@ class LiveSession:
         namer: names the object.
         merger: of the streams.
         record: of the steps.
+        pace: of the observer.
         told: what was believed last; None: there was no step.
         stop: set to end it.
     """
@@ -113,8 +116,8 @@ class LiveSession:
         self,
         slam: HapticSLAM,
         namer: ShapePosterior,
-        layouts: tuple[JointLayout, TouchLayout],
-        interval: float,
+        layouts: tuple[JointLayout, TouchLayout, TorqueLayout | None],
+        intervals: tuple[float, float],
         seed: int,
         record: StepRecord,
         say: Callable[[str], object],
@@ -124,18 +127,24 @@ class LiveSession:
         Args:
             slam: the observer.
             namer: names the object.
-            layouts: of joints and of touch.
-            interval: s, from one sample of touch to the next, usually.
+            layouts: of joints, of touch and, where they are told, of torques.
+            intervals: s, from one sample of touch, and of torques, to the next, usually.
             seed: of all that is left to chance.
             record: of the steps.
             say: told what is to be known, in a line.
         """
         self.slam, self.namer, self.record, self._say = slam, namer, record, say
-        self._joints, self._touch = layouts
+        self._joints, self._touch, self._torques = layouts
+        joints, patches = slam.hand.joints, len(slam.hand.patches)
         measured: NDArray[np.int64] = self._touch.measured
-        self.merger = LiveMerger(slam.hand.joints, len(slam.hand.patches), measured, slam.control_hz, interval)
+        torques = None if self._torques is None else HeldTorques(joints, intervals[1])
+        self.merger = LiveMerger(joints, patches, measured, slam.control_hz, intervals[0], torques)
+        self._streams = {"joints": self._joints.stream, "touch": self._touch.stream}
+        if self._torques is not None:
+            self._streams["torques"] = self._torques.stream
         # As a trial gives it to its observers.
         self._seed = int(np.random.SeedSequence(seed).generate_state(2)[1])
+        self.pace = Pace(slam.control_hz)
         self.told: Told | None = None
         self.stop = False
         self._never: dict[str, float] = {}
@@ -152,14 +161,15 @@ class LiveSession:
         """
         begun = time.monotonic()
         while not self.stop and (seconds is None or time.monotonic() - begun < seconds):
-            kind = self.merger.waits_for()
-            wanted = self._touch.stream if kind == "touch" else self._joints.stream
-            for chunk in source.poll(wanted, 0.02):
+            for chunk in source.poll(self._streams[self.merger.waits_for()], 0.02):
                 self.take(chunk, time.monotonic())
             now = time.monotonic()
             for step in self.merger.ready(now):
+                started = time.monotonic()
                 self.observe(step, sinks)
-                if self.stop:
+                ended = time.monotonic()
+                self.pace.step(ended - started)
+                if self.stop or ended - now > READ:
                     break
             self._warn(now, begun)
         for step in self.merger.rest():
@@ -181,6 +191,10 @@ class LiveSession:
             contacts, odd = self._touch.contacts(chunk.values)
             counts.refused += odd
             self.merger.add_touch(chunk.stamps, contacts, arrival)
+        if self._torques is not None and chunk.stream == self._torques.stream:
+            torques, odd = self._torques.torques(chunk.values)
+            counts.refused += odd
+            self.merger.add_torques(chunk.stamps, torques, arrival)
 
     def observe(self, step: LiveStep, sinks: Sequence[Sink]) -> None:
         """Tell the observer, and hand on what it believes.
@@ -194,7 +208,7 @@ class LiveSession:
             belief = self.slam.reset(self._seed, step.joint_angles)
             posterior = self.namer.reset(self._seed)
         else:
-            belief = self.slam.step(None, step.joint_angles, step.contacts)
+            belief = self.slam.step(step.torques, step.joint_angles, step.contacts)
             posterior = self.namer.update(belief)
         self.told = Told(step.time, belief, self.namer.labels, posterior, entropy(posterior))
         for sink in sinks:
@@ -204,22 +218,22 @@ class LiveSession:
         """Tell of streams that do not come, or come no more, and of clocks that step."""
         counts = self.merger.counts
         silent = self.merger.silent(now)
-        for kind, count, stream in (
-            ("joints", counts.joints, self._joints.stream),
-            ("touch", counts.touch, self._touch.stream),
-        ):
+        for kind, stream in self._streams.items():
+            count = getattr(counts, kind)
             never = f"no {kind} have come from {stream} for {now - begun:.0f} s; waiting on"
             if not count and now - begun > NEVER and now - self._never.get(kind, -np.inf) > AGAIN:
                 self._never[kind] = now
                 self._say(never)
             if (kind in silent) != (kind in self._silent):
                 self._silent ^= {kind}
-                is_silent = f"{stream} is silent: no {kind} are measured, and the belief grows vaguer"
+                what = (
+                    "are known, and zero is told" if kind == "torques" else "are measured, and the belief grows vaguer"
+                )
+                is_silent = f"{stream} is silent: no {kind} {what}"
                 self._say(is_silent if kind in silent else f"{stream} is back")
-        behind = 0.0 if self.told is None else self.merger.newest - self.told.time
-        if behind > BEHIND and now - self._never.get("behind", -np.inf) > AGAIN:
-            self._never["behind"] = now
-            self._say(f"the observer is {behind:.1f} s behind: take fewer steps a second, or fewer particles")
+        slow = self.pace.told(0.0 if self.told is None else self.merger.newest - self.told.time)
+        if slow is not None:
+            self._say(slow)
         if counts.clock_steps > self._seen:
             self._seen = counts.clock_steps
             self._say("the clock of a stream has stepped; its samples go on where they were")

@@ -1,7 +1,8 @@
 """Streams as JSON lines in UDP datagrams, for whoever has no Lab Streaming Layer. Nothing in them is run.
 
-In: `{"time": s, "joints": {...}, "contacts": {...}}`, either part or both; numbers by the names of columns, or lists of
-all columns in the hand's order; null, or what is left out, was not measured. Out: a line a belief.
+In: `{"time": s, "joints": {...}, "contacts": {...}}`, any part of it, and "torques" where they are asked for; numbers
+by the names of columns, or lists of all columns in the order of the hand; null, or what is left out, was not measured.
+Out: a line a belief.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from haptic_env import validate
 from haptic_lab.live.session import Chunk, Told
 
-JOINTS, CONTACTS = "joints", "contacts"
+JOINTS, CONTACTS, TORQUES = "joints", "contacts", "torques"
 LARGEST = 65_535  # bytes of a datagram
 HERE = "127.0.0.1"
 ROOM = 2**22  # bytes that the system keeps where they come in a burst
@@ -37,7 +38,7 @@ class UdpSource:
         Args:
             port: 0: any that is free.
             host: address of this machine at which it listens.
-            columns: of "joints" and of "contacts".
+            columns: of "joints", of "contacts" and, where they are told, of "torques".
             say: told what is wrong with the first that cannot be read.
 
         Raises:

@@ -18,6 +18,7 @@ from haptic_env.arrays import Array
 from haptic_lab.conditions import factors_in
 from haptic_lab.people.courses import Courses
 from haptic_lab.style import OBSERVER_NAMES
+from haptic_lab.sweeps import log_courses
 from observer import metrics
 
 NEAR = 1.05  # times as long an observer may have explored, or people
@@ -120,10 +121,9 @@ def of_table(rows: pd.DataFrame) -> list[Observed]:
     found = []
     for values, mine in rows.groupby(varying, sort=False, dropna=False):
         told = dict(zip(varying, values, strict=True))
-        label = ", ".join(
-            [OBSERVER_NAMES.get(told.pop("observer"), str(values[0])), *(_said(*each) for each in told.items())]
-        )
-        found.append(Observed(label, names, _in_table(mine, columns)))
+        observer = str(told.pop("observer"))
+        label = ", ".join([OBSERVER_NAMES.get(observer, observer), *(_said(*each) for each in told.items())])
+        found.append(Observed(validate.plain(label), names, _in_table(mine, columns)))
     return found
 
 
@@ -149,6 +149,11 @@ def _table(path: Path) -> pd.DataFrame:
     wrong = [name for name in (*posteriors, "seconds", DECIDED) if not pd.api.types.is_numeric_dtype(rows[name])]
     if wrong:
         raise ValueError(f"{path}: not all are numbers in {validate.listed(wrong)}")
+    outside = [name for name in posteriors if ((rows[name] < 0.0) | (rows[name] > 1.0)).any()]
+    if outside:
+        raise ValueError(f"{path}: not all are probabilities in {validate.listed(outside)}")
+    if not (rows["seconds"] > 0.0).all():
+        raise ValueError(f"{path}: not all seconds are above 0")
     return rows
 
 
@@ -160,22 +165,40 @@ def _in_table(rows: pd.DataFrame, columns: Sequence[str]) -> Callable[[Cell], Fo
     plain = rows.assign(**{name: rows[name].fillna("").astype(str) for name in keys})
     groups = dict(iter(plain.groupby(keys, sort=False)))
 
+    courses = log_courses.COLUMN in rows
+
     def find(cell: Cell) -> Found | None:
         mine = groups.get((cell.object, *(getattr(cell, name) for name in keys[1:])))
         if mine is None:
             return None
         times = mine["seconds"].to_numpy(dtype=np.float64)
-        nearest = times[np.argmin(np.abs(times - cell.seconds))]
-        if not _near(nearest, cell.seconds):
+        long = times[times * NEAR >= cell.seconds]
+        if not len(long) or not (courses or _near(long.min(), cell.seconds)):
             return None
-        there = mine[times == nearest]
-        posterior = there[list(columns)].to_numpy(dtype=np.float64)
-        posterior = np.nan_to_num(posterior)  # of what this recording's object cannot be
+        there = mine[times == long.min()]
         decided = there[DECIDED].fillna(math.inf).to_numpy(dtype=np.float64)
+        if courses:
+            posterior = np.array([_at(text, cell.seconds, len(columns)) for text in there[log_courses.COLUMN]])
+        else:  # empty is what this recording's object cannot be
+            posterior = there[list(columns)].fillna(0.0).to_numpy(dtype=np.float64)
         whole = posterior.sum(axis=1) > 0.0
         return Found(posterior[whole], decided[whole]) if whole.any() else None
 
     return find
+
+
+def _at(text: object, seconds: float, names: int) -> Array:
+    """(C,) of a course that is written in a table, where it is that long, or else at its end."""
+    try:
+        course = np.array(str(text).split(), dtype=np.float64).reshape(-1, names)
+    except ValueError:
+        raise ValueError(
+            f"{log_courses.COLUMN} must be numbers for {names} names, got {validate.shown(text)}"
+        ) from None
+    if not len(course):
+        return np.zeros(names)
+    index = min(int((seconds + 1e-9) / log_courses.SECONDS), len(course) - 1)
+    return np.asarray(np.nan_to_num(np.exp(course[index])))
 
 
 def _in_courses(courses: Courses, sigma: int) -> Callable[[Cell], Found | None]:

@@ -41,7 +41,9 @@ MEASURES = (
     *(f"correct_{seconds}s" for seconds in AFTER_SECONDS),
 )
 OF_MAPS = tuple(name for name in MEASURES if name.startswith(("surface_", "occupancy_")))
-HISTOGRAMS = ("ranks_online", "ranks_lagged", "cells", "cells_predicted", "cells_observed")  # numbers with spaces
+RANKS = ("ranks_online", "ranks_lagged")
+CELLS, OF_CELLS = ("cells", "cells_predicted", "cells_observed"), ("cells", "predicted", "observed")
+HISTOGRAMS = (*RANKS, *CELLS)  # numbers with spaces
 COURSES = ("course_p", "course_correct")  # likewise: the shape posterior of the truth, and whether it is the largest
 COURSE_SECONDS = 0.25  # from one of these to the next
 
@@ -108,42 +110,58 @@ def measures_of(exploration: Exploration, ground_truth: GroundTruth, trace: Beli
     Returns:
         The columns of a row that have nothing to do with how it was asked for.
     """
-    truth, (touching, touched, cells, occupied, beside, reached, surface) = exploration.true_angles, ground_truth
+    _, touched, cells, occupied, beside, reached, surface = ground_truth
     grid, solid = trace.belief.grid, exploration.solid
     occupancy = trace.belief.occupancy
     calibration = metrics.reliability(occupancy, occupied, cells)
     beside_skin = metrics.reliability(occupancy, reached, beside)
-    right = trace.posterior.argmax(axis=1) == _of_truth(trace, solid.name)
-    row: dict[str, Any] = {
-        "pose_error_online_deg": metrics.pose_rmse_deg(trace.joint_angles, truth),
-        "pose_error_lagged_deg": metrics.pose_rmse_deg(trace.lagged_joint_angles, truth),
-        "pose_error_touching_deg": metrics.pose_rmse_deg(trace.lagged_joint_angles[touching], truth[touching]),
-        "coverage_90": metrics.credible_coverage(trace.joint_angles, trace.joint_std, truth),
-        "coverage_90_lagged": metrics.credible_coverage(trace.lagged_joint_angles, trace.lagged_joint_std, truth),
+    row = measures_without_map(exploration, trace) | {
         "surface_coverage": metrics.surface_recall(occupancy, grid, surface),
         "occupancy_ece": calibration.ece,
         "occupancy_brier": calibration.brier,
         **{f"skin_{what}": getattr(beside_skin, what) for what in ("ece", "brier", "log_loss")},
         "growing_f_score_1": metrics.surface_score(trace.growing, grid, solid, touched).f_score,
         "growing_brier": metrics.reliability(trace.growing, reached, beside).brier,
+        **{name: _spaced(getattr(calibration, part)) for name, part in zip(CELLS, OF_CELLS, strict=True)},
+    }
+    for n in (1, 2):
+        score = metrics.surface_score(occupancy, grid, solid, touched, n)
+        row |= {f"surface_{what}_{n}": value for what, value in score._asdict().items()}
+    return row
+
+
+def measures_without_map(exploration: Exploration, trace: BeliefTrace) -> dict[str, Any]:
+    """Judge where an observer took the hand to be, and what it called the object.
+
+    Args:
+        exploration: what happened.
+        trace: what the observer believed.
+
+    Returns:
+        As `measures_of`; of the map there is nothing.
+    """
+    truth, touching = exploration.true_angles, np.asarray(exploration.contacts.any(axis=1))
+    right = trace.posterior.argmax(axis=1) == _of_truth(trace, exploration.solid.name)
+    row: dict[str, Any] = {
+        **dict.fromkeys(MEASURES, float("nan")),
+        **dict.fromkeys(HISTOGRAMS, ""),
+        "pose_error_online_deg": metrics.pose_rmse_deg(trace.joint_angles, truth),
+        "pose_error_lagged_deg": metrics.pose_rmse_deg(trace.lagged_joint_angles, truth),
+        "pose_error_touching_deg": metrics.pose_rmse_deg(trace.lagged_joint_angles[touching], truth[touching]),
+        "coverage_90": metrics.credible_coverage(trace.joint_angles, trace.joint_std, truth),
+        "coverage_90_lagged": metrics.credible_coverage(trace.lagged_joint_angles, trace.lagged_joint_std, truth),
         "touching_share": float(touching.mean()),
         "n_eff": float(trace.n_eff.mean()),
         "time_to_decision": metrics.time_to_decision(exploration.seconds, trace.posterior),
         "step_accuracy": float(right.mean()),
         f"step_accuracy_{FIRST_SECONDS}s": float(right[exploration.seconds <= FIRST_SECONDS + 1e-9].mean()),
     }
-    histograms = (
+    ranks = (
         metrics.rank_counts(trace.joint_angles, trace.joint_std, truth),
         metrics.rank_counts(trace.lagged_joint_angles, trace.lagged_joint_std, truth),
-        calibration.cells,
-        calibration.predicted,
-        calibration.observed,
     )
-    row |= {what: _spaced(numbers) for what, numbers in zip(HISTOGRAMS, histograms, strict=True)}
+    row |= {what: _spaced(numbers) for what, numbers in zip(RANKS, ranks, strict=True)}
     row |= {what: _spaced(numbers) for what, numbers in zip(COURSES, course(exploration, trace), strict=True)}
-    for n in (1, 2):
-        score = metrics.surface_score(occupancy, grid, solid, touched, n)
-        row |= {f"surface_{what}_{n}": value for what, value in score._asdict().items()}
     row |= {f"correct_{after}s": correct_after(exploration, trace, after) for after in AFTER_SECONDS}
     return row | {f"p_{label}": float(p) for label, p in zip(trace.labels, trace.posterior[-1], strict=True)}
 

@@ -132,8 +132,8 @@ def make_trial(task: SweepTask, naming: bool) -> Trial:
     """
     settings, observers = _settings(task), task.settings.observers
     session = replay.session(settings, _recording(task))
-    courses = bool(task.settings.courses) and naming
-    return run.make_trial(settings, session, observers, observers if naming else (), courses=courses)
+    told: dict[str, Any] = {"courses": bool(task.settings.courses) and naming, "limits": task.settings.limits}
+    return run.make_trial(settings, session, observers, observers if naming else (), **told)
 
 
 def _recording(task: SweepTask) -> Recording:

@@ -12,6 +12,7 @@ import numpy as np
 from haptic_env import reading
 from haptic_env.shapes.names import NONE
 from haptic_lab.conditions import UNTOLD, Condition
+from haptic_lab.limits import plain
 from haptic_lab.records import BeliefTrace
 from haptic_lab.replay import SIMULATED
 from haptic_lab.sweeps import log_courses
@@ -45,7 +46,7 @@ def row_of(
     probabilities = {f"p_{label}": float("nan") for label in task.settings.labels}
     row = {**dict(zip(KEY, (*task.key, observer), strict=True)), **probabilities, **measured}
     named = {STREAM: [trace.name]}
-    if observer in variants.WITHOUT_MAP:
+    if plain(observer) in variants.WITHOUT_MAP:
         row |= dict.fromkeys(OF_MAPS, float("nan"))
         named |= {namer: [] for namer in task.settings.classifiers}
     else:

@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import agents
 from haptic_env import hands, registration, rotation, shapes, validate
 from haptic_env.hand import Hand
@@ -17,6 +19,7 @@ from haptic_lab.believed import Believed
 from haptic_lab.conditions import Condition
 from haptic_lab.exploration.learnt import JITTER
 from haptic_lab.files import part_of_name
+from haptic_lab.limits import LIMITED, Limits, plain
 from haptic_lab.sweeps.results import Key
 from observer import variants
 from observer.classifiers import CLASSIFIERS
@@ -49,6 +52,9 @@ class SweepSettings(Believed):
         recordings: paths of those that the hand repeats; None: it explores.
         courses: whether the table keeps what is believed of every name through time; None: not, of which no table
             tells.
+        memory_seconds: s, of the observers that are called limited; None: they do not forget.
+        attention_seconds: s, of the same; None: they heed all fingers.
+        names_only: whether observers only name the object, and map nothing; None: not, of which no table tells.
 
     Raises:
         ValueError: for a value out of its range.
@@ -72,6 +78,9 @@ class SweepSettings(Believed):
     none: float | None = None
     recordings: tuple[str, ...] | None = None
     courses: bool | None = None
+    memory_seconds: float | None = None
+    attention_seconds: float | None = None
+    names_only: bool | None = None
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)
@@ -93,7 +102,8 @@ class SweepSettings(Believed):
             shapes.default_size(shapes.check("--candidates", name), self.scale)
         validate.number("--none", self.none or 0.0, 0.0, 0.99)
         for name in self.observers:
-            variants.check("--observers", name)
+            variants.check("--observers", plain(name))
+        self._check_limits()
         for what, given, valid in (
             ("shape", self.shapes, self.shapes or tuple(shapes.SHAPES)),
             ("candidate", self.known, self.known or tuple(shapes.SHAPES)),
@@ -106,6 +116,22 @@ class SweepSettings(Believed):
                 raise ValueError(f"--{what}s must name at least one of {', '.join(sorted(valid))}")
             if len(set(given)) < len(given):
                 raise ValueError(f"--{what}s must name each {what} once, got {', '.join(given)}")
+
+    def _check_limits(self) -> None:
+        """Raise `ValueError` for limits that are no observer's, and for an observer that is limited by none."""
+        self.limits  # noqa: B018 - checks them
+        limited = [name for name in self.observers if LIMITED in name]
+        given = [name for name in ("memory_seconds", "attention_seconds") if getattr(self, name) is not None]
+        if given and not limited:
+            flag = f"--{given[0].replace('_', '-')}"
+            raise ValueError(f"{flag} is of limited observers: --observers must name one, such as haptic_slam{LIMITED}")
+        if limited and not given:
+            raise ValueError(f"{limited[0]} of --observers has no limits: say --memory-seconds or --attention-seconds")
+
+    @property
+    def limits(self) -> Limits:
+        """What observers are limited to that are called so."""
+        return Limits(np.inf if self.memory_seconds is None else self.memory_seconds, self.attention_seconds)
 
     @property
     def jitter(self) -> dict[str, Any]:

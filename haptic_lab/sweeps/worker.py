@@ -4,13 +4,15 @@ exemplars."""
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from agents.few_joints import FewJoints
 from haptic_env import hand_of, registration, shapes
+from haptic_lab.limits import plain
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.sweeps import log_courses, replayed
 from haptic_lab.sweeps.measures import GroundTruth, measures_of
@@ -19,23 +21,33 @@ from haptic_lab.sweeps.tasks import SweepSettings, SweepTask
 from haptic_lab.trial import TRUE_POSE, Trial, guided, make_observers
 from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior
+from observer.variants import Observer
 
 GUIDE_VARIANTS = 24  # of each solid: enough to say where to go
 
 
-def explore(tasks: Sequence[SweepTask], naming: bool) -> tuple[Exploration, dict[SweepTask, dict[str, BeliefTrace]]]:
+def explore(
+    tasks: Sequence[SweepTask],
+    naming: bool,
+    moves: Sequence[int] | None = None,
+    make: Callable[..., dict[str, Observer]] = make_observers,
+) -> tuple[Exploration, dict[SweepTask, dict[str, BeliefTrace]]]:
     """Run the exploration of a bundle.
 
     Args:
         tasks: of the bundle.
         naming: whether observers name the object.
+        moves: indices of the joints that the policy drives, the others are left to their springs; None: all.
+        make: makes the observers of a task, as `make_observers` does.
 
     Returns:
         What happened, and for each task what every observer made of it, by name.
     """
     first, *further = tasks
     recorded = first.condition.recording
-    trial = replayed.make_trial(first, naming) if recorded else make_trial(first, naming, further)
+    trial = replayed.make_trial(first, naming) if recorded else make_trial(first, naming, further, make)
+    if moves is not None:
+        trial.policy = FewJoints(trial.policy, moves)
     trial.run()
     trial.env.close()
     exploration, traces = trial.finish()
@@ -47,17 +59,23 @@ def explore(tasks: Sequence[SweepTask], naming: bool) -> tuple[Exploration, dict
 
 def _felt_by(task: SweepTask, observer: str, first: SweepTask) -> str:
     """The name of `observer` in the trial of a bundle, for a `task` that is not the first."""
-    same = observer == TRUE_POSE or task.condition.sigma_deg == first.condition.sigma_deg
+    same = plain(observer) == TRUE_POSE or task.condition.sigma_deg == first.condition.sigma_deg
     return observer if same else f"{observer} at {task.condition.sigma_deg}"
 
 
-def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ()) -> Trial:
+def make_trial(
+    task: SweepTask,
+    naming: bool,
+    further: Sequence[SweepTask] = (),
+    make: Callable[..., dict[str, Observer]] = make_observers,
+) -> Trial:
     """Set up the exploration of a bundle.
 
     Args:
         task: the first of the bundle.
         naming: whether observers name the object.
         further: the others of the bundle.
+        make: makes the observers of a task, as `make_observers` does.
 
     Returns:
         The trial, not begun.
@@ -74,11 +92,13 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
         reveal_truth=True,
     )
     hand = hand_of(env)
-    observers = make_observers(settings.observers, hand, particles=settings.particles, **task.told(hand))
+    limits = settings.limits
+    shared: dict[str, Any] = {"hand": hand, "particles": settings.particles, "limits": limits}
+    observers = make(settings.observers, **shared, **task.told(hand))
     felt_at: dict[str, float] = {}
     for other in further:
-        mine = [name for name in settings.observers if name != TRUE_POSE]
-        made = make_observers(mine, hand, particles=settings.particles, **other.told(hand))
+        mine = [name for name in settings.observers if plain(name) != TRUE_POSE]
+        made = make(mine, **shared, **other.told(hand))
         renamed = {_felt_by(other, name, task): each for name, each in made.items()}
         renamed = {name: each for name, each in renamed.items() if name not in observers}
         observers |= renamed
@@ -87,6 +107,7 @@ def make_trial(task: SweepTask, naming: bool, further: Sequence[SweepTask] = ())
     env = guided(env, condition.policy, shape=shape_posterior(settings, GUIDE_VARIANTS), **task.told(hand))
     named = None if naming else ()
     told: dict[str, Any] = {"felt_at": felt_at, "trust": settings.trust, "courses": bool(settings.courses) and naming}
+    told["limits"] = limits
     return Trial(env, condition.policy, observers, posterior, task.seed, naming=named, **told)
 
 

@@ -26,6 +26,7 @@ from observer.maps import capsules
 from observer.maps.capsules import Body, BodyFrames, MapInput, any_of, ringing
 from observer.maps.cells import spread
 from observer.maps.contact_model import QUANTUM, ContactModel, cause_evidence, reach_of
+from observer.maps.forgetting import Fade
 from observer.maps.free_space import room, sweep
 from observer.maps.matching_geometry import near_skin, touched_room
 from observer.maps.occupancy import ParticleMaps
@@ -93,6 +94,18 @@ class Hindsight:
         self.empty = False
         if len(self._fresh) == BATCH:
             self._gather()
+
+    def fade(self, fade: Fade) -> None:
+        """Forget some of what was noted.
+
+        Args:
+            fade: what is left.
+        """
+        self._gather()
+        self._swept = fade.of(self._swept)
+        if len(self._touches) > BATCH:
+            self.join()
+        self._touches = [(number, fade.share * weight, *of) for number, weight, *of in self._touches]
 
     def branch(self) -> Self:
         """Branch off, so that more can be noted which this one is not to know.

@@ -16,6 +16,7 @@ from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.moved import renamed
 from observer.maps.cells import flagged, mark, mean_probability, settle, spread
+from observer.maps.forgetting import Fade
 from observer.surface.touches import TouchLog
 
 __getattr__ = renamed(__name__, {"Then": "LazyMean", "Change": "UndoRecord"})
@@ -207,6 +208,16 @@ class Maps:
     def weights_changed(self) -> None:
         """Take note that the mean changes wherever particles differ."""
         mark(self.cells, self.arrays)
+
+    def fade(self, fade: Fade) -> None:
+        """Forget some of what is believed.
+
+        Args:
+            fade: what is left.
+        """
+        used = len(self.cells)
+        self.common[:], self.own[:, :used] = fade.of_bytes(self.common), fade.of_bytes(self.own[:, :used])
+        self.stale |= self.seen
 
     def copy(self, source: NDArray[np.int64], target: NDArray[np.int64]) -> None:
         """Overwrite maps by others.

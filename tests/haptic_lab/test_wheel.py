@@ -118,6 +118,8 @@ for line in sys.argv[1:]:
             sys.exit(f"{line}: {ended.code}")
 """
 EXPLORED = [f"explore.{kind}" for kind in ("json", "npz", "png")] + ["recording.npz"]
+JUDGED = ("accuracy", "agreement", "confusion", "sensitivity")
+ANSWERS = "subject,object,response,seconds\nA,cube,cube,0.2\nA,sphere,cube,0.2\n"
 SHORT = "--seconds 0.2 --particles 2"
 QUICK = {  # the command lines, in turn, and the files that each leaves in the empty folder
     # First: how MuJoCo draws is settled when it is imported.
@@ -128,6 +130,25 @@ QUICK = {  # the command lines, in turn, and the files that each leaves in the e
     "--out swept": [f"swept/{name}" for name in ("config.json", "evaluate.png", "summary.csv", "trials.csv")],
     "figures confusion pose_error --trials-of swept --out drawn": [
         f"drawn/{name}.{kind}" for name in ("confusion", "pose_error") for kind in ("csv", "pdf", "png")
+    ],
+    "people answers.csv --observers swept --out judged": [
+        "judged/report.html",
+        *(f"judged/{name}.csv" for name in ("accuracy", "agreement", "confusion", "efficiency", "sensitivity")),
+        *(f"judged/{name}.{kind}" for name in JUDGED for kind in ("pdf", "png")),
+    ],
+    "study size --sigmas 3 --seconds 0.2 --trials 2 --observers floor --jobs 1 --out compared": [
+        *(f"compared/{name}" for name in ("counts.csv", "published.csv", "study.csv", "study.png")),
+        *(f"compared/trials/all/{name}" for name in ("config.json", "trials.csv")),
+    ],
+    "simulate --courses example --sigma 4 --trials 8 --out told.csv": ["told.csv"],
+    "fit told.csv --courses example --model ideal --draws 0 --out fitted": [
+        f"fitted/{name}" for name in ("fit.csv", "fit.json", "fit.png", "predicted.csv")
+    ],
+    "compare told.csv --courses example --models ideal lapse --draws 0 --out beside": [
+        f"beside/{name}" for name in ("compare.csv", "compare.png")
+    ],
+    "design ideal lapse --courses example --most 20 --rounds 2 --out designed": [
+        f"designed/{name}" for name in ("design.csv", "design.png")
     ],
     "objects cube --out measured": ["measured/objects.csv", "measured/objects.png"],
     "check-hand two_finger --out hand": [
@@ -170,9 +191,10 @@ def test_the_command_that_is_installed_runs(site: Path, tmp_path: Path) -> None:
 @pytest.mark.usefixtures("offscreen")
 def test_every_quick_command_runs_in_an_empty_folder(site: Path, tmp_path: Path) -> None:
     recordings.write(tmp_path / "closing.npz", closing(12))
+    (tmp_path / "answers.csv").write_text(ANSWERS, encoding="utf-8")
     left = left_by(site, tmp_path, QUICK)
     wanted = {file for files in QUICK.values() for file in files}
-    assert {name for name in left if not name.startswith("swept/exemplars/")} == wanted | {"closing.npz"}
+    assert {name for name in left if not name.startswith("swept/exemplars/")} == wanted | {"answers.csv", "closing.npz"}
 
 
 @pytest.mark.statistical

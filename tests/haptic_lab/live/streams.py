@@ -24,6 +24,11 @@ def moving(hand: Hand, samples: int, rate: float = 50.0, seed: int = 0, start: f
     return time, angles, contacts
 
 
+def commanded(hand: Hand, samples: int, seed: int = 0) -> Any:
+    """Torques (T, J), which change from sample to sample."""
+    return np.random.default_rng(seed).uniform(-0.9, 0.9, (samples, hand.joints))
+
+
 class Played:
     """A source that plays chunks, each when it is asked, and then ends the session."""
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from haptic_env import hands
 from haptic_lab.commands import explore, live
@@ -23,6 +24,8 @@ from haptic_lab.exploration.settings import OBSERVER
 from haptic_lab.live.session import Chunk, LiveSession
 from haptic_lab.live.udp import UdpSource
 from observer import HapticSLAM
+from observer.library import Library
+from observer.surface import Surface
 from tests.haptic_lab.live.streams import Kept, Played, moving
 
 FEW = ["--particles", "5", "--candidates", "cube", "sphere"]
@@ -86,6 +89,24 @@ def test_what_was_believed_live_is_what_a_replay_believes(tmp_path, hand, bits, 
     assert made.record.write()
     assert len(made.record) == len(seen) >= 115
     assert seen[1:] == replayed(path, bits, "--seed", "3")
+
+
+@pytest.mark.parametrize("more", [[], ["--yaw-jitter", "20", "--position-jitter", "0.01"]], ids=len)
+def test_objects_that_were_learnt_are_recognised_live_as_in_a_replay(tmp_path, hand, bits, more):
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=0.025)
+    surface = Surface(np.array(ball.vertices), np.array(ball.faces), np.full(len(ball.vertices), 0.003))
+    Library(tmp_path / "objects").add("mug1", surface)
+    path, told = tmp_path / "session.npz", ["--library", str(tmp_path / "objects"), *more]
+    source, made = session("--record", str(path), *told)
+    source.close()
+    assert "mug1" in made.namer.labels
+    seen, kept, source = [], Kept(), Played(played(*moving(hand, 40)))
+    source.session = made
+    kept.tell = lambda told: seen.append((bits(told.belief), told.posterior.tobytes()))
+    made.run(source, [kept])
+    assert made.record.write()
+    assert len({posterior for _, posterior in seen}) > 3
+    assert seen[1:] == replayed(path, bits, *told)
 
 
 def line(time_, angles, contacts, names=None) -> bytes:
@@ -193,6 +214,7 @@ BAD = {
     "no port to send to": (["--udp", "0", "--udp-out", "0", "--hand", "two_finger"], "--udp-out must be"),
     "its own port": (["--udp", "5005", "--udp-out", "5005", "--hand", "two_finger"], "another port than --udp"),
     "a candidate": (["--udp", "0", "--hand", "two_finger", "--candidates", "cub"], "cube"),
+    "a library": (["--udp", "0", "--hand", "two_finger", "--library", "none"], "learn one first"),
     "seconds": (["--udp", "0", "--hand", "two_finger", "--seconds", "-1"], "--seconds"),
 }
 
@@ -227,6 +249,28 @@ def test_what_never_comes_is_told(hand, monkeypatch):
     made.run(Played(iter([[]] * 20)), [], 9.0)
     assert [each for each in said if "no joints have come from joints" in each]
     assert [each for each in said if "no touch have come from contacts" in each]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")
+@pytest.mark.parametrize("ends", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_and_what_was_recorded_is_written(tmp_path, hand, capsys, ends):
+    source, made = session("--record", str(tmp_path / "a.npz"))
+    source.close()
+
+    def until_told():
+        yield from played(*moving(hand, 20))
+        signal.raise_signal(ends)
+        assert made.stop
+        yield []
+
+    usual = [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)]
+    source = Played(until_told())
+    source.session = made
+    assert live._run({"lsl_in": ["a"], "seconds": None, "save": None}, source, made, []) == 0
+    assert "Recorded: " in capsys.readouterr().out
+    assert [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)] == usual
+    with np.load(tmp_path / "a.npz") as content:
+        assert len(content["time"]) == 20
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")

@@ -11,6 +11,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 import agents
+from agents.few_joints import FewJoints
 from agents.hold_action import HoldAction
 from agents.sb3 import SHIPPED, Sb3
 from agents.synergy import posture_basis
@@ -198,6 +199,11 @@ ENTRIES: dict[str, Entry] = {
     ),
     "agents.act[of no policy]": Entry(
         lambda policy: agents.act(policy, {}), {"policy": Parameter(OTHERS, OTHERS, needed=True)}, weight=0.3
+    ),
+    "agents.few_joints.FewJoints": Entry(
+        lambda joints: FewJoints(agents.make("random_torque", observed(), seed=1), joints).driven,
+        {"joints": Parameter(st.just([1, 5]), st.lists(odd_numbers | odd_names, max_size=2)).always},
+        POLICY,
     ),
     "agents.synergy.posture_basis": Entry(
         lambda path: posture_basis(samples.hand(), path),

@@ -18,6 +18,7 @@ from haptic_lab.commands import explore
 from haptic_lab.exploration.run import begin
 from haptic_lab.figures import explorations
 from haptic_lab.learning import checkpoints, presets
+from haptic_lab.people.studies import presets as studies
 from haptic_lab.sweeps import results
 from haptic_lab.terminal import refuse
 from observer import OBSERVERS, HapticSLAM
@@ -53,13 +54,18 @@ b,cube,cube,2.5,warm
 """
 
 
-def _run(module: str, function: str, flags: Mapping[str, Any]) -> Any:
-    """The command's own parser on the words of `flags`; a path stands for itself."""
+def _said(flags: Mapping[str, Any]) -> list[str]:
+    """A command line that says `flags`; a path stands for itself."""
     arguments: list[str] = []
     for flag, words in flags.items():
         arguments += [f"--{flag.replace('_', '-')}", *map(str, words if isinstance(words, list) else [words])]
+    return arguments
+
+
+def _run(module: str, function: str, flags: Mapping[str, Any]) -> Any:
+    """The command's own parser on the words of `flags`."""
     getattr(importlib.import_module(f"haptic_lab.{module}"), function)(
-        *([None] if function == "check" else []), arguments
+        *([None] if function == "check" else []), _said(flags)
     )
 
 
@@ -149,7 +155,9 @@ FLAGS: dict[str, dict[str, Parameter]] = {
         "seconds": words("5", "2.5"),
         "trials": words("2"),
         "first_seed": words("7"),
-        "observers": words(*OBSERVERS),
+        "observers": words(*OBSERVERS, "haptic_slam+limited"),
+        "memory_seconds": words("5", "inf"),
+        "attention_seconds": words("0.5"),
         "particles": words("4"),
         "exemplars": words("2"),
         "classifiers": words(*CLASSIFIERS),
@@ -197,6 +205,18 @@ FLAGS: dict[str, dict[str, Parameter]] = {
         "shapes": words(*shapes.SHAPES),
         "out": words("out/a"),
     },
+    "study": {
+        "sigmas": words("1", "3.5"),
+        "seconds": words("5", "2.5"),
+        "policy": words("random_torque"),
+        "observers": words("floor", "haptic_slam"),
+        "trials": words("2"),
+        "first_seed": words("7"),
+        "trials_of": words("missing"),
+        "jobs": words("1"),
+        "cluster": words("tcp://10.0.0.1:8786"),
+        "out": words("out/a"),
+    },
     "bench": {
         "env": words("two_finger"),
         "shape": words("cube"),
@@ -216,6 +236,7 @@ FLAGS: dict[str, dict[str, Parameter]] = {
         "believed": words("human"),
     },
 }
+STUDIES = tuple(path.read_bytes() for path in sorted(studies.FOLDER.glob("*.toml")))
 PRESETS = tuple(path.read_bytes() for path in sorted(presets.FOLDER.glob("*.toml")))
 SHOWING = {"angles": np.zeros((3, 8)), "occupancy": np.zeros((3, 4, 4, 4), dtype=np.uint16)}
 
@@ -253,6 +274,19 @@ ENTRIES: dict[str, Entry] = {
         lambda preset: _run("commands.train", "parse", {"preset": preset, "out": [out("run")]}),
         {"preset": file(".toml", *PRESETS).always},
         COMMAND,
+        weight=2,
+    ),
+    "haptic_lab.commands.study": Entry(
+        lambda name, **flags: importlib.import_module("haptic_lab.commands.study").parse(
+            [*map(str, name), *_said(flags)]
+        ),
+        {"name": words(*studies.names()), **FLAGS["study"]},
+        COMMAND,
+    ),
+    "haptic_lab.people.studies.presets.read": Entry(
+        lambda path: studies.read(str(path)).comparisons,
+        {"path": file(".toml", *STUDIES, there=True).always},
+        FILE,
         weight=2,
     ),
     "haptic_lab.commands.explore[recording]": Entry(

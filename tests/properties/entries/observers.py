@@ -189,6 +189,7 @@ SLAM: dict[str, Parameter] = {
     "grid": Parameter(GRIDS.valid, ODD_GRIDS | odd_numbers | odd_names, needed=True),
     "contact_model": Parameter(MODELS.valid, odd_numbers | odd_names),
     "in_hindsight": switch(),
+    "memory_seconds": number(0.1, 10.0),
     "dynamics": one_of(None, ContactDynamics, lambda: ContactDynamics(constrained=False)),
     "solids": one_of(None, samples.namer),
     "threads": one_of(None, 1),
