@@ -52,7 +52,7 @@ def evidence(rows: pd.DataFrame, shape: str, standard: str) -> Array:
     return np.asarray(ours - theirs)
 
 
-def right(comparison: Array, standards: Array, intervals: int) -> tuple[int, int]:
+def right(comparison: Array, standards: Array, intervals: int) -> tuple[float, int]:
     """Let an observer answer.
 
     Args:
@@ -61,7 +61,8 @@ def right(comparison: Array, standards: Array, intervals: int) -> tuple[int, int
         intervals: of a trial.
 
     Returns:
-        How many answers are right, and how many there are: none where there are fewer explorations than intervals.
+        How many answers are right, on average over all trials that can be put together, and how many there are: none
+        where there are fewer explorations than intervals.
     """
     if intervals == 1:
         return int((comparison > 0).sum() + (standards <= 0).sum()), len(comparison) + len(standards)
@@ -70,7 +71,7 @@ def right(comparison: Array, standards: Array, intervals: int) -> tuple[int, int
         return 0, 0
     apart = np.arange(1, count - intervals + 2)[:, None] + np.arange(intervals - 1)  # of what is felt in one trial
     others = standards[(np.arange(count)[:, None, None] + apart) % count].max(axis=2)
-    return round(count * float((comparison[:count, None] > others).mean())), count
+    return count * float((comparison[:count, None] > others).mean()), count
 
 
 def counted(rows: pd.DataFrame, study: Study) -> pd.DataFrame:
@@ -93,8 +94,13 @@ def counted(rows: pd.DataFrame, study: Study) -> pd.DataFrame:
         for value, shape in study.comparisons:
             if standards is None or shape not in felt:
                 continue
-            ours, theirs = (evidence(each, shape, study.standard_shape) for each in (felt[shape], standards))
-            lines.append((*names, value, *right(ours, theirs, study.intervals)))
+            both = felt[shape], standards
+            if study.intervals > 1:
+                seeds = {*felt[shape]["seed"]} & {*standards["seed"]}
+                both = felt[shape][felt[shape]["seed"].isin(seeds)], standards[standards["seed"].isin(seeds)]
+            ours, theirs = (evidence(each, shape, study.standard_shape) for each in both)
+            correct, trials = right(ours, theirs, study.intervals)
+            lines.append((*names, value, round(correct), trials))
     return pd.DataFrame(lines, columns=COUNTS)
 
 

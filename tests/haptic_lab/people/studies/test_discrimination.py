@@ -43,7 +43,7 @@ def test_explorations_of_one_seed_are_never_compared(intervals: int) -> None:
 def test_all_that_can_be_put_together_is() -> None:
     felt, others = np.array([1.0, 3.0, 5.0, 7.0]), np.array([0.0, 2.0, 4.0, 6.0])
     pairs = [felt[i] > others[k] for i in range(4) for k in range(4) if i != k]
-    assert discrimination.right(felt, others, 2) == (round(4 * np.mean(pairs)), 4)
+    assert discrimination.right(felt, others, 2) == (pytest.approx(4 * np.mean(pairs)), 4)
 
 
 def _rows(sigmas: dict[float, float], count: int = 300) -> pd.DataFrame:
