@@ -18,12 +18,14 @@ from haptic_lab.analysis import ablation, novelty, policy_comparison, reliabilit
 from haptic_lab.analysis.summary import parts, print_report, save_picture, summarise
 from haptic_lab.files import write_csv
 from haptic_lab.folder_lock import claimed
+from haptic_lab.people.studies.naming import name_objects
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, run, sweep
 from haptic_lab.sweeps.measures import MEASURES
 from haptic_lab.sweeps.options import check, open_results
 from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.results import Results
+from haptic_lab.sweeps.worker import run_trials
 from haptic_lab.terminal import make_console
 
 FILES = ("config.json", "trials.csv", "summary.csv", "evaluate.png")
@@ -44,7 +46,8 @@ def main(arguments: list[str] | None = None) -> int:
     with claimed(Path(plan.out), FILES):
         results = open_results(plan)
         console = make_console(WIDTH)
-        code = run(lambda: sweep(plan, results, console), console)
+        work = name_objects if plan.settings.names_only else run_trials
+        code = run(lambda: sweep(plan, results, console, work), console)
         return run(lambda: report(plan, results, console), console) or code
 
 

@@ -12,17 +12,20 @@ from typing import Any
 from joblib import cpu_count
 
 import agents
-from haptic_env import reading, shapes, validate
-from haptic_lab import believed, conditions, faults, limits
+from haptic_env import shapes
+from haptic_lab import believed, conditions, limits
 from haptic_lab.conditions import TRUST
 from haptic_lab.sweeps import trial_tables
+from haptic_lab.sweeps.config_files import Options as Options
+from haptic_lab.sweeps.config_files import read as read
+from haptic_lab.sweeps.config_files import typed as typed
 from haptic_lab.sweeps.plan import HAND, SweepPlan, planned
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns, unusual
 from haptic_lab.sweeps.tasks import files_of
 from haptic_lab.terminal import Parser, as_keys, as_path, refuse
-from haptic_lab.worlds import HANDS_OR_IDS, SETS, as_shape, typed_shape
+from haptic_lab.worlds import HANDS_OR_IDS, SETS, typed_shape
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
 from observer.variants import ABLATION, VARIANTS, WITHOUT_MAP
@@ -34,17 +37,8 @@ FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
 NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the paper's, and what touch has added
 REPLAYED: dict[str, Any] = {"seconds": None, "classifiers": []}  # what is usual of these, and of people's trials: whole
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
-KINDS: dict[Any, str] = {
-    bool: "true or false",
-    int: "an integer",
-    float: "a number",
-    str: "a string",
-    believed.as_sigma: f"a number or {believed.UNKNOWN!r}",
-    faults.as_faults: "a number, or patches as a string",
-}
 USUAL = [name for name in OBSERVERS if name != "white"]  # which is haptic_slam where no error lasts
 TRUSTED = ["--trust"]
-Options = Mapping[str, argparse.Action]
 
 
 def parse(description: str | None, arguments: list[str] | None) -> tuple[SweepPlan, Results]:
@@ -204,6 +198,12 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add("--ablation", action=switch, default=False, help="haptic_slam with one idea changed at a time, in one table")
     add("--calibration", action=switch, default=False, help="also pictures of how sure observers are and may be")
     add("--courses", action=switch, default=False, help="also what is believed of every name each 0.1 s, in the table")
+    add(
+        "--names-only",
+        action=switch,
+        default=False,
+        help="observers only name the object, without maps: a third of the time",
+    )
     add("--particles", type=int, default=200, help="of the observers that have any (default 200)")
     add("--exemplars", type=int, default=3, help="draws over which one-shot learning is averaged (default 3)")
     add(
@@ -244,70 +244,10 @@ def settle(parser: argparse.ArgumentParser, arguments: list[str] | None, file: M
     given = parser.parse_args(arguments)
     if given.recordings is not None or given.trial_table is not None:
         parser.set_defaults(**{name: file.get(name, value) for name, value in REPLAYED.items()})
+    if given.names_only:
+        parser.set_defaults(classifiers=file.get("classifiers", []))
     if given.ablation and "observers" not in file:
         parser.set_defaults(observers=list(ABLATION))
     if given.quick:
         parser.set_defaults(**QUICK)
     return parser.parse_args(arguments)
-
-
-def read(path: Path, options: Options) -> dict[str, Any]:
-    """Read the file of --config.
-
-    Args:
-        path: of the TOML file.
-        options: of `make_parser`.
-
-    Returns:
-        What it sets, each of the right type; raises `ValueError` for another one, and `OSError`.
-    """
-    return typed(reading.toml(path), options)
-
-
-def typed(values: Mapping[str, Any], options: Options) -> dict[str, Any]:
-    """Check what stands in a file.
-
-    Args:
-        values: by key.
-        options: of `make_parser`.
-
-    Returns:
-        The values, each of the right type.
-
-    Raises:
-        ValueError: for a key that is none, and a value of another type.
-    """
-    return {name: _typed(name, value, options) for name, value in values.items()}
-
-
-def _typed(name: str, value: Any, options: Options) -> Any:
-    option = options[validate.choice("key", name, options)]
-    kind: Any = bool if isinstance(option, argparse.BooleanOptionalAction) else option.type
-    kind = kind if kind in KINDS else str
-    several = option.nargs in ("+", "*")
-    values = value if several and isinstance(value, list) else [value]
-    if not all(_is(kind, each) for each in values):
-        raise ValueError(f"{name} must be {KINDS[kind]}{' or a list of such' if several else ''}, got {value!r}")
-    try:
-        values = [_read_as(option, kind, each) for each in values]
-    except argparse.ArgumentTypeError as error:
-        raise ValueError(f"{name} {error}") from error
-    except OverflowError as error:
-        raise ValueError(f"{name} must be {KINDS[kind]} that a float can be, got {values!r}") from error
-    return values if several else values[0]
-
-
-def _read_as(option: argparse.Action, kind: Any, value: Any) -> Any:
-    """A value of a file as that of a flag; names in a file import nothing."""
-    if option.type is typed_shape:
-        return as_shape(value)
-    return as_path(value) if option.type is as_path else kind(value)
-
-
-def _is(kind: Any, value: Any) -> bool:
-    """Whether a value of a file is of a kind of `KINDS`."""
-    if kind is believed.as_sigma:
-        return _is(float, value) or value == believed.UNKNOWN
-    if kind is faults.as_faults:
-        return _is(float, value) or _is(str, value)
-    return type(value) is kind or (kind is float and type(value) is int)

@@ -94,7 +94,10 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     told["shapes"] = expanded(shapes.SHAPES if named is None else named, trust=given.trust)
     if given.candidates is not None:
         told["among"] = expanded(given.candidates, trust=given.trust)
-    told["none"], told["courses"] = given.none or None, given.courses or None
+    told["none"], told["courses"], told["names_only"] = (
+        value or None for value in (given.none, given.courses, given.names_only)
+    )
+    _check_names_only(given)
     held: dict[str, str] = {}
     if given.recordings is not None:
         said = None if named is None else told["shapes"]
@@ -158,6 +161,17 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         held=tuple(held.items()),
         cells=explored,
     )
+
+
+def _check_names_only(given: argparse.Namespace) -> None:
+    """Raise `ValueError` for what there is of maps alone."""
+    if not given.names_only:
+        return
+    of_maps = {"--classifiers": given.classifiers, "--ablation": given.ablation, "--calibration": given.calibration}
+    for flag in [flag for flag, value in of_maps.items() if value]:
+        raise ValueError(f"--names-only makes no maps, which {flag} is about")
+    if given.recordings is not None:
+        raise ValueError("--names-only is for hands that explore: the pose of a recording's is found with its map")
 
 
 def _check_recorded(given: argparse.Namespace) -> None:

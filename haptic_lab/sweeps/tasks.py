@@ -54,6 +54,7 @@ class SweepSettings(Believed):
             tells.
         memory_seconds: s, of the observers that are called limited; None: they do not forget.
         attention_seconds: s, of the same; None: they heed all fingers.
+        names_only: whether observers only name the object, and map nothing; None: not, of which no table tells.
 
     Raises:
         ValueError: for a value out of its range.
@@ -79,6 +80,7 @@ class SweepSettings(Believed):
     courses: bool | None = None
     memory_seconds: float | None = None
     attention_seconds: float | None = None
+    names_only: bool | None = None
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)

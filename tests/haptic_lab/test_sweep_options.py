@@ -30,6 +30,10 @@ def parse(tmp_path: Path, text: str, *arguments: str):
     return options.check(None, ["--config", str(file), "--out", str(tmp_path / "out"), *arguments])
 
 
+def test_repeats_are_trials(tmp_path: Path) -> None:
+    assert parse(tmp_path, "repeats = 3").trials == parse(tmp_path, "", "--repeats", "3").trials == 3
+
+
 def refused(tmp_path: Path, text: str, capsys: pytest.CaptureFixture, *arguments: str) -> str:
     """The one line that is told about a file with `text`."""
     with pytest.raises(SystemExit) as ended:
@@ -80,7 +84,7 @@ def test_an_ablation_may_stand_in_the_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("sigma = 3", "unknown key 'sigma' (did you mean 'sigmas'?); choose from ablation, believed, believed_bia"),
+        ("sigma = 3", "unknown key 'sigma' (did you mean 'sigmas'?); choose from ablation, attention_seconds"),
         ("[noise]\nbias_deg = 3", "unknown key 'noise'"),
         ("config = 'other.toml'", "unknown key 'config'"),
         ("trials = 3.0", "trials must be an integer, got 3.0"),

@@ -11,7 +11,7 @@ from typing import Any
 
 from haptic_env.hand import Hand
 from haptic_lab.limits import NONE as NO_LIMITS
-from haptic_lab.limits import Limits
+from haptic_lab.limits import Limits, plain
 from haptic_lab.records import BeliefTrace
 from haptic_lab.sweeps import log_courses
 from haptic_lab.sweeps.measures import measures_without_map
@@ -66,11 +66,12 @@ def make_without_maps(
     """
     made: dict[str, Observer] = {}
     for name in names:
-        if name == FLOOR:
+        kind = plain(name)  # a map that forgets is none either
+        if kind == FLOOR:
             made[name] = RawPose(hand, sigma_deg, **keywords)
-        elif name == CEILING:
+        elif kind == CEILING:
             made[name] = RawPose(hand, 0.0, **{**keywords, **WHITE_ONLY})
-        elif name == "haptic_slam":
+        elif kind == "haptic_slam":
             made[name] = PoseOnly(hand, sigma_deg, **keywords)
         else:
             made |= make_observers([name], hand, sigma_deg, particles, limits, **keywords)

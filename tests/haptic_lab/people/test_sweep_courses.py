@@ -114,6 +114,16 @@ def test_killed_half_way_it_goes_on_to_the_same_courses(swept: Path, table: Path
     np.testing.assert_array_equal(Courses.of_sweep(folder).log_posterior, expected.log_posterior)
 
 
+def test_without_maps_the_courses_are_the_same(swept: Path, table: Path, tmp_path: Path) -> None:
+    told = ["--trial-table", str(table), *SWEEP, "--names-only", "--out", str(tmp_path / "out")]
+    assert evaluate.main(told) == 0
+    for observer in ("floor", "haptic_slam", "ceiling"):
+        one, other = (Courses.of_sweep(folder, observer=observer) for folder in (swept, tmp_path / "out"))
+        assert one.cells == other.cells
+        np.testing.assert_allclose(one.log_posterior, other.log_posterior, atol=1e-5)
+    assert pd.read_csv(tmp_path / "out" / "trials.csv")["surface_f_score_1"].isna().all()
+
+
 def test_sweeps_of_conditions_apart_come_together(swept: Path, table: Path, tmp_path: Path) -> None:
     for under, extra in (("bare", []), ("sheath", ["--contact-miss", "0.3"])):
         told = ["--trial-table", str(table), "--under", under, "--candidates", "cube", "sphere", "cylinder"]
@@ -155,6 +165,7 @@ def test_a_recording_of_a_subject_is_a_cell_of_its_own(tmp_path: Path) -> None:
         (["--under", "glove"], "unknown condition of .* 'glove'.*; choose from bare, sheath"),
         (["--column", "seconds"], "--column must be like seconds=duration"),
         (["--seconds", "0"], "--seconds must be"),
+        (["--names-only", "--ablation"], "--names-only makes no maps, which --ablation is about"),
     ],
 )
 def test_what_does_not_go_with_a_table_is_refused(
