@@ -30,6 +30,7 @@ from observer.maps.forgetting import Forgetting
 from observer.maps.matching import MATCHING, Cloud, match, sweep
 from observer.maps.occupancy import Maps, OccupancySnapshot
 from observer.novelty import MapNovelty
+from observer.shape.posterior import ShapePosterior
 from observer.state import NOTHING, Diagnostics, FilterState, Proposal, Waiting, belief_of
 from observer.surface.mesh import Surface, surface_of
 from observer.surface.touches import TouchLog, TouchRecorder
@@ -185,12 +186,12 @@ class HapticSLAM(Configured):
             path: of the file.
 
         Raises:
-            ValueError: where it cannot be written, and for an observer that was told `solids`.
+            ValueError: where it cannot be written, and for one that was told `solids` with `rotation_jitter`.
         """
         saved_state.write(path, self)
 
     @classmethod
-    def load(cls, path: Path | str, hand: Hand | None = None) -> Self:
+    def load(cls, path: Path | str, hand: Hand | None = None, *, solids: ShapePosterior | None = None) -> Self:
         """Take up an observer that was saved; it goes on to the same bits.
 
         Nothing in the file is run.
@@ -199,15 +200,16 @@ class HapticSLAM(Configured):
             path: of the file.
             hand: that it was saved of; None: the one of `haptic_env.hands` of that name, as it is made without
                 keywords.
+            solids: that it was told, as they were given to it then; None: none.
 
         Returns:
             The observer.
 
         Raises:
-            ValueError: for a file that is none, is cut short, of another hand or another format.
+            ValueError: for a file that is none, is cut short, of another hand, other solids or another format.
             OSError: where it cannot be read.
         """
-        made: Self = saved_state.read(path, hand, cls)
+        made: Self = saved_state.read(path, hand, cls, solids)
         return made
 
     @property

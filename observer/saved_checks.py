@@ -27,8 +27,19 @@ BOOL, REAL, BYTE = np.dtype(np.bool_), np.dtype(np.float64), np.dtype(np.int8)
 SLOT, WHOLE = np.dtype(np.int32), np.dtype(np.int64)
 
 
-def _array(name: str, given: Any, kind: np.dtype[Any], shape: Shape, *, finite: bool = True) -> None:
-    """`ValueError` unless `given` is an array of that kind and shape, without NaN where it is to be `finite`."""
+def array(name: str, given: Any, kind: np.dtype[Any], shape: Shape, *, finite: bool = True) -> None:
+    """Check an array.
+
+    Args:
+        name: of it, for messages.
+        given: that was read.
+        kind: of its numbers.
+        shape: of it.
+        finite: whether all must be.
+
+    Raises:
+        ValueError: for anything else.
+    """
     if type(given) is not np.ndarray or given.dtype != kind or given.shape != shape:
         got = f"{given.dtype} {given.shape}" if isinstance(given, np.ndarray) else type(given).__name__
         raise ValueError(f"{name} must be {kind} {shape}, got {got}")
@@ -36,7 +47,16 @@ def _array(name: str, given: Any, kind: np.dtype[Any], shape: Shape, *, finite: 
         raise ValueError(f"{name} has numbers that are not finite")
 
 
-def _number(name: str, given: Any) -> None:
+def number(name: str, given: Any) -> None:
+    """Check a number.
+
+    Args:
+        name: of it, for messages.
+        given: that was read.
+
+    Raises:
+        ValueError: for anything else.
+    """
     if type(given) not in (int, float):
         raise ValueError(f"{name} must be a number, got {type(given).__name__}")
 
@@ -57,14 +77,14 @@ def maps(given: Maps) -> None:
     """
     count, particles = int(np.prod(given._shape)), len(given.arrays.own)
     for name, kind in (("common", BYTE), ("slot", SLOT), ("_told", BYTE)):
-        _array(f"maps.{name}", getattr(given, name), kind, (count,))
+        array(f"maps.{name}", getattr(given, name), kind, (count,))
     for name in ("touched", "solid", "seen", "stale"):
-        _array(f"maps.{name}", getattr(given, name), BOOL, (count,))
-    _array("maps._mean", given._mean, REAL, tuple(given._shape.tolist()))
+        array(f"maps.{name}", getattr(given, name), BOOL, (count,))
+    array("maps._mean", given._mean, REAL, tuple(given._shape.tolist()))
     room, used = len(given._kept), len(given.cells)
-    _array("maps._kept", given._kept, WHOLE, (room,))
-    _array("maps.cells", given.cells, WHOLE, (used,))
-    _array("maps.own", given.own, BYTE, (particles, room))
+    array("maps._kept", given._kept, WHOLE, (room,))
+    array("maps.cells", given.cells, WHOLE, (used,))
+    array("maps.own", given.own, BYTE, (particles, room))
     if not np.array_equal(given.cells, given._kept[:used]):
         raise ValueError("maps.cells are not the first of maps._kept")
     _within("maps._kept", given._kept, 0, count)
@@ -86,14 +106,54 @@ def check(made: Configured) -> None:
         window = made._reports
         steps = len(window._contacts)
         for name in ("_start", "_first", "_last"):
-            _array(f"reports.{name}", getattr(window, name), REAL, window._model.prior.shape)
-        _array("reports._contacts", window._contacts, BOOL, (steps, patches))
-        _array("reports._apart", window._apart, REAL, (steps, patches))
-        _array("reports._touched", window._touched, REAL, (steps, patches))
+            array(f"reports.{name}", getattr(window, name), REAL, window._model.prior.shape)
+        array("reports._contacts", window._contacts, BOOL, (steps, patches))
+        array("reports._apart", window._apart, REAL, (steps, patches))
+        array("reports._touched", window._touched, REAL, (steps, patches))
         if steps > made.lag + 1:
             raise ValueError(f"reports must be of {made.lag + 1} steps at most, got {steps}")
     if made._state is not None:
         _trial(made)
+        if made._known is not None:
+            _known(made)
+
+
+def history(name: str, said: Any, fresh: LinkHistory) -> None:
+    """Check what links have said.
+
+    Args:
+        name: of it, for messages.
+        said: that was read.
+        fresh: of the same hand.
+
+    Raises:
+        ValueError: for what is of other links.
+    """
+    record(name, said, LinkHistory)
+    for field, mine in fresh._asdict().items():
+        array(f"{name}.{field}", getattr(said, field), mine.dtype, mine.shape)
+    if (said.looks < 0).any() or not np.array_equal(said.first_patch, fresh.first_patch):
+        raise ValueError(f"{name} is of other links")
+
+
+def _waiting(name: str, step: Any, patches: int) -> None:
+    record(name, step, Waiting)
+    array(name, step.contacts, BOOL, (patches,))
+    if step.root is not None:
+        record(name, step.root, Pose)
+    if step.unmeasured is not None:
+        array(name, step.unmeasured, BOOL, (patches,))
+
+
+def _known(made: Any) -> None:
+    """What corrects the pose by solids; what these are like now was checked as it was read."""
+    known, patches = made._known, len(made.hand.patches)
+    number("known._against", known._against)
+    array("known._touching", known._touching, BOOL, (len(made.hand.links),))
+    if not isinstance(known._before, list) or len(known._before) > 1:
+        raise ValueError("known._before must be one step at most")
+    for step in known._before:
+        _waiting("known._before", step, patches)
 
 
 def _pose(pose: Any) -> None:
@@ -101,30 +161,30 @@ def _pose(pose: Any) -> None:
     size = len(pose.mean)
     if size != pose.lagged(pose.lag).stop and not (type(pose).__name__ == "DeltaPose" and size == _of_delta(pose)):
         raise ValueError(f"pose.mean must have {pose.lagged(pose.lag).stop} numbers, got {size}")
-    _array("pose.mean", pose.mean, REAL, (size,))
+    array("pose.mean", pose.mean, REAL, (size,))
     kept = not isinstance(pose, KinematicPose)  # that one has no number where nothing is kept
-    _array("pose.covariance", pose.covariance, REAL, (size, size), finite=kept)
-    _number("pose.log_evidence", pose.log_evidence)
+    array("pose.covariance", pose.covariance, REAL, (size, size), finite=kept)
+    number("pose.log_evidence", pose.log_evidence)
     gate = getattr(pose, "_gate", None)
     if gate is not None:
-        _array("pose._gate.set_aside", gate.set_aside, WHOLE, (joints,))
-        _array("pose._gate._row", gate._row, WHOLE, (joints,))
-        _array("pose._gate._last", gate._last, REAL, (joints,), finite=False)  # NaN: it was not measured
+        array("pose._gate.set_aside", gate.set_aside, WHOLE, (joints,))
+        array("pose._gate._row", gate._row, WHOLE, (joints,))
+        array("pose._gate._last", gate._last, REAL, (joints,), finite=False)  # NaN: it was not measured
     sigma = np.asarray(pose.sigma)
     if sigma.shape not in ((), (joints,)) or sigma.dtype.kind != "f" or not (sigma >= 0.0).all():
         raise ValueError("pose.sigma must be a number or one of each joint")
     if isinstance(pose, PoseFilter):
-        _array("pose._contacts", pose._contacts, BOOL, (patches,))
-        _array("pose.doubted", pose.doubted, BOOL, (patches,))
+        array("pose._contacts", pose._contacts, BOOL, (patches,))
+        array("pose.doubted", pose.doubted, BOOL, (patches,))
     if isinstance(pose, KinematicPose):
         many = pose.partners.count, len(pose.smooth.speeds)
-        _array("pose._level", pose._level, REAL, many)
-        _record("pose._moments", pose._moments, LaggedMoments)
+        array("pose._level", pose._level, REAL, many)
+        record("pose._moments", pose._moments, LaggedMoments)
         for name, each in LaggedMoments.zero(many, pose.lag, pose.apart)._asdict().items():
-            _array(f"pose._moments.{name}", getattr(pose._moments, name), REAL, each.shape)
-        _array("pose.partners._advantage", pose.partners._advantage, REAL, pose.partners._first.shape)
+            array(f"pose._moments.{name}", getattr(pose._moments, name), REAL, each.shape)
+        array("pose.partners._advantage", pose.partners._advantage, REAL, pose.partners._first.shape)
     if hasattr(pose, "_unfelt"):
-        _array("pose._unfelt", pose._unfelt, REAL, (size,))
+        array("pose._unfelt", pose._unfelt, REAL, (size,))
 
 
 def _of_delta(pose: Any) -> int:
@@ -136,65 +196,64 @@ def _trial(made: Any) -> None:
     state, hand = made._state, made.hand
     count, joints, patches, links = made.n_particles, hand.joints, len(hand.patches), len(hand.links)
     errors = made.pose.constant.stop - made.pose.constant.start
-    _number("state.forgetting.steps", state.forgetting.steps)
-    _array("state.poses", state.poses, REAL, (count, joints))
-    _array("state.errors", state.errors, REAL, (count, errors))
+    number("state.forgetting.steps", state.forgetting.steps)
+    array("state.poses", state.poses, REAL, (count, joints))
+    array("state.errors", state.errors, REAL, (count, errors))
     mean, factor = state.drawn
-    _array("state.drawn.0", mean, REAL, (joints + errors,))
-    _array("state.drawn.1", factor, REAL, (joints + errors, joints + errors))
-    _array("state.contacts", state.contacts, BOOL, (patches,))
-    _array("state.weights", state.weights, REAL, (count,))
-    _array("state.log_weights", state.log_weights, REAL, (count,), finite=False)  # of one that is impossible
-    _number("state.log_evidence", state.log_evidence)
-    _number("state.n_eff", state.n_eff)
+    array("state.drawn.0", mean, REAL, (joints + errors,))
+    array("state.drawn.1", factor, REAL, (joints + errors, joints + errors))
+    array("state.contacts", state.contacts, BOOL, (patches,))
+    array("state.weights", state.weights, REAL, (count,))
+    array("state.log_weights", state.log_weights, REAL, (count,), finite=False)  # of one that is impossible
+    number("state.log_evidence", state.log_evidence)
+    number("state.n_eff", state.n_eff)
     if len(state.waiting) > made.lag:
         raise ValueError(f"state.waiting must be {made.lag} steps at most, got {len(state.waiting)}")
     for step in state.waiting:
-        _record("state.waiting", step, Waiting)
-        _array("state.waiting", step.contacts, BOOL, (patches,))
-        if step.root is not None:
-            _record("state.waiting", step.root, Pose)
-        if step.unmeasured is not None:
-            _array("state.waiting", step.unmeasured, BOOL, (patches,))
-    said = state.novelty._said
-    _record("state.novelty", said, LinkHistory)
-    fresh = LinkHistory.nothing(hand)
-    for name, mine in fresh._asdict().items():
-        _array(f"state.novelty.{name}", getattr(said, name), mine.dtype, mine.shape)
-    if (said.looks < 0).any() or not np.array_equal(said.first_patch, fresh.first_patch):
-        raise ValueError("state.novelty is of other links")
-    _array("state.novelty._news", state.novelty._news, REAL, (links,))
+        _waiting("state.waiting", step, patches)
+    history("state.novelty", state.novelty._said, LinkHistory.nothing(hand))
+    array("state.novelty._news", state.novelty._news, REAL, (links,))
     _hindsight(made, int(made._sensing.tree.parent.shape[0]))
     for link in state.touches._links:
-        _array("state.touches.patches", link.patches, WHOLE, (len(link.patches),))
+        array("state.touches.patches", link.patches, WHOLE, (len(link.patches),))
         _within("state.touches.patches", link.patches, 0, patches)
-        _array("state.touches.position", link.position, REAL, (3,))
-        _array("state.touches.rotation", link.rotation, REAL, (3, 3))
-        _array("state.touches.covariance", link.covariance, REAL, (6, 6))
+        array("state.touches.position", link.position, REAL, (3,))
+        array("state.touches.rotation", link.rotation, REAL, (3, 3))
+        array("state.touches.covariance", link.covariance, REAL, (6, 6))
 
 
 def _hindsight(made: Any, bodies: int) -> None:
     found, patches, links = made._state.hindsight, len(made.hand.patches), len(made.hand.links)
     cells = int(np.prod(made.grid.shape))
-    _array("state.hindsight._swept", found._swept, WHOLE, (cells,))
-    _array("state.hindsight._seen", found._seen, BOOL, (cells,))
+    array("state.hindsight._swept", found._swept, WHOLE, (cells,))
+    array("state.hindsight._seen", found._seen, BOOL, (cells,))
     for suspects, weight, cell, hits in found._touches:
-        _array("state.hindsight.suspects", suspects, WHOLE, (len(weight),))
-        _array("state.hindsight.weight", weight, REAL, (len(weight),))
-        _array("state.hindsight.cell", cell, WHOLE, (len(hits),))
-        _array("state.hindsight.hits", hits, REAL, (len(hits),))
+        array("state.hindsight.suspects", suspects, WHOLE, (len(weight),))
+        array("state.hindsight.weight", weight, REAL, (len(weight),))
+        array("state.hindsight.cell", cell, WHOLE, (len(hits),))
+        array("state.hindsight.hits", hits, REAL, (len(hits),))
         _within("state.hindsight.cell", cell, 0, cells)
         if (suspects < 0).any() or suspects.sum() != len(cell):
             raise ValueError("state.hindsight.suspects do not fit its cells")
     for moment in found._fresh:
-        _record("state.hindsight._fresh", moment, Moment)
+        record("state.hindsight._fresh", moment, Moment)
         shapes = (bodies, 3), (bodies, 3, 3), (links,), (patches,), (patches,), (links,)
         for name, each, shape in zip(Moment._fields, moment, shapes, strict=True):
-            _array(f"state.hindsight.{name}", each, BOOL if name in ("contacts", "heard") else REAL, shape)
+            array(f"state.hindsight.{name}", each, BOOL if name in ("contacts", "heard") else REAL, shape)
     if type(found.empty) is not bool:
         raise ValueError("state.hindsight.empty must be true or false")
 
 
-def _record(name: str, given: Any, kind: type) -> None:
+def record(name: str, given: Any, kind: type) -> None:
+    """Check a named tuple.
+
+    Args:
+        name: of it, for messages.
+        given: that was read.
+        kind: of which it must be.
+
+    Raises:
+        ValueError: for anything else.
+    """
     if not isinstance(given, kind):
         raise ValueError(f"{name} must be a {kind.__name__}, got {type(given).__name__}")

@@ -21,7 +21,8 @@ from haptic_env.files import atomic, check_writable
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
-from observer import edge, saved_checks
+from observer import edge, saved_checks, saved_solids
+from observer.belief import Transition
 from observer.configuration import Configured
 from observer.contacts.contact_filter import ContactFilter
 from observer.maps.contact_model import ContactModel
@@ -38,6 +39,12 @@ from observer.pose.kalman import PoseFilter
 from observer.pose.lagged_moments import LaggedMoments
 from observer.pose.raw_angles import RawAngles
 from observer.pose.smooth_motion import KinematicPose
+from observer.shape.fading import FadingNames
+from observer.shape.misfit import Misfit
+from observer.shape.names import NamePosterior
+from observer.shape.null_model import NullModel
+from observer.shape.pose_correction import PoseCorrection
+from observer.shape.posterior import ShapePosterior
 from observer.state import FilterState, Waiting
 from observer.surface.touches import TouchingLink, TouchRecorder
 
@@ -58,8 +65,19 @@ CHANGED: dict[type, tuple[str, ...]] = {
     MapNovelty: ("_said", "_news"),
     TouchRecorder: ("_links",),
     Forgetting: ("steps",),
+    PoseCorrection: ("shape", "_before", "_against", "_touching"),
+    ShapePosterior: (
+        *("_rng", "_units", "_log_evidence", "_poses", "_weights", "_likelihood", "said", "_misfit", "_news"),
+        *("_habit", "_moved", "_steps", "_unfit", "_names"),
+    ),
+    Misfit: ("_recent", "_said"),
+    NullModel: ("log_likelihood", "_felt", "_counts"),
+    NamePosterior: ("_told", "_posterior", "_fading", "_forgetful"),
+    FadingNames: ("_last", "_evidence"),
 }
-RECORDS: dict[str, Any] = {each.__name__: each for each in (Waiting, Pose, Moment, LinkHistory, LaggedMoments)}
+RECORDS: dict[str, Any] = {
+    each.__name__: each for each in (Waiting, Pose, Moment, LinkHistory, LaggedMoments, Transition)
+}
 KEYWORDS: dict[str, Any] = {each.__name__: each for each in (Grid, ContactModel, ContactDynamics)}
 HAND = ("joint_limits", "torque_limits", "rest_pose", "grasp_centre", "workspace")  # arrays that tell hands apart
 
@@ -72,16 +90,15 @@ def write(path: Path | str, made: Configured) -> None:
         made: the observer.
 
     Raises:
-        ValueError: where it cannot be written, and for an observer that was told `solids`.
+        ValueError: where it cannot be written, and for an observer that was told solids that lie any way.
     """
     place = validate.path("path", path)
-    if made._known is not None:
-        raise ValueError("an observer that was told solids cannot be saved, one with solids=None can")
     check_writable("path of a saved observer", place)
     if made._state is not None:
         made._state.hindsight.join()  # an hour's touches are some arrays, not thousands
     arrays: dict[str, NDArray[Any]] = {f"hand.{name}": getattr(made.hand, name) for name in HAND}
     arrays["hand.patches"] = made.hand.patches.position
+    known = None if made._state is None else made._known  # which a trial begins
     told = {
         "format": FORMAT,
         "hand": {"name": made.hand.name, "joints": made.hand.joint_names, "patches": made.hand.patches.names},
@@ -89,24 +106,27 @@ def write(path: Path | str, made: Configured) -> None:
         "pose": _packed("pose", made.pose, arrays),
         "reports": _packed("reports", made._reports, arrays),
         "state": _packed("state", made._state, arrays),
+        "solids": None if made._known is None else saved_solids.tell(made._known, arrays),
+        "known": _packed("known", known, arrays),
     }
     with atomic(place) as unfinished, unfinished.open("wb") as file:
         np.savez_compressed(file, **arrays, observer=np.array(json.dumps(told)))  # type: ignore[arg-type]
 
 
-def read(path: Path | str, hand: Hand | None, kind: type[Configured]) -> Any:
+def read(path: Path | str, hand: Hand | None, kind: type[Configured], solids: ShapePosterior | None = None) -> Any:
     """Read the state of an observer.
 
     Args:
         path: of the file.
         hand: whose it is; None: the hand of the registry that it names.
         kind: of the observer that is made.
+        solids: that it was told; None: none.
 
     Returns:
         The observer, which goes on where the one that was saved was.
 
     Raises:
-        ValueError: for a file that is none, or cut short, of another hand or another format.
+        ValueError: for a file that is none, or cut short, of another hand, other solids or another format.
         OSError: where it cannot be read.
     """
     place = validate.path("path", path)
@@ -116,10 +136,13 @@ def read(path: Path | str, hand: Hand | None, kind: type[Configured]) -> Any:
         made: Any = kind.__new__(kind)
         mine = _hand(told["hand"], content, hand)
         # Not by a bracket's own constructor: what that changes was saved changed.
-        Configured.__init__(made, mine, **_keywords(told["keywords"]))
+        saved_solids.check(told["solids"], content, solids)
+        Configured.__init__(made, mine, **_keywords(told["keywords"]), solids=solids)
         if told["state"] is not None:
             made.reset(seed=0)
-        for name, whole in (("pose", made.pose), ("reports", made._reports), ("state", made._state)):
+        known = None if made._state is None else made._known
+        parts = {"pose": made.pose, "reports": made._reports, "state": made._state, "known": known}
+        for name, whole in parts.items():
             if (whole is None) != (told[name] is None):
                 raise ValueError(f"its {name} does not fit its keywords")
             if whole is not None:
@@ -242,6 +265,9 @@ def _unpacked(told: Any, fresh: Any, content: Mapping[str, NDArray[Any]]) -> Any
             saved_checks.maps(fresh)
             fresh.cells = fresh._kept[: len(fresh.cells)]
             fresh.arrays = fresh._arrays()
+        if isinstance(fresh, ShapePosterior):
+            saved_solids.check_state(fresh)
+            fresh._solids = fresh.variants.place(fresh._units)
         return fresh
     if kind == "links":
         count, patches, *rest = (_unpacked(each, None, content) for each in value)
@@ -252,5 +278,7 @@ def _unpacked(told: Any, fresh: Any, content: Mapping[str, NDArray[Any]]) -> Any
     if kind == "record":
         record = RECORDS[value]
         return record(**{name: _unpacked(each, None, content) for name, each in told["of"].items()})
-    of = {"list": list, "tuple": tuple, "deque": deque}[kind]
-    return of(_unpacked(each, None, content) for each in value)
+    every = [_unpacked(each, None, content) for each in value]
+    if kind == "deque":
+        return deque(every, maxlen=getattr(fresh, "maxlen", None))
+    return {"list": list, "tuple": tuple}[kind](every)

@@ -67,6 +67,7 @@ class Variants:
         unknown: whether any is not 0.
         count: V; 1 where all is known.
         hypotheses: H.
+        nominal: tables of the K solids as they were told.
     """
 
     def __init__(
@@ -104,7 +105,7 @@ class Variants:
         self.count = count if self.unknown else 1
         self.hypotheses = self.count * len(solids)
         memory.check(f"variants={self.count} of {len(solids)} solids", memory.of_hypotheses(1, self.hypotheses, 1))
-        self._nominal = solids_of(solids, far / (1.0 - size))
+        self.nominal = solids_of(solids, far / (1.0 - size))
         self._radius = np.array([0.5 * float(np.linalg.norm(solid.size)) for solid in solids])
         self._solid_of = np.repeat(np.arange(len(solids)), self.count)
 
@@ -143,7 +144,7 @@ class Variants:
             turn[:, 1, 0] = np.sin(yaw)
             turn[:, 0, 1] = -turn[:, 1, 0]
             turn[:, 2, 2] = 1.0
-        nominal = self._nominal
+        nominal = self.nominal
         of = self._solid_of if which is None else self._solid_of[which]
         return nominal._replace(
             drawn_in=nominal.drawn_in[of],
@@ -159,7 +160,7 @@ class Variants:
             The middles (K, 3) m and radii (K,) m of a ball for each solid.
         """
         size, _, *offset = self.ranges
-        return self._nominal.position, (1.0 + size) * self._radius + float(np.linalg.norm(offset))
+        return self.nominal.position, (1.0 + size) * self._radius + float(np.linalg.norm(offset))
 
     def bounds(self, solid: int) -> Ranges:
         """Tell what a solid may be.
@@ -170,7 +171,7 @@ class Variants:
         Returns:
             Its ranges.
         """
-        scale, middle = self._nominal.scale[solid], self._nominal.position[solid]
+        scale, middle = self.nominal.scale[solid], self.nominal.position[solid]
         size, offset = self.ranges[0], self.ranges[2:]
         return Ranges((scale * (1 - size), scale * (1 + size)), middle - offset, middle + offset, bool(self.turns.most))
 
@@ -184,7 +185,7 @@ class Variants:
         Returns:
             (M, 9) as of `draw`.
         """
-        nominal, known = self._nominal, np.maximum(self.ranges, np.finfo(float).tiny)
+        nominal, known = self.nominal, np.maximum(self.ranges, np.finfo(float).tiny)
         units = np.zeros((len(solids.scale), RANGES + 4))
         units[:, 0] = (solids.scale / nominal.scale[solid] - 1.0) / known[0]
         units[:, 2:RANGES] = (solids.position - nominal.position[solid]) / known[2:]

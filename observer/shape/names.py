@@ -29,6 +29,7 @@ class NamePosterior:
         """
         self._none, self._weight = none, weight
         self._fading: FadingNames | None = None
+        self._forgetful = np.zeros(0)  # (C,) nats, of who forgets
         self.take(log_likelihood, 0.0)
         if memory_seconds < np.inf:
             prior = self.log_posterior

@@ -140,6 +140,16 @@ QUICK = {  # the command lines, in turn, and the files that each leaves in the e
         *(f"compared/{name}" for name in ("counts.csv", "published.csv", "study.csv", "study.png")),
         *(f"compared/trials/all/{name}" for name in ("config.json", "trials.csv")),
     ],
+    "simulate --courses example --sigma 4 --trials 8 --out told.csv": ["told.csv"],
+    "fit told.csv --courses example --model ideal --draws 0 --out fitted": [
+        f"fitted/{name}" for name in ("fit.csv", "fit.json", "fit.png", "predicted.csv")
+    ],
+    "compare told.csv --courses example --models ideal lapse --draws 0 --out beside": [
+        f"beside/{name}" for name in ("compare.csv", "compare.png")
+    ],
+    "design ideal lapse --courses example --most 20 --rounds 2 --out designed": [
+        f"designed/{name}" for name in ("design.csv", "design.png")
+    ],
     "objects cube --out measured": ["measured/objects.csv", "measured/objects.png"],
     "check-hand two_finger --out hand": [
         f"hand/{name}" for name in ("hand.png", "joints.csv", "links.csv", "patches.csv")

@@ -15,7 +15,7 @@ import pytest
 from haptic_env import hands
 from haptic_env.grid import Grid
 from haptic_env.pose import Pose
-from observer import HapticSLAM, ShapePosterior
+from observer import HapticSLAM
 from observer.saved_state import CHANGED, FORMAT
 from observer.variants import make_observer
 
@@ -215,8 +215,6 @@ def test_what_is_no_observer_is_told(tmp_path, trial):
         HapticSLAM.load(tmp_path / "none.npz")
     with pytest.raises(ValueError, match=r"must be a file in a folder that can be written to"):
         HapticSLAM(trial.hand, particles=1).save(tmp_path / "no" / "state.npz")
-    with pytest.raises(ValueError, match=r"solids=None"):
-        HapticSLAM(trial.hand, particles=1, solids=ShapePosterior(trial.hand)).save(tmp_path / "state.npz")
     assert [each.name for each in tmp_path.iterdir()] == ["other.npz"]
 
 

@@ -65,6 +65,10 @@ def flags(command: str) -> frozenset[str]:
         text += (place / "exploration" / "learnt.py").read_text()
     if command == "people":
         text += (place / "people" / "table_flags.py").read_text()
+    if command in ("compare", "design", "fit", "simulate"):
+        text += (place / "people" / "options.py").read_text()
+    if command in ("compare", "fit"):
+        text += (place / "people" / "table_flags.py").read_text()
     if command == "figures":
         text += (place / "figures" / "plan.py").read_text()
     return frozenset({"--help", *re.findall(r'"(--[\w-]+)"', text)})

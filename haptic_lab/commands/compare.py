@@ -1,0 +1,116 @@
+"""Say which observer explains a subject best, by answers that each was not told of (leave-one-out cross-validation).
+
+A model is one of those of fit, or NAME=FILE: an ideal observer of other courses, under a name of its own. --recovery N
+simulates N subjects of each model, asked as those of the table were, to say how far these models can be told apart at
+all. Writes to --out: compare.csv (a row for each subject and model; differences from the best, nats a trial, with their
+95 % intervals), compare.png, and with --recovery recovery.csv.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import pandas as pd
+
+from haptic_env import validate
+from haptic_lab.files import atomic, write_csv
+from haptic_lab.folder_lock import claimed
+from haptic_lab.people import compare_report, fit_report, likelihood, options
+from haptic_lab.people.comparing import check_models, compare, recoveries, recovery_table
+from haptic_lab.people.fitting import DRAWS
+from haptic_lab.people.models import MODELS
+from haptic_lab.style import styled
+from haptic_lab.sweeps.driver import WIDTH, progress_on
+from haptic_lab.terminal import Parser, as_path, make_console
+
+EXAMPLE = """examples: haptic-slam compare example --courses example
+          haptic-slam compare answers.csv --courses out/people --models ideal memory floor=out/people --recovery 20"""
+USUAL = ("ideal", "memory", "noise", "lapse")
+
+
+def parse(arguments: list[str] | None) -> argparse.Namespace:
+    """Read and check the command line; ends the program with code 2 where it makes no sense. Nothing is written.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        All options, `models`, and `tables`, the trials of each subject by name.
+    """
+    parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    options.add_trials(parser)
+    options.add_courses(parser)
+    add("--models", nargs="+", default=USUAL, metavar="MODEL", help=f"of {', '.join(MODELS)}, or NAME=FILE")
+    options.add_ranges(parser, "(default: all that can be told)")
+    add("--recovery", type=int, metavar="N", help="also simulate N subjects of each model, and find their models")
+    add("--draws", type=int, default=DRAWS, help=f"of how much each repeat counts; 0: none (default {DRAWS})")
+    add("--seed", type=int, default=0, help=options.SEED)
+    add("--out", type=as_path, default="out/compare", help="folder for the results (default out/compare)")
+    given = parser.parse_args(arguments)
+
+    def read() -> None:
+        fit_report.check_numbers(given.draws, given.seed)
+        if given.recovery is not None:
+            validate.integer("--recovery", given.recovery, 1, 10_000)
+        table = options.read_table(given)
+        courses, ranges = options.read_courses(given.courses, given.observer), options.ranges_of(given)
+        given.models = [options.model_of(each, courses, ranges) for each in given.models]
+        check_models(given.models)
+        given.tables = {str(name): trials for name, trials in table.groupby("subject", sort=False)}
+        for trials in given.tables.values():
+            for model in given.models:
+                likelihood.answers_of(trials, model.courses)
+        given.asked = sorted(set(table["seconds"]))
+        given.trials = round(float(table.groupby("subject").size().median()))
+
+    options.checked(parser, read)
+    return given
+
+
+@styled
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command.
+
+    Args:
+        arguments: of the command line; None: those of this process.
+
+    Returns:
+        Its exit code.
+    """
+    given = parse(arguments)
+    out, console = Path(given.out), make_console(WIDTH)
+    names = [model.name for model in given.models]
+    with claimed(out, compare_report.FILES):
+        for model in given.models:
+            console.print(f"Model {model.name}: {options.described(model)}", highlight=False)
+        parts, recovered = [], []
+        try:
+            with progress_on(console) as progress:
+                for name in progress.track(given.tables, description="subjects"):
+                    found = compare(given.models, given.tables[name], draws=given.draws, seed=given.seed).table()
+                    parts.append(found.assign(subject=name))
+                if given.recovery is not None:
+                    told = recoveries(
+                        given.models, given.trials, given.asked, given.recovery, draws=given.draws, seed=given.seed
+                    )
+                    total = given.recovery * len(names)
+                    recovered = list(progress.track(told, total=total, description="simulated subjects"))
+        except ValueError as error:
+            Parser().error(str(error))
+        table = pd.concat(parts, ignore_index=True)
+        table = table[["subject", *(column for column in table if column != "subject")]]
+        compare_report.tell(table, console)
+        write_csv(out / "compare.csv", table)
+        written = ["compare.csv", "compare.png"]
+        recovery = None
+        if recovered:
+            recovery = recovery_table(recovered, names)
+            compare_report.tell_recovery(recovery, given.trials, console)
+            write_csv(out / "recovery.csv", recovery)
+            written.append("recovery.csv")
+        with atomic(out / "compare.png") as place:
+            compare_report.picture(table, recovery).savefig(place)
+        console.print(f"Written: {', '.join(str(out / each) for each in written)}", highlight=False)
+    return 0

@@ -1,0 +1,176 @@
+"""Find the parameters of a model from a subject's answers: the posterior on a grid, which misses no second maximum.
+
+Shapes: as in `haptic_lab.people.likelihood`: J answers, B draws of repeats, F × Q × N × L values of four parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from haptic_env import validate
+from haptic_env.arrays import Array
+from haptic_lab.people import likelihood, repeats
+from haptic_lab.people.likelihood import Answers
+from haptic_lab.people.models import PARAMETERS, Model
+
+DRAWS = 32
+SHARES = (0.025, 0.5, 0.975)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A model, fitted to a subject.
+
+    Attributes:
+        model: that was fitted.
+        answers: to which.
+        marginals: of each parameter the probability of each step of its grid.
+        best: of each parameter, at the most probable values together.
+        log_likelihood: nats, of all trials, at these.
+        log_evidence: nats, of all trials, averaged over all values.
+        expected: (J,) probability of each answer, averaged over the posterior.
+        left_out: (J,) nats, log probability of each answer to whoever is told all trials but one with it.
+        effective_draws: of repeats; where they are few, more repeats are needed.
+    """
+
+    model: Model
+    answers: Answers
+    marginals: dict[str, Array]
+    best: dict[str, float]
+    log_likelihood: float
+    log_evidence: float
+    expected: Array
+    left_out: Array
+    effective_draws: float
+
+    @property
+    def trials(self) -> int:
+        """How many were fitted."""
+        return len(self.answers.of_trial)
+
+    def interval(self, name: str) -> tuple[float, float, float]:
+        """Estimate a parameter.
+
+        Args:
+            name: of it.
+
+        Returns:
+            The median of the posterior, and the two ends of its 95 % interval, of 2.5 % each side.
+
+        Raises:
+            ValueError: for a name that is none.
+        """
+        validate.choice("parameter", name, PARAMETERS)
+        low, median, high = self.model.grids[name].quantiles(self.marginals[name], SHARES)
+        return float(median), float(low), float(high)
+
+    @property
+    def cross_validated(self) -> Array:
+        """(n,) nats, log probability of each trial's answer to whoever is told all others."""
+        return np.asarray(self.left_out[self.answers.of_trial])
+
+
+def fit(
+    model: Model,
+    table: pd.DataFrame | Answers,
+    *,
+    draws: int = DRAWS,
+    seed: int = 0,
+    predicted: NDArray[np.float32] | None = None,
+) -> Fit:
+    """Fit a model to one subject.
+
+    Args:
+        model: to be fitted.
+        table: (n,) trials, as `read_trials` has them, or the answers of them.
+        draws: of repeats' weights, over which the posterior is averaged; 0: as if the repeats were all that can be.
+        seed: of the draws.
+        predicted: of `likelihood.predicted`, where it is known from before.
+
+    Returns:
+        The fit.
+
+    Raises:
+        ValueError: for trials that the courses do not have.
+    """
+    validate.integer("draws", draws, 0, 10_000)
+    validate.seed(seed)
+    answers = table if isinstance(table, Answers) else likelihood.answers_of(table, model.courses)
+    if predicted is None:
+        predicted = likelihood.predicted(model, answers, repeats.draws(model.courses, draws, seed))
+    count = answers.count.astype(np.float32)
+    size = tuple(len(grid.values) for grid in model.grids.values())
+    prior = 1.0 / np.prod(size)
+    total = np.empty(len(predicted))
+    posterior = np.empty((len(predicted), *size))
+    expected, inverse = (np.empty((len(predicted), len(count))) for _ in range(2))
+    most, best = -np.inf, np.zeros(len(size), dtype=np.intp)
+    for draw, sure in enumerate(predicted):
+        probability = likelihood.probabilities(model, sure)
+        fits = np.log(probability) @ count
+        if (largest := float(fits.max())) > most:
+            most, best = largest, np.array(np.unravel_index(int(np.argmax(fits)), size))
+        total[draw] = largest + np.log(np.exp(fits - largest, dtype=np.float64).sum() * prior)
+        posterior[draw] = np.exp(fits - total[draw]) * prior
+        flat = posterior[draw].astype(np.float32).reshape(-1)
+        each = probability.reshape(len(flat), -1)
+        expected[draw], inverse[draw] = flat @ each, flat @ (1.0 / each)
+    evidence = float(logsumexp(total) - np.log(len(total)))
+    worth = np.exp(total - total.max())
+    worth /= worth.sum()
+    together = np.tensordot(worth, posterior, axes=1)
+    marginals = {
+        name: together.sum(axis=tuple(axis for axis in range(len(size)) if axis != at))
+        for at, name in enumerate(PARAMETERS)
+    }
+    return Fit(
+        model,
+        answers,
+        marginals,
+        {name: float(grid.values[index]) for (name, grid), index in zip(model.grids.items(), best, strict=True)},
+        most,
+        evidence,
+        worth @ expected,
+        -np.log(worth @ inverse),
+        float(1.0 / (worth**2).sum()),
+    )
+
+
+class Prepared:
+    """A model that is fitted to one subject after the other, asked at the same times."""
+
+    def __init__(self, model: Model, seconds: Sequence[float], *, draws: int = DRAWS, seed: int = 0) -> None:
+        """Compute what is the same for all.
+
+        Args:
+            model: to be fitted.
+            seconds: s, at which subjects are asked.
+            draws: as of `fit`.
+            seed: as of `fit`.
+
+        Raises:
+            ValueError: for times that the courses do not have.
+        """
+        self.model = model
+        self.answers = likelihood.every_answer(model.courses, seconds)
+        self.predicted = likelihood.predicted(model, self.answers, repeats.draws(model.courses, draws, seed))
+
+    def fit(self, table: pd.DataFrame) -> Fit:
+        """Fit it to one subject.
+
+        Args:
+            table: (n,) trials, as `read_trials` has them.
+
+        Returns:
+            The fit.
+
+        Raises:
+            ValueError: for a trial of another time.
+        """
+        return fit(self.model, likelihood.counted(self.answers, table, self.model.courses), predicted=self.predicted)

@@ -1,0 +1,212 @@
+"""What the commands that fit, compare, design and simulate are told alike: trials, courses, ranges of parameters."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from haptic_env import validate
+from haptic_lab.people import evidence
+from haptic_lab.people.courses import Courses
+from haptic_lab.people.models import LOGARITHMIC, MODELS, USUAL, Model
+from haptic_lab.people.table_flags import add_table_flags, read_tables
+from haptic_lab.terminal import as_path
+
+FLAGS = {
+    "sigma_deg": "--sigma",
+    "memory_seconds": "--memory-seconds",
+    "decision_noise": "--decision-noise",
+    "lapse": "--lapse",
+}
+SEED = "what chance starts from (default 0)"
+EXAMPLES = Path(__file__).parent / "data"
+EXAMPLE = "example"  # in place of a file: the one that ships
+SHIPPED = {"table": EXAMPLES / "example_trials.csv", "courses": EXAMPLES / "example_courses.npz"}
+
+
+def add_trials(parser: argparse.ArgumentParser) -> None:
+    """Let a command take a table of trials.
+
+    Args:
+        parser: of the command.
+    """
+    add = parser.add_argument
+    add("table", type=as_path, metavar="TABLE", help=f"trials, .csv or .tsv; {EXAMPLE!r}: the simulated ones that ship")
+    add_table_flags(parser)
+    add("--subjects", nargs="+", metavar="NAME", help="these alone (default: all of the table)")
+
+
+def read_table(given: argparse.Namespace) -> pd.DataFrame:
+    """Read the table that a command was told.
+
+    Args:
+        given: flags of `add_trials`.
+
+    Returns:
+        Its trials, of the subjects that were asked for.
+
+    Raises:
+        ValueError: for what is no such table, and subjects that are not in it.
+        OSError: where it cannot be read.
+    """
+    table = read_tables([_shipped("table", given.table)], given)
+    for subject in given.subjects or []:
+        validate.choice("--subjects", subject, sorted(set(table["subject"])))
+    return table if given.subjects is None else table[table["subject"].isin(given.subjects)].reset_index(drop=True)
+
+
+def add_courses(parser: argparse.ArgumentParser) -> None:
+    """Let a command take courses of belief.
+
+    Args:
+        parser: of the command.
+    """
+    add = parser.add_argument
+    told = f"courses of belief: an .npz, or the folder of evaluate --courses; {EXAMPLE!r}: those that ship"
+    add("--courses", type=as_path, required=True, metavar="FILE", help=told)
+    add("--observer", default="haptic_slam", help="whose courses, of a folder (default haptic_slam)")
+
+
+def read_courses(path: str, observer: str) -> Courses:
+    """Read courses of belief.
+
+    Args:
+        path: of a file, or of the folder of a sweep; or `EXAMPLE`.
+        observer: whose, of a folder.
+
+    Returns:
+        The courses.
+
+    Raises:
+        ValueError: for what has none in it.
+        OSError: where it cannot be read.
+    """
+    place = Path(_shipped("courses", path))
+    return Courses.of_sweep(place, observer=observer) if place.is_dir() else Courses.load(place)
+
+
+def _shipped(what: str, path: str) -> str:
+    return str(SHIPPED[what]) if path == EXAMPLE and not Path(path).exists() else path
+
+
+def add_ranges(parser: argparse.ArgumentParser, usual: str) -> None:
+    """Let a command take ranges of parameters.
+
+    Args:
+        parser: of the command.
+        usual: what they are otherwise, for the help.
+    """
+    said = {
+        "sigma_deg": "degrees, noise of felt angles",
+        "memory_seconds": "s, the time constant with which evidence fades",
+        "decision_noise": "nats, the temperature of the choice",
+        "lapse": "share of trials answered by a guess",
+    }
+    for name, flag in FLAGS.items():
+        told = f"{said[name]}: a value, or a least and a largest one {usual}"
+        parser.add_argument(flag, dest=name, nargs="+", type=float, metavar="VALUE", help=told)
+
+
+def ranges_of(given: argparse.Namespace) -> dict[str, tuple[float, float]]:
+    """Read the ranges that a command was told.
+
+    Args:
+        given: flags of `add_ranges`.
+
+    Returns:
+        The least and the largest value, of what was told.
+
+    Raises:
+        ValueError: for three values or more, and those out of what can be.
+    """
+    found = {}
+    for name, flag in FLAGS.items():
+        values = getattr(given, name)
+        if values is None:
+            continue
+        if len(values) > 2 or any(math.isnan(value) for value in values):
+            raise ValueError(f"{flag} must be a value, or a least and a largest one, got {validate.shown(values)}")
+        found[name] = (values[0], values[-1])
+    return found
+
+
+def model_of(text: str, courses: Courses, ranges: dict[str, tuple[float, float]]) -> Model:
+    """Make the model that a command was told.
+
+    Args:
+        text: a name of `MODELS`, or "NAME=FILE": an ideal observer of other courses, by a name of its own.
+        courses: of the models.
+        ranges: of parameters, those that the model finds; of the others they are not heeded.
+
+    Returns:
+        The model.
+
+    Raises:
+        ValueError: for a name that is none, and courses that cannot be read.
+        OSError: likewise.
+    """
+    name, equals, path = text.partition("=")
+    kind = "ideal" if equals else validate.choice("model", text, MODELS)
+    if equals and (not name.strip() or not path.strip()):
+        raise ValueError(f"model must be one of {', '.join(MODELS)}, or like floor=FILE, got {validate.shown(text)}")
+    other = read_courses(path, name) if equals else courses
+    mine = {key: value for key, value in ranges.items() if key in MODELS[kind]}
+    return Model(name, other, MODELS[kind], mine)
+
+
+def described(model: Model) -> str:
+    """Say what a model finds, and within what.
+
+    Args:
+        model: any.
+
+    Returns:
+        A line.
+    """
+    told = []
+    for name in model.parameters:
+        grid = model.grids[name]
+        scale = "in proportion" if name in LOGARITHMIC else "evenly"
+        told.append(f"{name} {grid.low:g} to {grid.high:g} ({scale})")
+    held = [f"{name} {grid.low:g}" for name, grid in model.grids.items() if grid.fixed and grid.low != USUAL.get(name)]
+    return "; ".join([", ".join(told) or "nothing is found", *held])
+
+
+def seconds_of(given: list[float] | None, courses: Courses) -> list[float]:
+    """Choose when simulated subjects are asked.
+
+    Args:
+        given: s; None: as usual.
+        courses: that they are asked about.
+
+    Returns:
+        Those, or five times, each twice the one before, up to the longest course.
+
+    Raises:
+        ValueError: for a time that the courses do not have.
+    """
+    if given is not None:
+        return [float(each) for each in evidence.check_times(courses, given)]
+    longest = float(courses.seconds[-1])
+    return [round(longest * share, 3) for share in (0.0625, 0.125, 0.25, 0.5, 1.0)]
+
+
+def checked(parser: argparse.ArgumentParser, work: Callable[[], Any]) -> Any:
+    """Read what a command was told, or end the program with code 2 and a line that says why.
+
+    Args:
+        parser: of the command.
+        work: reads it.
+
+    Returns:
+        What it read.
+    """
+    try:
+        return work()
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
