@@ -27,7 +27,7 @@ from haptic_lab.people.report import HEADINGS, html, print_tables
 from haptic_lab.people.scoring import DESIGNS, Design, design_of
 from haptic_lab.people.table_flags import add_table_flags, read_tables
 from haptic_lab.style import styled
-from haptic_lab.terminal import Parser, as_path, make_console
+from haptic_lab.terminal import Parser, as_path, make_console, refuse
 from haptic_lab.worlds import as_shape
 
 EXAMPLE = """examples: haptic-slam people trials.csv --out out/people
@@ -100,16 +100,15 @@ def main(arguments: list[str] | None = None) -> int:
     """
     given, table, design, observers = parse(arguments)
     console, out = make_console(WIDTH), Path(given.out)
-    with matplotlib.rc_context(PRINT):
+    with claimed(out, FILES), matplotlib.rc_context(PRINT):
         try:
             analysis = analyse(table, design, observers, floor=given.floor, level=given.level)
         except ValueError as error:
-            Parser(description=__doc__).error(str(error))
+            refuse(str(error))
         print_tables(analysis, console)
         for note in analysis.notes:
             console.print(f"Note: {note}", highlight=False)
-        with claimed(out, FILES):
-            written = write(analysis, out, f"People: {validate.listed(Path(path).name for path in given.tables)}")
+        written = write(analysis, out, f"People: {validate.listed(Path(path).name for path in given.tables)}")
     console.print(f"Written to {out}: {', '.join(written)}", highlight=False)
     return 0
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from scipy import stats
-from sklearn.metrics import cohen_kappa_score, mutual_info_score
+from sklearn.metrics import cohen_kappa_score
 
 from haptic_env import validate
 from haptic_env.arrays import Array
@@ -97,7 +97,11 @@ def shared_bits(responses: Sequence[str], answered: ArrayLike, answers: Sequence
     trial, theirs, weights = _pairs(responses, answered, answers)
     table = np.zeros((len(answers), len(answers)))
     np.add.at(table, (trial, theirs), weights)
-    return float(mutual_info_score(None, None, contingency=table)) / math.log(2.0)
+    of_each, of_both = (
+        (stats.entropy(table.sum(axis=axis), base=2) for axis in (0, 1)),
+        stats.entropy(table.ravel(), base=2),
+    )
+    return max(float(sum(of_each) - of_both), 0.0)  # scikit-learn's takes counts for whole numbers
 
 
 def time_correlation(one: ArrayLike, other: ArrayLike, *, seed: int = 0) -> Correlation:

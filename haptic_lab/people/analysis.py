@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -14,9 +15,9 @@ from haptic_lab.people import curves, observer_pictures, pictures, sensitivity_t
 from haptic_lab.people.agreement import FLOOR
 from haptic_lab.people.matching import Match, cells_of, match
 from haptic_lab.people.observed import Observed
-from haptic_lab.people.pictures import MOST_OBSERVERS
+from haptic_lab.people.pictures import MOST_OBSERVERS, MOST_PANELS
 from haptic_lab.people.scoring import Design
-from haptic_lab.people.summaries import PEOPLE, Group
+from haptic_lab.people.summaries import PEOPLE, Group, over_all_times
 
 TOLD = 4  # cells that a message names
 
@@ -91,6 +92,11 @@ def analyse(
     labels = [each.label for each in matches[:MOST_OBSERVERS]]
     if len(matches) > len(labels):
         notes.append(f"Pictures show {len(labels)} of {len(matches)} observers, those that say people's answers best.")
+    conditions, subjects = (table[name].nunique() if name in table else 1 for name in ("condition", "subject"))
+    if conditions > MOST_PANELS or subjects > observer_pictures.MOST_ROWS:
+        notes.append(
+            f"Pictures show the first of {conditions} conditions and {subjects} subjects; tables have them all."
+        )
     figures = _figures(table, design, tables, matches[:MOST_OBSERVERS], labels)
     if design.kind != "identification":
         notes += _psychometric(table, design, groups, level, labels, tables, figures)
@@ -156,12 +162,20 @@ def _of_perfect(tables: Mapping[str, pd.DataFrame], matches: Sequence[Match]) ->
     if not matches or "sensitivity" not in tables:
         return []
     lines = tables["sensitivity"]
-    perfect = lines[(lines["kind"] == "observer") & lines["perfect"]]
+    perfect = over_all_times(lines[(lines["kind"] == "observer") & lines["perfect"]])
+    if perfect.empty:
+        return []
+    told = []
+    for who, mine in perfect.groupby("who", sort=False):
+        trials = [
+            f"{line.trials}{'' if math.isnan(line.seconds) else f' of {line.seconds:g} s'}"
+            for line in mine.itertuples()
+        ]
+        told.append(f"{who} in {validate.listed(dict.fromkeys(trials))}")
     return [
-        f"{who} made no mistake in {int(mine['trials'].max())} trials: its d′ is above what so many trials can "
-        "show, and people's efficiency against it is only known to be below a bound. Let it explore with more noise "
-        "(haptic-slam evaluate --sigmas) or for less time (--seconds)."
-        for who, mine in perfect.groupby("who", sort=False)
+        f"No mistake was made by {'; '.join(told)} trials: d′ is above what so many can show, and people's efficiency "
+        "is only known to be below a bound. Let observers explore with more noise (haptic-slam evaluate --sigmas) or "
+        "for less time (--seconds)."
     ]
 
 

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy import stats
 from scipy.optimize import brentq
-from scipy.stats import norm
 
 from haptic_env import validate
 from haptic_env.arrays import Array
@@ -129,8 +129,8 @@ def yes_no(hits: int, signals: int, false_alarms: int, noises: int, *, seed: int
     h, n = _counted("hits", hits, "signals", signals)
     f, m = _counted("false_alarms", false_alarms, "noises", noises)
     rng = np.random.default_rng(validate.seed(seed))
-    drawn = norm.ppf([rng.beta(k + 0.5, total - k + 0.5, DRAWS) for k, total in ((h, n), (f, m))])
-    of_h, of_f = (float(norm.ppf((k + 0.5) / (total + 1.0))) for k, total in ((h, n), (f, m)))
+    drawn = stats.norm.ppf([rng.beta(k + 0.5, total - k + 0.5, DRAWS) for k, total in ((h, n), (f, m))])
+    of_h, of_f = (float(stats.norm.ppf((k + 0.5) / (total + 1.0))) for k, total in ((h, n), (f, m)))
     return Sensitivity(
         of_h - of_f, -0.5 * (of_h + of_f), drawn[0] - drawn[1], -0.5 * drawn.sum(axis=0), n + m, h == n and f == 0
     )
@@ -180,7 +180,7 @@ def efficiency(people: Sensitivity | Sequence[Sensitivity], observer: Sensitivit
             raise ValueError("people must be one person at least, got none")
         each = np.array([person.d_prime for person in people])
         value = float(each.mean())
-        draws = group_draws(each, seed=seed)
+        draws = group_draws(each, np.array([person.d_prime_draws.std() for person in people]), seed=seed)
     # Draws of both are of their own generators: in another order they belong to no other draw of their kind.
     of_observer = np.random.default_rng(validate.integer("seed", seed, 0) + 1).permutation(observer.d_prime_draws)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -192,20 +192,31 @@ def efficiency(people: Sensitivity | Sequence[Sensitivity], observer: Sensitivit
     return Efficiency(best, *_ends(drawn))
 
 
-def group_draws(values: Array, *, seed: int = 0) -> Array:
+def group_draws(values: Array, within: Array, *, seed: int = 0) -> Array:
     """Draw the mean over subjects again and again, by a bootstrap over them.
+
+    The draws are as wide as Student's t over subjects has the mean, and no narrower than their own trials leave it: a
+    few subjects may be alike by chance.
 
     Args:
         values: (N,) of subjects.
+        within: (N,) standard errors of each, from their trials.
         seed: of the bootstrap.
 
     Returns:
         (B,) means; NaN of fewer than two subjects, who say nothing of others.
     """
-    if len(values) < 2:
+    count = len(values)
+    if count < 2:
         return np.full(DRAWS, math.nan)
-    chosen = np.random.default_rng(validate.seed(seed)).integers(len(values), size=(DRAWS, len(values)))
-    return np.asarray(values[chosen].mean(axis=1))
+    rng = np.random.default_rng(validate.seed(seed))
+    means = values[rng.integers(count, size=(DRAWS, count))].mean(axis=1)
+    apart = means - means.mean()
+    if apart.std() < 1e-12:
+        apart = rng.normal(size=DRAWS)
+    few = float(stats.t.ppf(ENDS[1], count - 1) / stats.norm.ppf(ENDS[1]))  # of whom the spread is not known well
+    error = max(few * float(values.std(ddof=1)), math.sqrt(float(np.mean(within**2)))) / math.sqrt(count)
+    return np.asarray(values.mean() + apart * (error / apart.std()))
 
 
 def _ends(draws: Array) -> tuple[float, float]:
@@ -222,8 +233,8 @@ def _counted(what: str, part: int, of_what: str, whole: int) -> tuple[int, int]:
 
 def _share_correct(d_prime: Array, alternatives: int) -> Array:
     """∫ φ(x - d′) Φ(x)^(m - 1) dx, with x - d′ in `STEPS`."""
-    others = np.exp((alternatives - 1) * norm.logcdf(STEPS + d_prime[..., None]))
-    return np.asarray((norm.pdf(STEPS) * others).sum(axis=-1) * (STEPS[1] - STEPS[0]))
+    others = np.exp((alternatives - 1) * stats.norm.logcdf(STEPS + d_prime[..., None]))
+    return np.asarray((stats.norm.pdf(STEPS) * others).sum(axis=-1) * (STEPS[1] - STEPS[0]))
 
 
 @lru_cache(maxsize=64)

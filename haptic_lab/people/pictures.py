@@ -21,6 +21,7 @@ PEOPLE_COLOUR = "#000000"
 COLOURS = ("#0072B2", "#D55E00", "#009E73")  # of the observers that are shown
 MOST_OBSERVERS = len(COLOURS)
 MOST_PANELS = 4
+MOST_CONDITIONS = 24  # on one axis
 SUBJECTS = "#B8B8B8"
 LETTER = 0.065  # inches
 NUMBERED = 10  # answers, up to which the cells of a matrix have numbers
@@ -131,8 +132,8 @@ def accuracies(table: pd.DataFrame, observers: Sequence[str], chance: float) -> 
     Returns:
         A panel for each condition, of `MOST_PANELS` at most; one of all where there is one time alone.
     """
-    conditions = list(dict.fromkeys(table["condition"]))
-    timed = table[table["seconds"].notna()]
+    conditions = list(dict.fromkeys(table["condition"]))[:MOST_CONDITIONS]
+    timed = table[table["seconds"].notna() & table["condition"].isin(conditions)]
     once = timed["seconds"].nunique() == 1  # then conditions are what varies
     if once:
         places = {each: float(index) for index, each in enumerate(conditions)}
@@ -145,13 +146,15 @@ def accuracies(table: pd.DataFrame, observers: Sequence[str], chance: float) -> 
     for axes, (title, part) in zip(panels, parts, strict=True):
         _draw_accuracy(axes, part, colours_of_observers(observers))
         axes.axhline(100 * chance, color="#777777", linestyle=":", linewidth=1, label="chance")
-        axes.set(ylim=(0, 103), title=as_drawn(title))
+        axes.set(ylim=(0, 103), title=wrapped(title, 60 // len(parts)))
         if once:
-            axes.set_xticks(range(len(conditions)), [wrapped(each) for each in conditions])
+            crowded = len(conditions) > MOST_PANELS
+            axes.set_xticks(range(len(conditions)), [wrapped(each, 40 if crowded else 14) for each in conditions])
+            axes.tick_params(axis="x", rotation=90 if crowded else 0)
             axes.set_xlim(-0.6, len(conditions) - 0.4)
         else:
             axes.set_xlabel("time explored (s)")
-            axes.set_xticks(sorted(set(part["place"])), [f"{each:g}" for each in sorted(set(part["place"]))])
+            axes.set_xticks(sorted(set(part["place"])), [f"{each:.3g}" for each in sorted(set(part["place"]))])
     panels[0].set_ylabel("right answers (%)")
     _legend(figure, panels[0], subjects=bool((table["kind"] == "subject").any()))
     after = f" after {timed['seconds'].iloc[0]:g} s" if once else ""
@@ -219,7 +222,7 @@ def psychometrics(
                     line, 100 * mine_fitted.share(line), color=colour, linewidth=2.2 if who == PEOPLE else 1.4, zorder=2
                 )
                 _mark_threshold(axes, mine_fitted, colour, index, (line[0], line[-1]))
-        axes.set_title(as_drawn(condition) if condition else "")
+        axes.set_title(wrapped(condition, 60 // len(conditions)))
         axes.set(xlabel=as_drawn(what), ylim=(-14, 103), yticks=range(0, 101, 25))
         if guess:
             axes.axhline(100 * guess, color="#777777", linestyle=":", linewidth=1)

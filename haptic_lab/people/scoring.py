@@ -82,10 +82,10 @@ def design_of(
     binary = [each for each in answers if each in (YES, NO)]
     if binary and len(binary) < len(answers):
         other = [each for each in answers if each not in binary]
-        rows = (np.flatnonzero(table["response"].isin(other)) + 1)[:5].tolist()
+        row = int(np.argmax(table["response"].isin(other))) + 1
         raise ValueError(
-            f"response is yes or no in some trials and a name in others, such as {validate.listed(other[:5])} (trials "
-            f"{validate.listed(rows)} of the table): report them apart"
+            f"response is yes or no in some trials and a name in others, such as {validate.listed(other[:5])} in trial "
+            f"{row} of the table: report them apart"
         )
     found = ("yes-no" if binary else "identification") if kind is None else validate.choice("design", kind, DESIGNS)
     if (found != "identification") != bool(binary):
@@ -108,5 +108,8 @@ def design_of(
     if NONE in answers or {*objects} - {*several}:
         several.append(NONE)
     if len(several) < 2:
-        raise ValueError(f"there must be two answers to choose from at least, got {validate.listed(several)}")
+        raise ValueError(
+            f"there must be two answers to choose from at least, got {validate.listed(several)}; "
+            "say what people could choose from, as in --candidates cube sphere"
+        )
     return Design(found, tuple(dict.fromkeys(several)))

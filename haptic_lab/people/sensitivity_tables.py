@@ -48,17 +48,25 @@ def detection(found: Found) -> pd.DataFrame:
         found: of `sensitivities`.
 
     Returns:
-        A line for each `who`, condition and time; of all people the means over subjects, with intervals over these.
+        A line for each `who`, condition and time; of all people the means over subjects, with intervals over
+        these; of one subject alone those over trials.
     """
     lines: list[tuple] = []
     for where, people in _by_place(found).items():
-        each = np.array([[one.d_prime, one.criterion] for one in people])
-        of_d, of_c = ((float(values.mean()), *_ends(group_draws(values))) for values in each.T)
+        if len(people) == 1:
+            lines.append((PEOPLE, PEOPLE, *where, *_of(people[0])))
+            continue
+        of_d, of_c = (
+            (float(values.mean()), *_ends(group_draws(values, within)))
+            for values, within in (
+                (np.array([one.d_prime for one in people]), np.array([one.d_prime_draws.std() for one in people])),
+                (np.array([one.criterion for one in people]), np.array([one.criterion_draws.std() for one in people])),
+            )
+        )
         trials, perfect = sum(one.trials for one in people), all(one.perfect for one in people)
         lines.append((PEOPLE, PEOPLE, *where, *of_d, *of_c, trials, perfect))
     for (kind, who, *place), one in found.items():
-        of_one = (one.d_prime, *one.d_prime_interval, one.criterion, *one.criterion_interval, one.trials, one.perfect)
-        lines.append((who, kind, *place, *of_one))
+        lines.append((who, kind, *place, *_of(one)))
     names = [
         "d_prime",
         "d_prime_low",
@@ -106,6 +114,13 @@ def _by_place(found: Found) -> dict[tuple, list[Sensitivity]]:
         if kind == "subject":
             places.setdefault(tuple(place), []).append(one)
     return places
+
+
+def _of(one: Sensitivity) -> tuple[float | int | bool, ...]:
+    """Of one subject or observer, with the intervals over its trials."""
+    return (
+        one.d_prime, *one.d_prime_interval, one.criterion, *one.criterion_interval, one.trials, one.perfect,
+    )  # fmt: skip
 
 
 def _ends(draws: np.ndarray) -> tuple[float, float]:

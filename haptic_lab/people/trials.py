@@ -25,6 +25,7 @@ from haptic_lab.people.trial_columns import ALSO, COLUMNS, OPTIONAL, REQUIRED, U
 
 SEPARATORS = {".csv": ",", ".tsv": "\t"}
 BIDS = re.compile(r"sub-([0-9a-zA-Z]+)_")  # begins the name of a file of one subject
+TOLD = 30  # columns that a message tells
 KEPT = "original_{}"  # an extra column that is called as one of ours
 
 
@@ -152,7 +153,7 @@ def _check_header(header: list[str]) -> None:
         header[index] = name or f"column {index + 1}"
     twice = sorted({name for name in header if header.count(name) > 1})
     if twice:
-        raise ValueError(f"line 1: columns {validate.listed(twice)} are there twice; which is meant?")
+        raise ValueError(f"line 1: columns {validate.listed(twice[:TOLD])} are there twice; which is meant?")
 
 
 def _named(source: Source, table: pd.DataFrame, meaning: TrialColumns, file: re.Match[str] | None) -> pd.DataFrame:
@@ -169,7 +170,7 @@ def _named(source: Source, table: pd.DataFrame, meaning: TrialColumns, file: re.
         elif isinstance(theirs, float | int):
             found[ours] = pd.Series(float(theirs), index=table.index)
         elif ours in meaning.columns:
-            there = validate.listed(table.columns)
+            there = _there(table)
             raise ValueError(f"{source.name}: no column {theirs!r}, which {ours} is said to be; there are {there}")
         elif ours == "subject" and file is not None:
             found[ours] = pd.Series(file[1], index=table.index)
@@ -181,12 +182,18 @@ def _named(source: Source, table: pd.DataFrame, meaning: TrialColumns, file: re.
         extra[KEPT.format(name)] = extra.pop(name)
     clash = [name for name in extra if list(extra).count(name) > 1]
     if clash:
-        raise ValueError(f"{source.name}: columns {validate.listed(clash)} are there twice")
+        raise ValueError(f"{source.name}: columns {validate.listed(clash[:TOLD])} are there twice")
     return pd.DataFrame({**found, **extra})
 
 
+def _there(table: pd.DataFrame) -> str:
+    """The columns of a table, which may be thousands."""
+    names = list(table.columns)
+    return validate.listed(names[:TOLD]) + (f" and {len(names) - TOLD} more" if len(names) > TOLD else "")
+
+
 def _not_there(source: Source, table: pd.DataFrame, missing: list[str]) -> str:
-    told = f"{source.name}: no column {validate.listed(missing)}; there are {validate.listed(table.columns)}"
+    told = f"{source.name}: no column {validate.listed(missing)}; there are {_there(table)}"
     if len(table.columns) == 1:
         return f"{told}: is it separated by commas (.csv) or tabs (.tsv)?"
     hint = "seconds=5 where each trial took 5 s" if missing == ["seconds"] else f"{missing[0]}=NAME"

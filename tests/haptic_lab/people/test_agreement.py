@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 from scipy import stats
-from sklearn.metrics import cohen_kappa_score
+from sklearn.metrics import cohen_kappa_score, mutual_info_score
 
 from haptic_lab.people.agreement import kappa, log_likelihoods, shared_bits, time_correlation
 
@@ -37,6 +37,21 @@ def test_kappa_of_single_answers_is_that_of_two_lists() -> None:
 def test_information_is_that_of_the_stimulus_or_none() -> None:
     assert shared_bits([*NAMES], certain([*NAMES]), NAMES) == pytest.approx(math.log2(3))
     assert shared_bits(SAID, np.full((6, 3), 1 / 3), NAMES) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_shares_of_an_answer_count_as_so_many_answers() -> None:
+    shares = np.array([[0.5, 0.5, 0.0], [0.25, 0.75, 0.0], [0.0, 0.25, 0.75]])
+    said = ["cube", "sphere", "cone"]
+    each = [
+        (mine, name)
+        for mine, row in zip(said, shares, strict=True)
+        for name, share in zip(NAMES, row, strict=True)
+        for _ in range(round(4 * share))
+    ]
+    mine, theirs = map(list, zip(*each, strict=True))
+    assert shared_bits(said, shares, NAMES) == pytest.approx(mutual_info_score(mine, theirs) / math.log(2))
+    assert kappa(said, shares, NAMES) == pytest.approx(cohen_kappa_score(mine, theirs))
+    assert shared_bits(["cube"], [[0.5, 0.5, 0.0]], NAMES) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_times_are_correlated_by_rank_where_both_are_known() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import math
 import re
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import pytest
 
 from haptic_lab.people.analysis import Analysis, analyse
 from haptic_lab.people.courses import Courses
+from haptic_lab.people.curves import levels_of
 from haptic_lab.people.detection import share_correct
 from haptic_lab.people.matching import match
 from haptic_lab.people.observed import Cell, of_courses, read_observers
@@ -81,7 +81,7 @@ def test_an_observer_without_mistakes_has_no_efficiency_and_says_what_to_do(tmp_
     assert mine["efficiency"].isna().all()
     assert (mine["high"] > 0.0).all()
     (note,) = found.notes
-    assert re.search(r"haptic SLAM made no mistake in 80 trials.*more noise.*less time", note)
+    assert re.search(r"No mistake was made by haptic SLAM in 80 trials.*more noise.*less time", note)
 
 
 def test_people_alone_are_told_of_too() -> None:
@@ -89,7 +89,8 @@ def test_people_alone_are_told_of_too() -> None:
     found = analyse(table, design_of(table))
     assert list(found.tables) == ["accuracy", "confusion", "sensitivity"]
     mine = line(found.tables["sensitivity"], who=PEOPLE, seconds=5.0)
-    assert math.isnan(mine["d_prime_low"])  # one subject says nothing of others
+    alone = line(found.tables["sensitivity"], who="S0", seconds=5.0)  # one subject says nothing of others
+    assert mine[["d_prime_low", "d_prime_high"]].equals(alone[["d_prime_low", "d_prime_high"]])
     assert not found.notes
 
 
@@ -100,12 +101,18 @@ def test_a_stimulus_that_varies_has_a_psychometric_function() -> None:
     mine = line(found.tables["psychometric"], who=PEOPLE)
     assert mine["threshold_low"] < 1.14 < mine["threshold_high"]
     assert {"criterion", "d_prime"} <= set(found.tables["sensitivity"])
-    with_column = table.assign(ratio=table["object"].map({ellipsoid(level): 10 * level for level in LEVELS}))
-    tenfold = analyse(with_column, design_of(table), level="ratio")
-    threshold = line(tenfold.tables["psychometric"], who=PEOPLE)["threshold"]
-    assert threshold == pytest.approx(10 * mine["threshold"], rel=1e-3)
-    assert "accuracy" not in tenfold.tables  # nobody said what is right
-    assert "--absent" in tenfold.notes[0]
+
+
+def test_a_column_may_have_the_levels_and_without_absent_objects_nothing_is_right() -> None:
+    table = check_trials(judges((1.14,), each=2))
+    levels = {ellipsoid(level): 10 * level for level in LEVELS}
+    assert levels_of(table.assign(ratio=table["object"].map(levels)), "ratio") == ("ratio", levels)
+    assert levels_of(table)[0] == "ellipsoid z"
+    alike = table.assign(response="yes")
+    found = analyse(alike, design_of(alike))
+    assert list(found.tables) == ["confusion", "psychometric", "levels"]
+    assert "--absent" in found.notes[0]
+    assert "no level is a threshold" in found.notes[1]
 
 
 def test_what_people_did_and_observers_did_not_is_told(tmp_path: Path) -> None:

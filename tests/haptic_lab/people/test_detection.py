@@ -90,6 +90,24 @@ def test_half_of_the_d_prime_is_a_quarter_of_the_efficiency() -> None:
     assert low < 0.23 < 0.27 < high  # over subjects, who differ more than their trials say
 
 
+def test_subjects_who_happen_to_be_alike_are_no_surer_than_their_trials() -> None:
+    alike = [forced_choice(50, 60, 4)] * 2
+    _, low, high = efficiency(alike, forced_choice(90_000, 100_000, 4))
+    assert high - low > 0.2
+
+
+@pytest.mark.parametrize("subjects", [4, 12])
+def test_intervals_over_subjects_hold_the_mean(subjects: int) -> None:
+    rng, held = np.random.default_rng(900005), []
+    for seed in range(120):
+        truth = rng.normal(1.5, 0.4, subjects)
+        right = rng.binomial(200, share_correct(truth, 4))
+        people = [forced_choice(int(each), 200, 4) for each in right]
+        _, low, high = efficiency(people, forced_choice(7_000, 10_000, 4), seed=seed)
+        held.append(low <= (1.5 / d_prime_of(0.7, 4)) ** 2 <= high)
+    assert np.mean(held) >= 0.9
+
+
 @pytest.mark.parametrize("people", [forced_choice(30, 50, 4), [forced_choice(30, 50, 4), forced_choice(35, 50, 4)]])
 def test_of_an_observer_without_mistakes_no_efficiency_is_made_up(people) -> None:
     value, low, high = efficiency(people, forced_choice(200, 200, 4))
