@@ -11,7 +11,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ with sync_playwright() as playwright:
 
 
 @pytest.fixture
-def client() -> Iterator[subprocess.Popen[str]]:
+def client() -> Iterator[Callable[[str], subprocess.Popen[str]]]:
     started: list[subprocess.Popen[str]] = []
 
     def start(address: str) -> subprocess.Popen[str]:
@@ -57,10 +57,11 @@ def client() -> Iterator[subprocess.Popen[str]]:
         started.append(subprocess.Popen(command, text=True, preexec_fn=lambda: os.nice(15), **pipes))
         return started[-1]
 
-    yield start  # type: ignore[misc]
+    yield start
     for each in started:
         each.kill()
-        each.wait()
+        with each:  # closes its pipes
+            pass
 
 
 def trial_of(env_id: str, seed: int) -> Trial:
@@ -72,7 +73,9 @@ def trial_of(env_id: str, seed: int) -> Trial:
 
 @pytest.mark.parametrize("env_id", ["HapticSLAM/TwoFinger-v0", "HapticSLAM/MyoHand-v0"])
 @pytest.mark.parametrize("looked_at", [False, True], ids=["alone", "browser"])
-def test_a_view_costs_a_tenth_at_most(env_id: str, looked_at: bool, client: object) -> None:
+def test_a_view_costs_a_tenth_at_most(
+    env_id: str, looked_at: bool, client: Callable[[str], subprocess.Popen[str]]
+) -> None:
     first = trial_of(env_id, 900010)
     warm_up(first.hand)
     explore(first, quiet())
@@ -84,7 +87,7 @@ def test_a_view_costs_a_tenth_at_most(env_id: str, looked_at: bool, client: obje
             viewer = Viewer(ViewOptions(page=True, port=0)) if viewed else None
             trial = trial_of(env_id, seed)
             view = None if viewer is None else TrialView(viewer, trial, "a cube", lambda solid: solid.name)
-            browser = client(viewer.address) if viewer is not None and looked_at else None  # type: ignore[operator]
+            browser = client(viewer.address) if viewer is not None and looked_at else None
             steps, begun = 0, None
             for step in trial:
                 if view is not None:
