@@ -5,6 +5,7 @@ It computes nothing for the observer, and is told nothing back but that it is th
 
 from __future__ import annotations
 
+import importlib
 import os
 import queue
 import socket
@@ -44,6 +45,7 @@ def run(pipe: Connection, listener: socket.socket | None, options: ViewOptions) 
     if listener is not None:
         server = PageServer(listener, options.token, history)
         threading.Thread(target=server.serve_forever, daemon=True).start()
+    importlib.import_module("haptic_lab.view.encoding")  # takes seconds, in which the observer is made ready
     drawer = Drawer(history, 0 if options.html is None else KEPT)
     while True:
         try:
@@ -82,7 +84,7 @@ class Drawer:
         Args:
             setting: what stays as it is.
         """
-        from haptic_lab.view.encoding import Encoder  # takes a second, in which the page is there already
+        from haptic_lab.view.encoding import Encoder
 
         self._encoder = Encoder(setting)
         self.history.add("scene", self._encoder.scene())
