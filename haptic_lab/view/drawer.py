@@ -61,6 +61,7 @@ def run(pipe: Connection, listener: socket.socket | None, options: ViewOptions) 
     history.close()
     if server is not None:
         server.finish(LAST)
+    os._exit(0)  # without waiting for a surface that is still drawn, or ending the libraries that draw it
 
 
 class Drawer:
