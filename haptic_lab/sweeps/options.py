@@ -202,7 +202,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         "--names-only",
         action=switch,
         default=False,
-        help="observers only name the object, without maps: a third of the time",
+        help="observers only name the object: the same names without maps, sooner",
     )
     add("--particles", type=int, default=200, help="of the observers that have any (default 200)")
     add("--exemplars", type=int, default=3, help="draws over which one-shot learning is averaged (default 3)")

@@ -124,7 +124,6 @@ class ShapePosterior:
         self.tolerance = validate.number("tolerance", tolerance, 0.0, LOOSEST, above=0.0, unit="m")
         self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
-        self._misfit = Misfit(len(hand.patches), self.surprise)
         self.samples = validate.integer("samples", samples, 1, edge.COUNT)
         self._skin = skin_of(hand)
         spread = WIDEST if self.samples == 1 else 0.0
@@ -180,7 +179,7 @@ class ShapePosterior:
         self._weights = np.full((len(self._parts.column), len(self._units), self.samples), 1.0 / self.samples)
         self._likelihood = np.empty_like(self._weights)
         self.said = LinkHistory.nothing(self.hand)
-        self._misfit.reset()
+        self._misfit = Misfit(len(self.hand.patches), self.surprise)  # a copy has one of its own
         self._news = np.ones(len(self._lengths))
         self._habit = NullModel(len(self.hand.patches))
         self._moved: Transition | None = None  # how the pose moved since the samples did

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import warnings
 
 import numpy as np
@@ -63,3 +64,14 @@ def test_where_nothing_surprises_nothing_is_said():
     for _ in range(2 * RECENT):
         misfit.update(0.0)
     assert misfit.share == 0.0
+
+
+def test_a_copy_has_doubts_of_its_own(explore):
+    """As the observers of one trial, whose namers share their tables."""
+    trial = explore("sphere", 120, seed=3)
+    namer = ShapePosterior(trial.hand)
+    other = copy.copy(namer)
+    other.reset(seed=0)
+    with pytest.warns(ContactsDoNotFit):
+        assert _name(namer, trial, STUCK["all ones"]) > TOO_MANY
+    assert other.unexplained == 0.0
