@@ -1,0 +1,6 @@
+"""Find what limits a subject, from a table of its answers: the same as `haptic-slam fit`."""
+
+from haptic_lab.cli import run
+
+if __name__ == "__main__":
+    run("fit")

@@ -1,0 +1,6 @@
+"""Let simulated people answer: the same as `haptic-slam simulate`."""
+
+from haptic_lab.cli import run
+
+if __name__ == "__main__":
+    run("simulate")
