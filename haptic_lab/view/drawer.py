@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from haptic_lab.view.moment import Moment
 
 POLITE = 8  # how much surfaces let others go first
+KEPT = 20  # surfaces that may wait to be drawn for a file
 LAST = 3.0  # s that browsers have to take what is left
 
 
@@ -47,17 +48,18 @@ def run(pipe: Connection, options: ViewOptions) -> None:
             return
         threading.Thread(target=server.serve_forever, daemon=True).start()
     pipe.send(0 if server is None else server.server_port)
-    drawer = Drawer(history, options.html is not None)
+    drawer = Drawer(history, 0 if options.html is None else KEPT)
     while True:
         try:
-            name, told = pipe.recv()
+            messages = pipe.recv()
         except EOFError:  # whoever told is gone
             break
-        if name == "close":
+        for name, told in messages:
+            answer = getattr(drawer, name)(*told)
+            if name == "write":
+                pipe.send(answer)
+        if not messages:  # it is over
             break
-        answer = getattr(drawer, name)(*told)
-        if name == "write":
-            pipe.send(answer)
     history.close()
     if server is not None:
         server.finish(LAST)
@@ -83,14 +85,14 @@ def refused(options: ViewOptions, error: OSError) -> str:
 class Drawer:
     """Takes messages in; each is a method of it."""
 
-    def __init__(self, history: History, every_surface: bool) -> None:
+    def __init__(self, history: History, behind: int) -> None:
         """Begin with nothing.
 
         Args:
             history: of the lines.
-            every_surface: whether those are drawn as well for which there is no time.
+            behind: how many surfaces may wait; of more, the oldest are left out.
         """
-        self.history, self._all = history, every_surface
+        self.history, self._behind = history, behind
         self._encoder: Encoder | None = None
         self._waiting: queue.Queue[Moment] = queue.Queue()
         threading.Thread(target=self._draw_surfaces, daemon=True).start()
@@ -116,17 +118,20 @@ class Drawer:
         assert self._encoder is not None
         self.history.add("truth", self._encoder.truth(solid, label))
 
-    def moment(self, moment: Moment) -> None:
-        """Take in a moment.
+    def moment(self, *told: Any) -> None:
+        """Take in a moment of the exploration.
 
         Args:
-            moment: of the exploration.
+            *told: what `packed` makes of it.
         """
+        from haptic_lab.view.moment import unpacked
+
         assert self._encoder is not None
+        moment = unpacked(told)
         self.history.add("state", self._encoder.state(moment))
         if moment.occupancy is not None:
             self.history.add("map", self._encoder.map(moment))
-        if moment.touches is not None and moment.touches[0] and self._encoder.no_surface is None:
+        if moment.touches is not None and self._encoder.touched(moment.touches):
             self._waiting.put(moment)
 
     def over(self, told: str) -> None:
@@ -158,15 +163,17 @@ class Drawer:
         return None
 
     def _draw_surfaces(self) -> None:
-        if sys.platform.startswith("linux"):  # elsewhere a thread has no priority of its own
+        polite = self._behind == 0  # where nobody waits for them
+        if polite and sys.platform.startswith("linux"):  # elsewhere a thread has no priority of its own
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), POLITE)
         while True:
             moment, begun = self._waiting.get(), time.monotonic()
-            late = not self._all and not self._waiting.empty()
             try:
-                if not late:
+                if self._waiting.qsize() <= self._behind:
                     assert self._encoder is not None
                     self.history.add("surface", self._encoder.surface(moment))
-                    time.sleep(0.0 if self._all else time.monotonic() - begun)
+                    time.sleep(time.monotonic() - begun if polite else 0.0)
+            except (ValueError, ArithmeticError):  # a surface that cannot be drawn is left out
+                pass
             finally:
                 self._waiting.task_done()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import json
+import threading
 from typing import Any
 
 import numpy as np
@@ -17,16 +18,15 @@ from haptic_env.arrays import Array
 from haptic_env.shapes import Solid, triangles
 from haptic_lab.exploration.surface_picture import CERTAINTY, LIMIT
 from haptic_lab.style import HAND, MAP, OUTLINE, POSSIBLE, TOUCHING, TRUTH, UNFEELING, colours_of, titles_of
-from haptic_lab.view.moment import Moment, Setting
+from haptic_lab.view.moment import SURE, UNKNOWN, Moment, NewTouches, Setting
 from haptic_lab.view.skin import skin_of
 from observer.kinematics import link_frames, placed, tree_of
 from observer.surface.mesh import surface_of
 from observer.surface.metrics import true_mesh
-from observer.surface.touches import TouchLog
+from observer.surface.touches import MOST, TouchingLink, TouchLog
 
 GHOSTS = 12
 LEAST = 0.08  # probability of a voxel of which the page is told
-UNKNOWN = 0.5  # of a voxel that the hand never came near
 UNIT = 2e-5  # m, of places in 16 bits
 TURN = 1.0 / 32767.0
 USUAL_AZIMUTH, BESIDE, ASIDE = -62.0, 105.0, 0.01  # degrees, degrees from the hand, m from the middle of the map
@@ -81,6 +81,8 @@ class Encoder:
         # The same ones at all times, so that the cloud moves as the hand does.
         self._draws = np.random.default_rng(0).standard_normal((GHOSTS, hand.joints))
         self._draws -= self._draws.mean(axis=0)
+        self._links: list[TouchingLink] = []
+        self._touching = threading.Lock()
         self.no_surface: str | None = None
         try:
             triangles.check()
@@ -182,9 +184,23 @@ class Encoder:
         """
         assert moment.occupancy is not None
         flat = moment.occupancy.reshape(-1)
-        cells = np.flatnonzero((flat > LEAST) & (flat != UNKNOWN))
-        chances = np.round(255.0 * flat[cells]).astype(np.uint8)
+        cells = np.flatnonzero((flat > LEAST * SURE) & (flat != UNKNOWN))
+        chances = np.round(flat[cells] * (255.0 / SURE)).astype(np.uint8)
         return line("map", step=moment.step, cells=packed(cells.astype(np.uint32)), chances=packed(chances))
+
+    def touched(self, new: NewTouches) -> bool:
+        """Take note of touches, from which surfaces are drawn.
+
+        Args:
+            new: since those that were told before.
+
+        Returns:
+            Whether there is a surface.
+        """
+        with self._touching:
+            del self._links[new.begin :]
+            self._links += new.links()
+            return bool(self._links) and self.no_surface is None
 
     def surface(self, moment: Moment) -> str:
         """Draw the surface of a moment, which takes a while, and tell it.
@@ -197,9 +213,11 @@ class Encoder:
         """
         assert moment.touches is not None
         assert moment.occupancy is not None
-        links, rate = moment.touches
-        log = TouchLog(self.setting.hand.patches, rate, links)
-        found = surface_of(log, moment.occupancy.astype(float), self.setting.grid)
+        with self._touching:
+            stride = max(1, -(-len(self._links) // MOST))
+            log = TouchLog(self.setting.hand.patches, moment.touches.rate / stride, self._links[::stride])
+        occupancy = np.where(moment.occupancy == UNKNOWN, 0.5, moment.occupancy / SURE)
+        found = surface_of(log, occupancy, self.setting.grid)
         values = np.clip(255.0 * 1e3 * found.std / LIMIT, 0.0, 255.0).astype(np.uint8)
         mesh = self._mesh(found.vertices, found.faces)
         return line("surface", step=moment.step, values=packed(values), **mesh)

@@ -26,7 +26,7 @@ class ViewSink:
         self._viewer, self._console = viewer, console
         self._step = -1  # the first that is told is the reset
         self._told: Told | None = None
-        title = f"Live: hand {slam.hand.name}"
+        title = f"Live: hand {slam.hand.name.replace('_', ' ')}"
         viewer.begin(Setting(title, slam.hand, slam.grid, labels, slam.n_particles, slam.control_hz, None))
 
     def tell(self, told: Told) -> None:

@@ -5,7 +5,8 @@ Shapes: J joints, P patches, C labels, (X, Y, Z) voxels.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import time
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,12 @@ from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
 from observer import Belief
-from observer.surface.touches import TouchingLink
+from observer.surface.touches import TouchingLink, TouchLog
 
 FRAMES_PER_SECOND = 25.0  # of the exploration's own time
-MAP_SECONDS, SURFACE_SECONDS = 0.2, 1.0  # between two of them
+MAP_SECONDS, SURFACE_SECONDS = 0.4, 1.0  # between two of them
+RESTS = (0.01, 0.1, 2.0)  # s of the clock between two frames, maps, surfaces that are watched
+SURE, UNKNOWN = 254, 255  # of a voxel in a byte: that it is solid for certain, and that nothing is known
 
 
 class Setting(NamedTuple):
@@ -43,6 +46,62 @@ class Setting(NamedTuple):
     seconds: float | None
 
 
+class NewTouches(NamedTuple):
+    """K links that have touched since the last that were told.
+
+    Attributes:
+        begin: how many were told before.
+        rate: Hz, of their steps.
+        patches: indices, link by link.
+        counts: (K,) how many patches each has.
+        position: (K, 3) m.
+        rotation: (K, 3, 3).
+        covariance: (K, 6, 6), as `TouchingLink` has them.
+    """
+
+    begin: int
+    rate: float
+    patches: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    position: Array
+    rotation: Array
+    covariance: Array
+
+    @classmethod
+    def of(cls, log: TouchLog, begin: int) -> Self:
+        """Put together what is new.
+
+        Args:
+            log: of the trial.
+            begin: how many were told before.
+
+        Returns:
+            The links since.
+        """
+        links, rate = log.since(begin)
+        patches, position, rotation, covariance = zip(*links, strict=True) if links else ([], [], [], [])
+        return cls(
+            begin,
+            rate,
+            np.concatenate([np.empty(0, dtype=np.int64), *patches]),
+            np.array([len(each) for each in patches], dtype=np.int64),
+            np.array(position).reshape(-1, 3),
+            np.array(rotation).reshape(-1, 3, 3),
+            np.array(covariance).reshape(-1, 6, 6),
+        )
+
+    def links(self) -> list[TouchingLink]:
+        """Take them apart.
+
+        Returns:
+            The links.
+        """
+        patches = np.split(self.patches, np.cumsum(self.counts)[:-1]) if len(self.counts) else []
+        return [
+            TouchingLink(*each) for each in zip(patches, self.position, self.rotation, self.covariance, strict=True)
+        ]
+
+
 class Moment(NamedTuple):
     """What was believed at a step.
 
@@ -56,9 +115,9 @@ class Moment(NamedTuple):
         posterior: (C,).
         n_eff: effective sample size.
         truth: (J,) rad, the true pose there; None where nobody knows.
-        occupancy: (X, Y, Z); None where the map is not drawn anew.
-        touches: links that have touched, and how many of their steps there are a second; None where the surface is not
-            drawn anew.
+        occupancy: (X, Y, Z) probabilities in units of 1 / `SURE`, `UNKNOWN` where the hand never came near; None where
+            the map is not drawn anew.
+        touches: since the surface was last drawn; None where it is not drawn anew.
     """
 
     step: int
@@ -70,19 +129,24 @@ class Moment(NamedTuple):
     posterior: Array
     n_eff: float
     truth: Array | None
-    occupancy: NDArray[np.float32] | None
-    touches: tuple[list[TouchingLink], float] | None
+    occupancy: NDArray[np.uint8] | None
+    touches: NewTouches | None
 
 
 class Pace:
     """Which steps are drawn, and of which the map and the surface are."""
 
-    def __init__(self, control_hz: float) -> None:
+    def __init__(self, control_hz: float, every: bool = True) -> None:
         """Choose.
 
         Args:
             control_hz: steps a second.
+            every: whether all those are drawn, however soon they follow each other: for a file, rather than to be
+                watched.
         """
+        self._rests = np.zeros(3) if every else np.array(RESTS)
+        self._free = np.zeros(3)  # s, from when on a frame, a map and a surface are drawn
+        self._told = self._mapped = self._drawn = 0
         self._frame = max(1, round(control_hz / FRAMES_PER_SECOND))
         self._map, self._surface = (
             self._frame * max(1, round(seconds * control_hz / self._frame))
@@ -98,7 +162,14 @@ class Pace:
         Returns:
             Whether it is.
         """
-        return step % self._frame == 0
+        return step % self._frame == 0 and self._rested(0)
+
+    def _rested(self, kind: int) -> bool:
+        now = time.monotonic()
+        if now < self._free[kind]:
+            return False
+        self._free[kind] = now + self._rests[kind]
+        return True
 
     def take(self, step: int, belief: Belief, posterior: Array, truth: Array | None, whole: bool = False) -> Moment:
         """Take what is drawn of a step.
@@ -114,8 +185,10 @@ class Pace:
             What belongs to it; arrays of the belief, which do not change.
         """
         log = belief.snapshot.touches
-        draws_map = whole or step % self._map == 0
-        draws_surface = log is not None and (whole or step % self._surface == 0)
+        draws_map = whole or (step - self._mapped >= self._map and self._rested(1))
+        draws_surface = log is not None and (whole or (step - self._drawn >= self._surface and self._rested(2)))
+        self._mapped = step if draws_map else self._mapped
+        self._drawn = step if draws_surface else self._drawn
         return Moment(
             step,
             belief.lagged_joint_angles,
@@ -126,6 +199,63 @@ class Pace:
             np.asarray(posterior, dtype=float).copy(),
             belief.n_eff,
             None if truth is None or not np.isfinite(truth).all() else truth,
-            belief.occupancy.astype(np.float32) if draws_map or draws_surface else None,
-            log.some() if log is not None and draws_surface else None,
+            coded(belief.occupancy) if draws_map or draws_surface else None,
+            self._new(log) if log is not None and draws_surface else None,
         )
+
+    def _new(self, log: TouchLog) -> NewTouches:
+        begin = self._told if self._told <= len(log) else 0
+        self._told = len(log)
+        return NewTouches.of(log, begin)
+
+
+def coded(occupancy: Array) -> NDArray[np.uint8]:
+    """Write a map in bytes.
+
+    Args:
+        occupancy: (X, Y, Z) probabilities.
+
+    Returns:
+        (X, Y, Z) the same in units of 1 / `SURE`, and `UNKNOWN`.
+    """
+    code = (SURE * occupancy + 0.5).astype(np.uint8)
+    code[occupancy == 0.5] = UNKNOWN
+    return code
+
+
+def packed(moment: Moment) -> tuple[Any, ...]:
+    """Make of a moment what is pickled several times as fast: arrays as bytes.
+
+    Args:
+        moment: any.
+
+    Returns:
+        What `unpacked` takes.
+    """
+    return tuple(map(_plain, moment))
+
+
+def unpacked(told: tuple[Any, ...]) -> Moment:
+    """Undo `packed`.
+
+    Args:
+        told: what that returns.
+
+    Returns:
+        The moment.
+    """
+    *rest, touches = told
+    return Moment._make([*map(_array, rest), None if touches is None else NewTouches(*map(_array, touches))])
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, NewTouches):
+        return tuple(map(_plain, value))
+    return (value.dtype.str, value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
+
+
+def _array(value: Any) -> Any:
+    if not isinstance(value, tuple) or not isinstance(value[-1], bytes):
+        return value
+    kind, shape, content = value
+    return np.frombuffer(content, dtype=kind).reshape(shape)

@@ -20,12 +20,13 @@ from haptic_env.shapes import Solid
 from haptic_lab.processes import deaf
 from haptic_lab.terminal import tell
 from haptic_lab.view import drawer
-from haptic_lab.view.moment import Pace, Setting
+from haptic_lab.view.moment import Pace, Setting, packed
 from haptic_lab.view.options import ViewOptions
 from observer import Belief
 
 BACKLOG = 500  # moments that may wait; 20 s of them
-PATIENCE = 60.0  # s that the other process has to begin, or to end
+BETWEEN = 0.04  # s, from one message to the next
+PATIENCE = 60.0  # s that the other process has to begin
 
 
 class Viewer:
@@ -75,7 +76,7 @@ class Viewer:
         Args:
             setting: what stays as it is.
         """
-        self._pace, self._labels = Pace(setting.control_hz), setting.labels
+        self._pace = Pace(setting.control_hz, self.options.html is not None)
         self._waiting.put(("begin", (setting,)))
 
     def truth(self, solid: Solid | None, label: str | None) -> None:
@@ -113,15 +114,17 @@ class Viewer:
         if self._waiting.qsize() > BACKLOG and not whole:
             self.dropped += 1
             return
-        self._waiting.put(("moment", (self._pace.take(step, belief, posterior, truth, whole),)))
+        self._waiting.put(("moment", packed(self._pace.take(step, belief, posterior, truth, whole))))
 
     def finish(self, told: str, console: Console) -> None:
         """Tell that it is over, and write the file, if one is asked for; where that cannot be, it is told.
 
-
         Args:
             told: how it ended.
             console: says what was written.
+
+        Raises:
+            KeyboardInterrupt: at a Ctrl-C meanwhile; the file is not written.
         """
         self._waiting.put(("over", (told,)))
         path = self.options.html
@@ -132,6 +135,9 @@ class Viewer:
             wrong = self._pipe.recv()
         except (EOFError, OSError):
             wrong = "the process that draws has ended"
+        except KeyboardInterrupt:
+            self._process.terminate()
+            raise
         if wrong is None:
             console.print(f"As one page: {path}", highlight=False)
         else:
@@ -153,18 +159,27 @@ class Viewer:
 
     def close(self) -> None:
         """Let browsers take what is left, and end the page."""
-        self._waiting.put(("close", ()))
         self._waiting.put(None)
-        self._sender.join(PATIENCE)
-        self._process.join(PATIENCE)
+        self._sender.join(drawer.LAST)
+        self._process.join(2.0 * drawer.LAST)
         if self._process.is_alive():
             self._process.terminate()
         self._pipe.close()
 
     def _send(self) -> None:
+        """Sends what waits a few times a second: whenever it runs, the observer does not."""
         with contextlib.suppress(OSError):  # it has ended
-            while (message := self._waiting.get()) is not None:
-                self._pipe.send(message)
+            going_on = True
+            while going_on:
+                messages = [self._waiting.get()]
+                time.sleep(BETWEEN)
+                while not self._waiting.empty():
+                    messages.append(self._waiting.get())
+                told = [each for each in messages if each is not None]
+                going_on = len(told) == len(messages)
+                if told:
+                    self._pipe.send(told)
+            self._pipe.send([])
 
 
 def opened(options: ViewOptions, console: Console) -> Viewer | None:

@@ -94,14 +94,16 @@ class TouchLog:
         """What came later goes into no copy."""
         return {**vars(self), "_links": list(self._links[: self._count])}
 
-    def some(self) -> tuple[list[TouchingLink], float]:
-        """Pick links of which a surface is drawn as of all, for another process.
+    def since(self, count: int) -> tuple[list[TouchingLink], float]:
+        """Hand out what a shorter log of the same trial does not have, so that another process can put it together.
+
+        Args:
+            count: of the links that it has.
 
         Returns:
-            At most `MOST` links, evenly spread, and how many of their steps there are a second.
+            The links after those, and how many of their steps there are a second.
         """
-        stride = max(1, -(-self._count // MOST))
-        return list(self._links[: self._count : stride]), self._rate / stride
+        return list(self._links[count : self._count]), self._rate
 
     def skin(self) -> TouchedSkin:
         """Place the skin that has touched.

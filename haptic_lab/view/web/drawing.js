@@ -156,7 +156,7 @@ class Drawing {
     this.capsules("true hand", scene, ends, colour, {});
     gl.colorMask(true, true, true, true);
     gl.cullFace(gl.FRONT);
-    this.capsules("true hand", scene, ends, colour, {grow: 0.008 * Math.max(...scene.extent)});
+    this.capsules("true hand", scene, ends, colour, {grow: 0.005 * Math.max(...scene.extent)});
     gl.cullFace(gl.BACK);
   }
 

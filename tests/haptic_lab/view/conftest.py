@@ -20,10 +20,10 @@ from haptic_lab.exploration.settings import OBSERVER
 from haptic_lab.trial import Trial, make_observers
 from haptic_lab.view.drawer import Drawer
 from haptic_lab.view.history import History
-from haptic_lab.view.moment import Moment, Pace, Setting
+from haptic_lab.view.moment import Moment, Pace, Setting, packed
 from haptic_lab.view.server import PageServer
 from haptic_lab.view.trial_view import TrialView
-from observer import ShapePosterior
+from observer import Belief, ShapePosterior
 
 SECONDS, SEED = 2.2, 900001
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -35,7 +35,7 @@ class Direct:
 
     def __init__(self) -> None:
         self.history, self.moments, self.setting = History(), [], None
-        self.drawer = Drawer(self.history, every_surface=True)
+        self.drawer = Drawer(self.history, behind=20)
 
     def begin(self, setting: Setting) -> None:
         self.setting, self._pace = setting, Pace(setting.control_hz)
@@ -49,7 +49,7 @@ class Direct:
 
     def show(self, *told: Any, **keywords: Any) -> None:
         self.moments.append(self._pace.take(*told, *(None,) * (4 - len(told)), **keywords))
-        self.drawer.moment(self.moments[-1])
+        self.drawer.moment(*packed(self.moments[-1]))
 
 
 class Shown(NamedTuple):
@@ -59,6 +59,7 @@ class Shown(NamedTuple):
     setting: Setting
     moments: list[Moment]
     file: Path
+    belief: Belief
 
 
 @pytest.fixture(scope="session")
@@ -80,41 +81,41 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Shown:
     file = tmp_path_factory.mktemp("view") / "cube.html"
     assert direct.drawer.write(str(file)) is None
     assert direct.setting is not None
-    return Shown(direct.history, direct.setting, direct.moments, file)
+    return Shown(direct.history, direct.setting, direct.moments, file, traces[OBSERVER].belief)
 
 
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
+def chromium() -> str:
+    """The path of a browser. Where there is none the test is skipped; in continuous integration it fails."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
     if found is None:
         told = f"none of {', '.join(BROWSERS)} is installed"
         if os.environ.get("CI"):
             pytest.fail(told)
         pytest.skip(told)
+    return found
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    found = chromium()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=found, args=list(SOFTWARE))
         yield browser
         browser.close()
 
 
-@pytest.fixture
-def faults() -> list[str]:
-    """What the browser complains about."""
-    return []
-
-
-@pytest.fixture
-def look(browser: Browser, faults: list[str]) -> Iterator[Page]:
-    """An empty page."""
+def blank(browser: Browser) -> Iterator[Page]:
+    """An empty page, in a window of its own."""
     context = browser.new_context(viewport={"width": 900, "height": 640})
-    made = context.new_page()
-    made.on("pageerror", lambda error: faults.append(str(error)))
-    made.on("console", lambda told: faults.append(told.text) if told.type == "error" else None)
-    yield made
+    yield context.new_page()
     context.close()
 
 
-@pytest.fixture
+look = pytest.fixture(blank)
+lasting = pytest.fixture(blank, scope="module")
+
+
+@pytest.fixture(scope="module")
 def serve() -> Iterator[Any]:
     """Serves a history; returns the address."""
     servers = []

@@ -12,19 +12,33 @@ from haptic_lab.view.encoding import Encoder
 from haptic_lab.view.history import History
 from tests.haptic_lab.view.conftest import Shown, coloured, opened, picture, settled
 
+FAULTS: list[str] = []  # what the browser complains about
+AS_AT_FIRST = """
+document.querySelectorAll('input[type=checkbox]').forEach((each) => { each.checked = each.defaultChecked; });
+document.getElementById('threshold').value = 0.3;
+follow();
+"""
 
-@pytest.fixture(params=["served", "file"])
-def page(request: pytest.FixtureRequest, look: Page, shown: Shown, serve: Any) -> Page:
+
+@pytest.fixture(scope="module", params=["served", "file"])
+def loaded(request: pytest.FixtureRequest, lasting: Page, shown: Shown, serve: Any) -> Page:
     """The page with all of the exploration, from a server or, without any network, from a file."""
+    lasting.on("pageerror", lambda error: FAULTS.append(str(error)))
+    lasting.on("console", lambda told: FAULTS.append(told.text) if told.type == "error" else None)
     if request.param == "file":
-        look.context.set_offline(True)
-        opened(look, shown.file.as_uri())
-    else:
-        opened(look, serve(shown.history))
-    return look
+        lasting.context.set_offline(True)
+    opened(lasting, shown.file.as_uri() if request.param == "file" else serve(shown.history))
+    return lasting
 
 
-def test_hand_map_and_names_are_there(page: Page, faults: list[str]) -> None:
+@pytest.fixture
+def page(loaded: Page) -> Page:
+    loaded.evaluate(AS_AT_FIRST)
+    settled(loaded)
+    return loaded
+
+
+def test_hand_map_and_names_are_there(page: Page) -> None:
     seen = picture(page)
     assert (seen.min(axis=2) < 200).mean() > 0.03
     assert coloured(seen) > 50
@@ -33,7 +47,7 @@ def test_hand_map_and_names_are_there(page: Page, faults: list[str]) -> None:
     assert sum(int(each.split()[-2]) for each in told) == pytest.approx(100, abs=2)
     assert "takes it for a cube" in page.inner_text("#status")
     assert "2.20 s" in page.inner_text("#clock")
-    assert faults == []
+    assert FAULTS == []
 
 
 def test_the_slider_changes_what_is_seen_of_the_map(page: Page) -> None:
@@ -73,25 +87,23 @@ def test_it_plays_from_the_beginning_and_pauses(page: Page) -> None:
 
 
 @pytest.mark.parametrize("layer", ["hand", "ghosts", "map", "surface", "truth"])
-def test_a_layer_is_switched_on_and_off(look: Page, shown: Shown, serve: Any, layer: str) -> None:
-    opened(look, serve(shown.history))
-    look.locator("#time").fill("50")
-    before = picture(look)
-    look.locator(f"#show-{layer}").click()
-    assert (np.abs(picture(look) - before).max(axis=2) > 12).sum() > 100
+def test_a_layer_is_switched_on_and_off(page: Page, layer: str) -> None:
+    page.locator("#time").fill("54")
+    before = picture(page)
+    page.locator(f"#show-{layer}").click()
+    assert (np.abs(picture(page) - before).max(axis=2) > 12).sum() > 100
 
 
-def test_dragging_turns_it_and_a_double_click_turns_it_back(look: Page, shown: Shown) -> None:
-    opened(look, shown.file.as_uri())
-    first = picture(look)
-    look.mouse.move(200, 200)
-    look.mouse.down()
-    look.mouse.move(320, 240)
-    look.mouse.up()
-    turned = picture(look)
+def test_dragging_turns_it_and_a_double_click_turns_it_back(page: Page) -> None:
+    first = picture(page)
+    page.mouse.move(200, 200)
+    page.mouse.down()
+    page.mouse.move(320, 240)
+    page.mouse.up()
+    turned = picture(page)
     assert (np.abs(turned - first).max(axis=2) > 30).sum() > 1000
-    look.mouse.dblclick(200, 200)
-    assert (np.abs(picture(look) - first).max(axis=2) > 30).mean() < 0.001
+    page.mouse.dblclick(200, 200)
+    assert (np.abs(picture(page) - first).max(axis=2) > 30).mean() < 0.001
 
 
 def test_names_of_objects_are_text(look: Page, shown: Shown, serve: Any) -> None:

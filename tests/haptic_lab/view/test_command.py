@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import json
 import os
 import re
 import signal
@@ -16,10 +18,15 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright.sync_api import Page
+from rich.console import Console
 
 from haptic_lab.commands import explore, live
+from haptic_lab.live.session import Told
+from haptic_lab.view import viewer
+from haptic_lab.view.live_sink import ViewSink
 from haptic_lab.view.options import ViewOptions
-from tests.haptic_lab.view.conftest import Shown, opened, picture
+from observer import HapticSLAM
+from tests.haptic_lab.view.conftest import Direct, Shown, opened, picture
 
 SHORT = ["--seconds", "0.6", "--particles", "10", "--seed", "900003", "--shape", "cube"]
 LIVE = ["--udp", "0", "--hand", "two_finger"]
@@ -142,15 +149,32 @@ def test_only_what_this_machine_alone_reaches_is_open(host: str, asks: bool) -> 
 
 def test_the_one_who_draws_never_keeps_the_observer_waiting(shown: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     """What waits is left out once there is too much of it, but for the last."""
-    from haptic_lab.view import viewer
-
     monkeypatch.setattr(viewer, "BACKLOG", 3)
     made = object.__new__(viewer.Viewer)
     made.dropped, made._waiting = 0, viewer.queue.Queue()
     made._pace = viewer.Pace(50.0)
-    monkeypatch.setattr(made._pace, "take", lambda *_: "moment")
+    monkeypatch.setattr(made._pace, "take", lambda *_: ("moment",))
     for step in range(10):
         made.show(step, shown, np.zeros(4))  # type: ignore[arg-type]
     made.show(10, shown, np.zeros(4), whole=True)  # type: ignore[arg-type]
     assert made._waiting.qsize() == 5
     assert made.dropped == 6
+
+
+def test_a_live_session_is_shown(shown: Shown) -> None:
+    """The first that is told is the reset; the rest is shown as an exploration is."""
+    direct, console = Direct(), Console(file=io.StringIO())
+    finished: list[str] = []
+    direct.finish = lambda told, _: finished.append(told)  # type: ignore[attr-defined]
+    slam = HapticSLAM(shown.setting.hand, sigma_deg=3.0, particles=5)
+    sink = ViewSink(direct, slam, ("cube", "sphere"), console)  # type: ignore[arg-type]
+    belief = slam.reset(seed=900001)
+    for step in range(51):
+        posterior = np.array([0.25, 0.75]) if step else np.array([0.5, 0.5])
+        sink.tell(Told(0.02 * step, belief, ("cube", "sphere"), posterior, 1.0))
+        belief = slam.step(np.zeros(8), shown.setting.hand.rest_pose, np.arange(50) == 7)
+    sink.close()
+    assert [each.step for each in direct.moments] == [*range(2, 51, 2), 50]
+    kinds = [json.loads(each)["kind"] for each in direct.history.texts()]
+    assert kinds[:2] == ["scene", "state"]
+    assert finished == ["over: it takes it for a sphere, 75% sure"]
