@@ -1,4 +1,4 @@
-"""Say how many trials tell two observers apart: the same as `haptic-slam design`."""
+"""Say how many trials a subject must do so that two observers can be told apart: the same as `haptic-slam design`."""
 
 from haptic_lab.cli import run
 

@@ -1,4 +1,4 @@
-"""Find what limits a subject, from a table of its answers: the same as `haptic-slam fit`."""
+"""Find what limits a subject: the same as `haptic-slam fit`."""
 
 from haptic_lab.cli import run
 

@@ -1,4 +1,4 @@
-"""Let simulated people answer: the same as `haptic-slam simulate`."""
+"""Let simulated people of known parameters answer: the same as `haptic-slam simulate`."""
 
 from haptic_lab.cli import run
 

@@ -15,12 +15,14 @@ from rich.console import Console
 from haptic_env import shapes
 from haptic_env.arrays import Array
 from haptic_lab.benchmarks import end_to_end, timings
+from haptic_lab.benchmarks.live import HZ, live_steps
 from haptic_lab.benchmarks.naming import naming_steps
 from haptic_lab.benchmarks.recording import BenchRecording, make_slam, record
 from haptic_lab.benchmarks.settings import QUICK, BenchSettings, BenchSize
 from haptic_lab.benchmarks.stages import stages
 from haptic_lab.benchmarks.table import BenchRow, beyond, number, of_steps, spread
 from observer import HapticSLAM, ShapePosterior
+from observer.configuration import LAG_SECONDS
 
 PROCESS = ("import", "make", "first step", "first step into the maps")
 PASSES = 10  # of env.step a round, between the other measurements: its parts are of microseconds
@@ -97,6 +99,7 @@ class Bench:
         self._stages()
         if self.whole:
             self._observe(self.whole, None, False)
+            self._live()
 
     def measurements(self) -> list[Callable[[], Values]]:
         """List what one round takes.
@@ -115,6 +118,7 @@ class Bench:
             lambda: {"decisions": end_to_end.decisions(*trial[:3], 0.5 * size.seconds, asked.seed, None)},
             lambda: {"naming": naming_steps(asked.env, asked.sigma, size.seconds, asked.seed, self._among())},
             partial(end_to_end.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
+            *([self._live] if self.whole else []),
             *(partial(self._observe, what, threads, busy) for what, threads, busy in self._observed()),
         ]
         passes = [partial(timings.environment, self.recording, turn) for turn in range(PASSES)]
@@ -137,6 +141,10 @@ class Bench:
         recording, slam = what
         with timings.neighbours(self.cores if busy else 0):
             return {_slam(recording, slam, threads, busy): timings.observe(slam, recording, threads)}
+
+    def _live(self) -> Values:
+        assert self.whole is not None
+        return {"live": live_steps(self.whole[0], WHOLE_HAND, self.size.few)}
 
     def figures(self, console: Console) -> list[BenchRow]:
         """Measure all rounds.
@@ -214,7 +222,10 @@ class Bench:
         steps = np.median(found[_slam(recording, slam, 1, False)], axis=0)[slam.lag :]
         told = f"J = {recording.hand.joints}, P = {len(recording.hand.patches)}, {voxels}"
         note = f"{told}; 90 % of steps below {1e3 * np.percentile(steps, 90):.1f} ms"
-        return self._of_settings(found, recording, slam, lambda _: note)
+        rows = self._of_settings(found, recording, slam, lambda _: note)
+        lag = round(LAG_SECONDS * HZ)
+        late, note = recording.lagged(lag), "smooth motion; merged, observed and named; 1 core"
+        return [*rows, of_steps(f"a live step at {HZ:g} Hz, MyoHand", found["live"], late, lag, unit="ms", note=note)]
 
     def _of_stages(self, found: Values) -> list[BenchRow]:
         note = f"N = {self.size.few}, {self.size.coarse}³, 1 thread"

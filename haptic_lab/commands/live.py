@@ -115,16 +115,18 @@ def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:
             raise ValueError(f"--save must be another file than --record, got {validate.shown(given['save'])} for both")
     if given["seconds"] is not None:
         validate.number("--seconds", given["seconds"], 0.0, above=0.0, unit="s")
-    columns = None if given["columns"] is None else recordings.read_columns(given["columns"])
+    columns = _columns(given["columns"])
     hand = _hand(given, columns)
     settings = _settings(given, hand)
-    rate = given["control_hz"] or (columns.control_hz if columns is not None else None)
-    if rate is not None:
-        rate = validate.number("--control-hz", rate, 1.0, 500.0, unit="Hz")
+    rate = None if columns is None else columns.control_hz
+    if given["control_hz"] is not None:
+        rate = validate.number("--control-hz", given["control_hz"], 1.0, 500.0, unit="Hz")
     torques = given["torques"]
     record = StepRecord(None if given["record"] is None else Path(given["record"]), hand, rate or USUAL_HZ)
     source: Any
     if given["udp"] is None:
+        if len({*given["lsl_in"]}) < len(given["lsl_in"]):
+            raise ValueError(f"--lsl-in must name each stream once, got {', '.join(given['lsl_in'])}")
         if torques in given["lsl_in"]:
             raise ValueError(f"--torques must be another stream than those of --lsl-in, got {validate.shown(torques)}")
         source = LslSource([*given["lsl_in"], *([] if torques is None else [torques])])
@@ -163,6 +165,15 @@ def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:
 def _labels(source: Any, stream: str, hand: Hand) -> Sequence[str]:
     """Of the columns of a stream of torques: lines by UDP have the hand's own."""
     return source.labels[stream] if isinstance(source, LslSource) else hand.joint_names
+
+
+def _columns(path: str | None) -> ColumnMap | None:
+    if path is None:
+        return None
+    try:
+        return recordings.read_columns(path)
+    except OSError as error:
+        raise ValueError(f"--columns {path!r} cannot be read: {error.strerror}") from error
 
 
 def _say(told: str) -> None:
@@ -235,6 +246,8 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
             sink.close()
         if session.record.write():
             console.print(f"Recorded: {session.record.path}, {len(session.record)} steps", highlight=False)
+        elif session.record.path is not None:
+            _say(f"there was no step: {session.record.path} is not written")
     if given["save"] is not None and session.told is not None:
         slam.save(given["save"])
     counts, behind = session.merger.counts, session.pace.most

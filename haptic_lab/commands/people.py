@@ -23,6 +23,8 @@ from haptic_lab.folder_lock import claimed
 from haptic_lab.people.agreement import FLOOR
 from haptic_lab.people.analysis import CAPTIONS, Analysis, analyse
 from haptic_lab.people.observed import Observed, read_observers
+from haptic_lab.people.options import EXAMPLE as EXAMPLE_TABLE
+from haptic_lab.people.options import shipped
 from haptic_lab.people.report import HEADINGS, html, print_tables
 from haptic_lab.people.scoring import DESIGNS, Design, design_of
 from haptic_lab.people.table_flags import add_table_flags, read_tables
@@ -54,7 +56,13 @@ def parse(arguments: list[str] | None) -> tuple[argparse.Namespace, pd.DataFrame
     """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    add("tables", nargs="+", type=as_path, metavar="TABLE", help="trials, .csv or .tsv")
+    add(
+        "tables",
+        nargs="+",
+        type=as_path,
+        metavar="TABLE",
+        help=f"trials, .csv or .tsv; {EXAMPLE_TABLE!r}: simulated ones that ship",
+    )
     add_table_flags(parser)
     add(
         "--design",
@@ -80,7 +88,7 @@ def parse(arguments: list[str] | None) -> tuple[argparse.Namespace, pd.DataFrame
     given = parser.parse_args(arguments)
     try:
         validate.number("--floor", given.floor, 0.0, 1.0)
-        table = read_tables(given.tables, given)
+        table = read_tables([shipped("table", each) for each in given.tables], given)
         design = design_of(table, given.design, given.candidates, given.absent)
         observers = [each for path in given.observers for each in read_observers(path)]
     except (ValueError, OSError) as error:

@@ -112,15 +112,19 @@ def fit(
     expected, inverse = (np.empty((len(predicted), len(count))) for _ in range(2))
     most, best = -np.inf, np.zeros(len(size), dtype=np.intp)
     for draw, sure in enumerate(predicted):
-        probability = likelihood.probabilities(model, sure)
-        fits = np.log(probability) @ count
-        if (largest := float(fits.max())) > most:
+        fits, tops = np.empty(size), np.empty(size[0])
+        sums = np.empty((2, size[0], len(count)))
+        for level, probability in enumerate(likelihood.probabilities(model, sure)):  # one sigma: to fit into a cache
+            fits[level] = np.log(probability) @ count
+            tops[level] = fits[level].max()
+            each, flat = probability.reshape(-1, len(count)), np.exp(fits[level] - tops[level]).astype(np.float32)
+            sums[:, level] = flat.reshape(-1) @ each, flat.reshape(-1) @ (1.0 / each)
+        if (largest := float(tops.max())) > most:
             most, best = largest, np.array(np.unravel_index(int(np.argmax(fits)), size))
-        total[draw] = largest + np.log(np.exp(fits - largest, dtype=np.float64).sum() * prior)
-        posterior[draw] = np.exp(fits - total[draw]) * prior
-        flat = posterior[draw].astype(np.float32).reshape(-1)
-        each = probability.reshape(len(flat), -1)
-        expected[draw], inverse[draw] = flat @ each, flat @ (1.0 / each)
+        weights = np.exp(fits - largest)
+        total[draw] = largest + np.log(weights.sum() * prior)
+        posterior[draw] = weights / weights.sum()
+        expected[draw], inverse[draw] = np.exp(tops - largest) @ sums / weights.sum()
     evidence = float(logsumexp(total) - np.log(len(total)))
     worth = np.exp(total - total.max())
     worth /= worth.sum()

@@ -10,7 +10,7 @@ counts, a draw by how well it explains the answers.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -180,18 +180,19 @@ def predicted(model: Model, answers: Answers, drawn: Array) -> NDArray[np.float3
     return result
 
 
-def probabilities(model: Model, of_draw: NDArray[np.float32]) -> NDArray[np.float32]:
+def probabilities(model: Model, of_draw: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
     """Say how probable answers are at all values of the parameters.
 
     Args:
         model: with F sigmas and L lapses to be tried.
         of_draw: (Q, N, J, S) of `predicted`.
 
-    Returns:
-        (F, Q, N, L, J).
+    Yields:
+        (Q, N, L, J) for each of the F sigmas.
     """
     grids, guess = model.grids, 1.0 / len(model.courses.names)
     between = evidence.between(model.courses.sigmas, grids["sigma_deg"].values).astype(np.float32)
-    sure = np.tensordot(between, of_draw, axes=(1, 3))[..., None, :]  # (F, Q, N, 1, J)
     lapse = grids["lapse"].values.astype(np.float32)[:, None]
-    return np.maximum((1.0 - lapse) * sure + lapse * np.float32(guess), np.float32(LEAST))
+    for levels in between:
+        sure = (of_draw @ levels)[..., None, :]  # (Q, N, 1, J)
+        yield np.maximum((1.0 - lapse) * sure + lapse * np.float32(guess), np.float32(LEAST))

@@ -54,7 +54,7 @@ def read_table(given: argparse.Namespace) -> pd.DataFrame:
         ValueError: for what is no such table, and subjects that are not in it.
         OSError: where it cannot be read.
     """
-    table = read_tables([_shipped("table", given.table)], given)
+    table = read_tables([shipped("table", given.table)], given)
     for subject in given.subjects or []:
         validate.choice("--subjects", subject, sorted(set(table["subject"])))
     return table if given.subjects is None else table[table["subject"].isin(given.subjects)].reset_index(drop=True)
@@ -86,11 +86,20 @@ def read_courses(path: str, observer: str) -> Courses:
         ValueError: for what has none in it.
         OSError: where it cannot be read.
     """
-    place = Path(_shipped("courses", path))
+    place = Path(shipped("courses", path))
     return Courses.of_sweep(place, observer=observer) if place.is_dir() else Courses.load(place)
 
 
-def _shipped(what: str, path: str) -> str:
+def shipped(what: str, path: str) -> str:
+    """Find the file that a command is told of.
+
+    Args:
+        what: a key of `SHIPPED`.
+        path: of a file, or `EXAMPLE`.
+
+    Returns:
+        The path; of `EXAMPLE`, where no file is called so, that of what ships.
+    """
     return str(SHIPPED[what]) if path == EXAMPLE and not Path(path).exists() else path
 
 

@@ -45,7 +45,7 @@ def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture
     assert {"env.step", "PoseFilter.step, alone", "HapticSLAM.step, N = 20, 16³, 1 thread"} <= set(figures)
     for size in ("N = 20, 16³", "N = 40, 16³", "N = 20, MyoHand"):  # as a user has it who says nothing
         assert {f"HapticSLAM.step, {size}", f"HapticSLAM.step, {size}, each core busy"} <= set(figures)
-    assert "HapticSLAM.step, N = 20, MyoHand, 1 thread" in figures
+    assert {"HapticSLAM.step, N = 20, MyoHand, 1 thread", "a live step at 100 Hz, MyoHand"} <= set(figures)
     assert all(f"stage: {name}" in figures for name in suite.STAGES)
     assert "HapticSLAM.map_now after 1 s" in figures
     assert "medians" in capsys.readouterr().out.lower()

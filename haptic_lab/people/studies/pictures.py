@@ -54,7 +54,7 @@ def thresholds(lines: pd.DataFrame, study: Study) -> Figure:
         panel.set_ylim(0.4 * nearest, 2.0 * farthest)
         _by_value(panel, study)
     axes[0].set_ylabel(f"threshold of {study.parameter}{study.unit and f' ({study.unit})'}")
-    told = f"{study.title}: {100 * 0.5 * (1 + study.guess):g} % right, 95 % intervals"
+    told = f"{study.title}\n{100 * 0.5 * (1 + study.guess):g} % right, 95 % intervals"
     figure.suptitle(told if lines["within"].all() else f"{told}; open: beyond the stimuli", fontsize=10)
     _legend(figure, axes[0])
     return figure
@@ -98,7 +98,7 @@ def accuracy(lines: pd.DataFrame, study: Study) -> Figure:
                 published.seconds, PERCENT * published.value, "*", color=PEOPLE, label=as_drawn(published.what)
             )
     axes[0].set_ylabel("named right (%)")
-    figure.suptitle(f"{study.title}: 95 % intervals, {lines['trials'].max()} explorations each", fontsize=10)
+    figure.suptitle(f"{study.title}\n95 % intervals, {lines['trials'].max()} explorations each", fontsize=10)
     _legend(figure, axes[0])
     return figure
 

@@ -145,11 +145,14 @@ def _print_reached(lines: pd.DataFrame, study: Study, console: Console) -> None:
             continue
         for found in discrimination.reached(lines, figure, study.standard):
             name = OBSERVER_NAMES.get(found["observer"], found["observer"])
-            at, ends = found["sigma_deg"], (found["low"], found["high"])
+            at = found["sigma_deg"]
             if math.isnan(at):
-                told = f"at no σ from {measured[0]:g} to {measured[-1]:g}°"
+                told = (
+                    f"at no σ from {measured[0]:g} to {measured[-1]:g}°{', and is better' if found['better'] else ''}"
+                )
             else:
-                low, high = ("?" if math.isnan(each) else f"{each:.2g}" for each in ends)
+                low = f"below {measured[0]:g}" if math.isnan(found["low"]) else f"{found['low']:.2g}"
+                high = f"above {measured[-1]:g}" if math.isnan(found["high"]) else f"{found['high']:.2g}"
                 told = f"at σ = {at:.2g}° [{low}, {high}]"
             console.print(f"{name}: has people's {figure.value:g} ({figure.what}) {told}", highlight=False)
 

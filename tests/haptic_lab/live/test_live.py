@@ -204,6 +204,9 @@ BAD = {
     "a port": (["--udp", "70000", "--hand", "two_finger"], "65535"),
     "an address": (["--udp", "0", "--host", "203.0.113.7", "--hand", "two_finger"], "address of this machine"),
     "a rate": (["--udp", "0", "--hand", "two_finger", "--control-hz", "1000"], "500"),
+    "no rate": (["--udp", "0", "--hand", "two_finger", "--control-hz", "0"], "--control-hz must be"),
+    "a stream twice": (["--lsl-in", "a", "b", "a", "--hand", "two_finger"], "each stream once, got a, b, a"),
+    "no map": (["--udp", "0", "--columns", "none.toml"], "--columns 'none.toml' cannot be read: No such file"),
     "a record": (["--udp", "0", "--hand", "two_finger", "--record", "a.csv"], ".npz"),
     "a folder": (["--udp", "0", "--hand", "two_finger", "--record", "no/such/a.npz"], "a folder"),
     "a folder to save in": (["--udp", "0", "--hand", "two_finger", "--save", "no/such/a.npz"], "a folder"),
@@ -271,6 +274,15 @@ def test_a_signal_ends_it_and_what_was_recorded_is_written(tmp_path, hand, capsy
     assert [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)] == usual
     with np.load(tmp_path / "a.npz") as content:
         assert len(content["time"]) == 20
+
+
+def test_a_session_without_a_step_writes_nothing_and_says_so(tmp_path, capsys):
+    source, made = session("--record", str(tmp_path / "a.npz"))
+    assert live._run({"lsl_in": None, "seconds": 0.01, "save": None}, source, made, []) == 0
+    told = capsys.readouterr()
+    assert "there was no step: " in told.err
+    assert "0 steps told" in told.out
+    assert not [*tmp_path.iterdir()]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")
