@@ -226,6 +226,7 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
         warm_up(slam.hand, observer=slam)
     if (slow := session.pace.rehearse(slam, session.namer)) is not None:
         _say(slow)
+    source.begin()
     where = f"UDP port {source.port}" if isinstance(source, udp.UdpSource) else ", ".join(given["lsl_in"])
     console.print(
         f"Listening to {where} for hand {slam.hand.name}, {slam.control_hz:g} steps a second; Ctrl-C ends it …"

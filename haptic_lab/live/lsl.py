@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections.abc import Sequence
@@ -110,6 +111,15 @@ class LslSource:
             self._inlets[told.name] = inlet = self._connected(told)
             self.labels[told.name], self.rates[told.name] = labels_of(inlet), float(told.sfreq)
 
+    def begin(self) -> None:
+        """Let go of what has come while all was made ready: streams were found one after the other."""
+        for inlet in self._inlets.values():
+            with contextlib.suppress(Exception):  # of one that has died, which the first reading will find
+                inlet.time_correction(timeout=2.0)  # else the first reading waits for it
+        for inlet in self._inlets.values():
+            with contextlib.suppress(Exception):
+                inlet.flush()
+
     def poll(self, stream: str, seconds: float) -> list[Chunk]:
         """Hand out what has come.
 
@@ -157,11 +167,11 @@ class LslSource:
             self._seekers[name] = seeker
             seeker.start()
             return None
+        arrival = time.monotonic()
         if not len(stamps):
             return None
-        return Chunk(
-            name, np.array(stamps, dtype=np.float64), np.array(values, dtype=np.float64).reshape(len(stamps), -1)
-        )
+        told = np.array(values, dtype=np.float64).reshape(len(stamps), -1)
+        return Chunk(name, np.array(stamps, dtype=np.float64), told, arrival)
 
     def _seek(self, name: str) -> None:
         """Look for a stream that was lost, as wide as it was, until it is back."""

@@ -32,15 +32,20 @@ class Chunk(NamedTuple):
         stream: its name.
         stamps: (T,) s.
         values: (T, C).
+        arrival: s, by this machine, when they were read; None: now.
     """
 
     stream: str
     stamps: Array
     values: Array
+    arrival: float | None = None
 
 
 class Source(Protocol):
     """Where samples come from."""
+
+    def begin(self) -> None:
+        """Let go of what has come while all was made ready."""
 
     def poll(self, stream: str, seconds: float) -> Sequence[Chunk]:
         """Hand out what has come, of any stream.
@@ -180,8 +185,10 @@ class LiveSession:
 
         Args:
             chunk: of a stream.
-            arrival: s, by this machine.
+            arrival: s, by this machine, where the chunk does not tell.
         """
+        # Read one stream after the other: where that takes long, the second is as far ahead as it was read later.
+        arrival = arrival if chunk.arrival is None else chunk.arrival
         counts = self.merger.counts
         if chunk.stream == self._joints.stream:
             angles, odd = self._joints.angles(chunk.values)

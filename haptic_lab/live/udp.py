@@ -7,6 +7,7 @@ Out: a line a belief.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import select
@@ -54,6 +55,12 @@ class UdpSource:
     def port(self) -> int:
         """At which it listens."""
         return int(self._socket.getsockname()[1])
+
+    def begin(self) -> None:
+        """Let go of what has come while all was made ready."""
+        with contextlib.suppress(BlockingIOError, ConnectionError):
+            while True:
+                self._socket.recv(LARGEST)
 
     def poll(self, stream: str, seconds: float) -> list[Chunk]:
         """Hand out what has come.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -28,7 +29,8 @@ def tell(table: pd.DataFrame, console: Console) -> None:
         shown.add_column(head)
     for row in table.itertuples():
         best = row.difference == 0.0
-        ends = "" if best else f"{-row.difference_high:.4f} to {-row.difference_low:.4f}"
+        unknown = best or math.isnan(row.difference_low)
+        ends = "" if unknown else f"{-row.difference_high:.4f} to {-row.difference_low:.4f}"
         below = "" if best else f"{-row.difference:.4f}"
         shown.add_row(row.subject, row.model, f"{row.log_likelihood:.4f}", below, ends, str(row.trials))
     console.print(shown)

@@ -87,6 +87,8 @@ def read_courses(path: str, observer: str) -> Courses:
         OSError: where it cannot be read.
     """
     place = Path(shipped("courses", path))
+    if not place.exists():
+        raise ValueError(f"there is no file or folder of courses {path!r}")
     return Courses.of_sweep(place, observer=observer) if place.is_dir() else Courses.load(place)
 
 

@@ -36,6 +36,9 @@ class Played:
         self._chunks = chunks
         self.session: Any = None
 
+    def begin(self) -> None:
+        pass
+
     def poll(self, stream: str, seconds: float) -> list[Chunk]:
         found = next(self._chunks, None)
         if found is None:

@@ -109,6 +109,38 @@ def test_objects_that_were_learnt_are_recognised_live_as_in_a_replay(tmp_path, h
     assert seen[1:] == replayed(path, bits, *told)
 
 
+def test_what_came_while_all_was_made_ready_is_let_go(hand):
+    """Else a session begins as far behind as that took."""
+    source, _ = session()
+    time_, angles, contacts = moving(hand, 20)
+    send(source.port, (line(*each) for each in zip(time_[:10], angles, contacts, strict=False)))
+    source.begin()
+    send(source.port, (line(*each) for each in zip(time_[10:], angles, contacts, strict=False)))
+    found: list[Chunk] = []
+    deadline = time.monotonic() + 10.0
+    while len(found) < 20 and time.monotonic() < deadline:
+        found += source.poll("joints", 0.1)
+    source.close()
+    assert [float(each.stamps[0]) for each in found[::2]] == time_[10:].tolist()
+
+
+@pytest.mark.parametrize("stalled", [0.5, 1.5, 20.0])
+def test_streams_that_are_read_one_long_after_the_other_stay_together(hand, stalled):
+    """As where the first reading waits for the clock of a stream: that is no step of it."""
+    source, made = session()
+    source.close()
+    time_, angles, contacts = moving(hand, 1200)
+    known = time_ <= time_[100]
+    made.take(Chunk("joints", time_[known], angles[known], 7.0), 7.0 + stalled)
+    later = time_ <= time_[100] + stalled
+    made.take(Chunk("contacts", time_[later], contacts[later], 7.0 + stalled), 7.0 + stalled)
+    made.take(Chunk("joints", time_[later & ~known], angles[later & ~known], 7.0 + stalled), 8.0 + stalled)
+    assert made.merger.counts.clock_steps == 0
+    steps = [*made.merger.ready(7.0 + stalled)]
+    assert len(steps) >= later.sum() - 2
+    np.testing.assert_array_equal([each.contacts for each in steps], contacts[: len(steps)])
+
+
 def line(time_, angles, contacts, names=None) -> bytes:
     told = {"time": float(time_), "joints": angles.tolist(), "contacts": contacts.tolist()}
     if names is not None:
