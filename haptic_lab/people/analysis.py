@@ -168,12 +168,12 @@ def _of_perfect(tables: Mapping[str, pd.DataFrame], matches: Sequence[Match]) ->
     told = []
     for who, mine in perfect.groupby("who", sort=False):
         trials = [
-            f"{line.trials}{'' if math.isnan(line.seconds) else f' of {line.seconds:g} s'}"
+            f"{line.trials} trials{'' if math.isnan(line.seconds) else f' of {line.seconds:g} s'}"
             for line in mine.itertuples()
         ]
         told.append(f"{who} in {validate.listed(dict.fromkeys(trials))}")
     return [
-        f"No mistake was made by {'; '.join(told)} trials: d′ is above what so many can show, and people's efficiency "
+        f"No mistake was made by {'; '.join(told)}: d′ is above what so many can show, and people's efficiency "
         "is only known to be below a bound. Let observers explore with more noise (haptic-slam evaluate --sigmas) or "
         "for less time (--seconds)."
     ]

@@ -171,7 +171,7 @@ def decisions(table: pd.DataFrame, matches: Sequence[Match], agreement: pd.DataF
             if math.isnan(row["time_rho"])
             else f"\nρ = {row['time_rho']:.2f} [{row['time_rho_low']:.2f}, {row['time_rho_high']:.2f}]"
         )
-        axes.set_title(f"{wrapped(each.label, 26)}{told}".replace("-", "−"), fontsize=8.5)
+        axes.set_title(f"{wrapped(each.label, 26)}{told}".replace("-0.00", "0.00").replace("-", "−"), fontsize=8.5)
         axes.set(xlabel="observer is sure after (s)", xlim=(0, 1.3 * latest), ylim=(0, None))
         if never.any():
             axes.axvline(1.1 * latest, color="#777777", linewidth=0.8, linestyle=":")

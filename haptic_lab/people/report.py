@@ -22,6 +22,7 @@ from haptic_lab.people.summaries import PEOPLE, over_all_times
 
 MOST_LINES = 60  # of a table in the report; the CSV has them all
 MOST_SUBJECTS = 12  # on the terminal
+SCREEN = 120  # pixels that an inch of print takes
 HEADINGS = {
     "accuracy": "Accuracy",
     "confusion": "Confusions",
@@ -45,10 +46,12 @@ h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2.2rem; }
 img { max-width: 100%; height: auto; } figure { margin: 0; }
 figcaption, footer, .more { color: #444; font-size: 0.9rem; }
 table { border-collapse: collapse; font-size: 0.85rem; margin-top: 0.8rem; }
-th, td { padding: 0.15rem 0.6rem; text-align: right; border-bottom: 1px solid #ddd; overflow-wrap: anywhere; }
+th, td { padding: 0.15rem 0.6rem; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap; }
+td:first-child, .facts td { white-space: normal; overflow-wrap: anywhere; min-width: 6rem; }
 th:first-child, td:first-child, .facts td { text-align: left; }
 .notes { background: #fff6e0; border-left: 4px solid #e69f00; padding: 0.5rem 1rem 0.5rem 2rem; }
-details { margin-top: 0.6rem; } @media print { details { display: none; } h2, figure { break-inside: avoid; } }
+details { margin-top: 0.6rem; overflow-x: auto; }
+@media print { details { display: none; } h2, figure { break-inside: avoid; } }
 </style>
 </head>
 <body>
@@ -141,7 +144,8 @@ def _section(analysis: Analysis, pictures: Mapping[str, bytes], name: str) -> st
     if name in pictures:
         picture = base64.b64encode(pictures[name]).decode("ascii")
         caption = escape(analysis.captions[name])
-        image = f'<img alt="{caption}" src="data:image/png;base64,{picture}">'
+        wide = round(SCREEN * analysis.figures[name].get_figwidth())
+        image = f'<img alt="{caption}" width="{wide}" src="data:image/png;base64,{picture}">'
         parts.append(f"<figure>{image}<figcaption>{caption}</figcaption></figure>")
     if name in analysis.tables:
         table = analysis.tables[name]
@@ -210,10 +214,12 @@ def _with_interval(line: dict, name: str, percent: bool) -> str:
         return f"above {low:.{digits}f} (no mistake)"
     if math.isnan(value):
         return f"below {factor * high:.{digits}f}{unit}" if name == "efficiency" else "–"
-    told = f"{factor * value:.{digits}f}{unit}"
-    if math.isnan(low):
-        return told
-    return f"{told} [{factor * low:.{digits}f}, {'∞' if math.isinf(high) else f'{factor * high:.{digits}f}'}]"
+    told = [_rounded(factor * each, digits) for each in (value, low, high)]
+    return f"{told[0]}{unit}" + ("" if math.isnan(low) else f" [{told[1]}, {told[2]}]")
+
+
+def _rounded(value: float, digits: int) -> str:
+    return "∞" if math.isinf(value) else f"{value:.{digits}f}".replace("-0.00", "0.00")
 
 
 def _agreement(table: pd.DataFrame) -> Table:

@@ -5,9 +5,10 @@ It computes nothing for the observer, and is told nothing back but that it is th
 
 from __future__ import annotations
 
-import errno
+import importlib
 import os
 import queue
+import socket
 import sys
 import threading
 import time
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from haptic_lab.processes import end_with_parent
 from haptic_lab.view.history import History
-from haptic_lab.view.options import HOST, ViewOptions
+from haptic_lab.view.options import ViewOptions
 from haptic_lab.view.server import PageServer
 
 if TYPE_CHECKING:
@@ -30,24 +31,21 @@ KEPT = 20  # surfaces that may wait to be drawn for a file
 LAST = 3.0  # s that browsers have to take what is left
 
 
-def run(pipe: Connection, options: ViewOptions) -> None:
+def run(pipe: Connection, listener: socket.socket | None, options: ViewOptions) -> None:
     """Draw until it is told to end, or whoever tells is gone.
 
     Args:
-        pipe: on which messages come, a name and what belongs to it.
-        options: where the page is.
+        pipe: on which messages come, each a name and what belongs to it, several at once; none: it is over.
+        listener: to which browsers come; None: there is no page.
+        options: of the view.
     """
     end_with_parent()
     history = History()
     server = None
-    if options.page:
-        try:
-            server = PageServer(options.host, options.port, options.token, history)
-        except OSError as error:
-            pipe.send(refused(options, error))
-            return
+    if listener is not None:
+        server = PageServer(listener, options.token, history)
         threading.Thread(target=server.serve_forever, daemon=True).start()
-    pipe.send(0 if server is None else server.server_port)
+    importlib.import_module("haptic_lab.view.encoding")  # takes seconds, in which the observer is made ready
     drawer = Drawer(history, 0 if options.html is None else KEPT)
     while True:
         try:
@@ -63,23 +61,7 @@ def run(pipe: Connection, options: ViewOptions) -> None:
     history.close()
     if server is not None:
         server.finish(LAST)
-
-
-def refused(options: ViewOptions, error: OSError) -> str:
-    """Say why there is no page, and what is valid.
-
-    Args:
-        options: where it should be.
-        error: that came of it.
-
-    Returns:
-        A sentence.
-    """
-    if error.errno in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT):
-        return f"--view-host {options.host} is no address of this machine; {HOST} is one, and 0.0.0.0 is all of them"
-    why = "is taken" if error.errno == errno.EADDRINUSE else f"cannot be had ({error.strerror or error})"
-    valid = "say another from 1024 to 65535, or 0 for any that is free"
-    return f"--view-port {options.port} of {options.host} {why}; {valid}"
+    os._exit(0)  # without waiting for a surface that is still drawn, or ending the libraries that draw it
 
 
 class Drawer:
@@ -103,7 +85,7 @@ class Drawer:
         Args:
             setting: what stays as it is.
         """
-        from haptic_lab.view.encoding import Encoder  # takes a second, in which the page is there already
+        from haptic_lab.view.encoding import Encoder
 
         self._encoder = Encoder(setting)
         self.history.add("scene", self._encoder.scene())

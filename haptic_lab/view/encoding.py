@@ -247,8 +247,7 @@ class Encoder:
         scale = np.sqrt(np.maximum(np.diag(moment.covariance), 1e-12))
         values, vectors = np.linalg.eigh(moment.covariance / np.outer(scale, scale))
         spread = vectors * np.sqrt(np.maximum(values, 0.0))
-        limits = self.setting.hand.joint_limits
-        return np.clip(moment.angles + moment.std * (self._draws @ spread.T), *limits.T)
+        return np.asarray(moment.angles + moment.std * (self._draws @ spread.T))
 
 
 def end(told: str) -> str:

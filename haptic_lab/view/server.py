@@ -22,33 +22,21 @@ class PageServer(ThreadingHTTPServer):
     """Listens at a port; each browser has a thread."""
 
     daemon_threads = True
-    allow_reuse_address = True
 
-    def __init__(self, host: str, port: int, token: str | None, history: History) -> None:
-        """Listen.
+    def __init__(self, listener: socket.socket, token: str | None, history: History) -> None:
+        """Take over a socket.
 
         Args:
-            host: address of this machine.
-            port: 0: any that is free.
+            listener: that listens.
             token: without which nothing is told; None: none is asked for.
             history: what is told.
-
-        Raises:
-            OSError: where it cannot listen there.
         """
-        if ":" in host:
-            self.address_family = socket.AF_INET6
         self.token, self.history = token, history
         self.readers = 0
         self._counting = threading.Condition()
-        super().__init__((host, port), _Handler)
-
-    def server_bind(self) -> None:
-        """Listen, without asking a name server what this machine is called."""
-        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        self.socket.bind(self.server_address)
-        self.server_address = self.socket.getsockname()
-        self.server_name, self.server_port = str(self.server_address[0]), int(self.server_address[1])
+        super().__init__(("", 0), _Handler, bind_and_activate=False)
+        self.socket.close()
+        self.socket = listener
 
     def enter(self) -> bool:
         """Count a reader in.

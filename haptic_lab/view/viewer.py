@@ -20,13 +20,13 @@ from haptic_env.shapes import Solid
 from haptic_lab.processes import deaf
 from haptic_lab.terminal import tell
 from haptic_lab.view import drawer
+from haptic_lab.view.listening import listen
 from haptic_lab.view.moment import Pace, Setting, packed
 from haptic_lab.view.options import ViewOptions
 from observer import Belief
 
 BACKLOG = 500  # moments that may wait; 20 s of them
 BETWEEN = 0.04  # s, from one message to the next
-PATIENCE = 60.0  # s that the other process has to begin
 
 
 class Viewer:
@@ -48,20 +48,16 @@ class Viewer:
         """
         self.options, self.dropped = options, 0
         self._waiting: queue.Queue[tuple[str, tuple[Any, ...]] | None] = queue.Queue()
+        listener = listen(options) if options.page else None
+        self.port: int = 0 if listener is None else listener.getsockname()[1]
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=drawer.run, args=(theirs, options), daemon=True)
+        self._process = context.Process(target=drawer.run, args=(theirs, listener, options), daemon=True)
         with deaf():
             self._process.start()
         theirs.close()
-        try:
-            answer = self._pipe.recv() if self._pipe.poll(PATIENCE) else "--view: nobody draws"
-        except EOFError:
-            answer = "--view: whoever draws has ended"
-        if isinstance(answer, str):
-            self._process.join(1.0)
-            raise ValueError(answer)
-        self.port: int = answer
+        if listener is not None:
+            listener.close()
         self._sender = threading.Thread(target=self._send, daemon=True)
         self._sender.start()
 

@@ -15,6 +15,7 @@ from haptic_env import hands
 from haptic_lab import faults
 from haptic_lab.commands import evaluate, explore, figures, train
 from haptic_lab.conditions import CONTACTS, DEFAULTS, FACTORS, LATER, UNTOLD, Condition
+from haptic_lab.exploration import playing
 from haptic_lab.exploration.run import begin, make_trial
 from haptic_lab.learning.environments import make_env
 from haptic_lab.learning.presets import TrainingWorld
@@ -178,7 +179,7 @@ def test_what_a_recording_refuses_is_told_by_flags_that_there_are(
 ) -> None:
     flag = f"--{name.replace('_', '-')}"
     with pytest.raises(ValueError, match=f"{flag} is for angles") as refused:
-        explore._refuse_noise(dict.fromkeys(DEFAULTS) | {name: 0.5})
+        playing.refuse_noise(dict.fromkeys(DEFAULTS) | {name: 0.5})
     with pytest.raises(SystemExit):
         explore.parse(["--help"])
     known = capsys.readouterr().out

@@ -111,7 +111,7 @@ def test_figures_and_a_sweep_of_its_own_trials_do_not_write_at_once(
 def test_it_has_the_folder_until_it_ends(command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def sweep(plan, results, _) -> None:
+    def sweep(plan, results, *_) -> None:
         for folder in {results.folder, tmp_path}:
             with pytest.raises(SystemExit), claimed(folder):
                 asked.append(folder)

@@ -147,6 +147,23 @@ def test_courses_say_what_was_believed_by_then() -> None:
     np.testing.assert_allclose(matched.probabilities, [[0.01, 0.99]])
 
 
+def test_an_observer_is_weighted_as_often_as_people_explored() -> None:
+    always_cube = np.log(np.broadcast_to([0.9, 0.1], (2, 1, 4, 2, 2)))
+    courses = Courses(
+        names=("cube", "sphere"), objects=("cube", "sphere"), conditions=("", ""), sigmas=np.array([3.0]),
+        seconds=np.array([0.0, 1.0]), log_posterior=always_cube,
+    )  # fmt: skip
+    objects = ["cube", "cube", "cube", "sphere"]
+    table = check_trials(pd.DataFrame({"subject": "A", "object": objects, "response": objects, "seconds": 1.0}))
+    found = analyse(table, design_of(table), of_courses(courses, "mine"))
+    theirs = line(found.tables["accuracy"], who="mine")
+    assert theirs["share"] == pytest.approx(0.75)
+    assert theirs["trials"] == 8
+    d_prime = line(found.tables["sensitivity"], who="mine")["d_prime"]
+    assert float(share_correct(d_prime, 2)) == pytest.approx(6.5 / 9)  # 6 of 8 with the correction
+    assert line(found.tables["agreement"], who="A", observer="mine")["kappa"] == pytest.approx(0.0)
+
+
 def test_many_times_are_put_together() -> None:
     times = np.random.default_rng(900_022).uniform(1, 9, 50)
     found = binned(pd.DataFrame({"seconds": times}))

@@ -20,7 +20,9 @@ from haptic_lab.exploration.settings import OBSERVER
 from haptic_lab.trial import Trial, make_observers
 from haptic_lab.view.drawer import Drawer
 from haptic_lab.view.history import History
+from haptic_lab.view.listening import listen
 from haptic_lab.view.moment import Moment, Pace, Setting, packed
+from haptic_lab.view.options import ViewOptions
 from haptic_lab.view.server import PageServer
 from haptic_lab.view.trial_view import TrialView
 from observer import Belief, ShapePosterior
@@ -120,11 +122,12 @@ def serve() -> Iterator[Any]:
     """Serves a history; returns the address."""
     servers = []
 
-    def serving(history: History, token: str | None = None, host: str = "127.0.0.1") -> str:
-        server = PageServer(host, 0, token, history)
+    def serving(history: History, token: str | None = None) -> str:
+        listener = listen(ViewOptions(page=True, port=0))
+        server = PageServer(listener, token, history)
         servers.append(server)
         threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()
-        return f"http://127.0.0.1:{server.server_port}/"
+        return f"http://127.0.0.1:{listener.getsockname()[1]}/"
 
     yield serving
     for server in servers:

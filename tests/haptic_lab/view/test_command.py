@@ -60,7 +60,7 @@ def test_it_is_seen_while_it_stays_and_changes_no_bit_of_the_belief(
             opened(look, address[1])
             assert look.evaluate("recorded.states.length") == 15
             process.send_signal(signal.SIGINT)
-            assert process.wait(20) == 0
+            assert process.wait(60) == 0
             assert process.stderr.read() == ""
         finally:
             process.kill()

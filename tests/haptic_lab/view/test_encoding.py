@@ -41,15 +41,17 @@ def test_the_hand_is_where_it_is_believed_to_be(shown: Shown) -> None:
     assert (read(line["touched"]) == moment.contacts).all()
 
 
-def test_ghosts_are_spread_as_the_belief_is(shown: Shown) -> None:
+@pytest.mark.parametrize("share", [0.5, 1.3])
+def test_ghosts_are_spread_as_the_belief_is_about_the_hand(shown: Shown, share: float) -> None:
+    """Wherever that is: recorded hands bend further than ours can."""
     encoder, moment = Encoder(shown.setting), shown.moments[20]
-    limits = shown.setting.hand.joint_limits
-    middle = moment._replace(angles=limits.mean(axis=1))
-    poses = encoder._ghosts(middle)
+    low, high = shown.setting.hand.joint_limits.T
+    there = moment._replace(angles=low + share * (high - low))
+    poses = encoder._ghosts(there)
     assert poses.shape == (GHOSTS, shown.setting.hand.joints)
-    assert poses.mean(axis=0) == pytest.approx(middle.angles, abs=1e-9)
+    assert poses.mean(axis=0) == pytest.approx(there.angles, abs=1e-9)
     assert (poses.std(axis=0) / moment.std).mean() == pytest.approx(1.0, abs=0.3)
-    assert encoder._ghosts(middle._replace(std=0.0 * moment.std)) == pytest.approx(np.tile(middle.angles, (GHOSTS, 1)))
+    assert encoder._ghosts(there._replace(std=0.0 * moment.std)) == pytest.approx(np.tile(there.angles, (GHOSTS, 1)))
 
 
 def test_of_the_map_all_is_told_that_may_be_solid(shown: Shown) -> None:
