@@ -18,7 +18,7 @@ from haptic_lab.files import atomic, write_csv
 from haptic_lab.folder_lock import claimed
 from haptic_lab.people import compare_report, fit_report, likelihood, options
 from haptic_lab.people.comparing import check_models, compare, recoveries, recovery_table
-from haptic_lab.people.fitting import DRAWS, chance_of
+from haptic_lab.people.fitting import DRAWS
 from haptic_lab.people.models import MODELS
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, progress_on
@@ -102,7 +102,8 @@ def main(arguments: list[str] | None = None) -> int:
         table = pd.concat(parts, ignore_index=True)
         table = table[["subject", *(column for column in table if column != "subject")]]
         compare_report.tell(table, console)
-        best, chance = table.groupby("subject", sort=False)["log_likelihood"].max(), chance_of(given.models[0].courses)
+        best = table.groupby("subject", sort=False)["log_likelihood"].max()
+        chance = fit_report.chance_of(given.models[0].courses)
         if guessed := list(best.index[best < chance]):
             console.print(f"note: {fit_report.worse_than_guesses(guessed, chance)}", highlight=False)
         write_csv(out / "compare.csv", table)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -14,7 +15,8 @@ from rich.table import Table
 
 from haptic_env import validate
 from haptic_lab.people.comparing import share_interval
-from haptic_lab.people.fitting import Fit, chance_of
+from haptic_lab.people.courses import Courses
+from haptic_lab.people.fitting import Fit
 from haptic_lab.people.models import LOGARITHMIC, UNITS, Model
 from haptic_lab.style import BETTER, WORSE, as_drawn
 
@@ -197,6 +199,18 @@ def notes(fits: Mapping[str, Fit]) -> list[str]:
             f"the range of a parameter cuts its posterior off, so that its interval says nothing there: {places}"
         )
     return told
+
+
+def chance_of(courses: Courses) -> float:
+    """Say how probable guesses hold an answer.
+
+    Args:
+        courses: with the names that can be answered.
+
+    Returns:
+        Nats a trial.
+    """
+    return -math.log(len(courses.names))
 
 
 def worse_than_guesses(subjects: Sequence[str], chance: float) -> str:

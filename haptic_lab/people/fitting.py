@@ -5,7 +5,6 @@ Shapes: as in `haptic_lab.people.likelihood`: J answers, B draws of repeats, F Ã
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,7 +16,6 @@ from scipy.special import logsumexp
 from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_lab.people import likelihood, repeats
-from haptic_lab.people.courses import Courses
 from haptic_lab.people.likelihood import Answers
 from haptic_lab.people.models import PARAMETERS, Model
 
@@ -146,18 +144,6 @@ def fit(
         -np.log(worth @ inverse),
         float(1.0 / (worth**2).sum()),
     )
-
-
-def chance_of(courses: Courses) -> float:
-    """Say how probable guesses hold an answer.
-
-    Args:
-        courses: with the names that can be answered.
-
-    Returns:
-        Nats a trial.
-    """
-    return -math.log(len(courses.names))
 
 
 class Prepared:

@@ -95,9 +95,7 @@ def test_the_noise_at_which_an_observer_has_the_threshold_of_people(lines: pd.Da
     ("right", "stimuli", "told"),
     [(1.0, None, "none: all right"), (0.0, None, "none: all wrong"), (0.5, 2, "none: fewer than 3 stimuli")],
 )
-def test_where_there_is_no_threshold_is_told_why(
-    rows: pd.DataFrame, right: float, stimuli: int | None, told: str
-) -> None:
+def test_why_there_is_no_threshold_is_told(rows: pd.DataFrame, right: float, stimuli: int | None, told: str) -> None:
     counts = discrimination.counted(rows[rows["sigma_deg"] == 1.0], STUDY).iloc[:stimuli].copy()
     counts["correct"] = right * counts["trials"]
     (line,) = discrimination.thresholds(counts, STUDY).itertuples()
