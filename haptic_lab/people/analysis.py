@@ -126,9 +126,7 @@ def _matched(table: pd.DataFrame, design: Design, observers: Sequence[Observed])
         taken.add(label)
         unknown = unknown_to(each, design)
         if unknown and set(unknown) & set(table["object"]):
-            notes.append(
-                f"{label} is left out: it did not know of {validate.listed(unknown)}: an easier task."
-            )
+            notes.append(f"{label} is left out: it did not know of {validate.listed(unknown)}: an easier task.")
             continue
         mine = match(table, design, each._replace(label=label))
         if mine.missing:
