@@ -195,6 +195,8 @@ ODD = {
     "nested": b"[" * 60_000,
     "nothing of it": b'{"time": 1, "temperature": 3}',
     "too large": b'{"time": 1e300, "joints": []}',
+    "milliseconds": b'{"time": 1796000000000, "joints": []}',
+    "no number": b'{"time": NaN, "joints": []}',
 }
 
 
@@ -213,6 +215,17 @@ def test_lines_that_are_none_are_refused_and_told_once(hand, odd):
     assert source.refused == 2
     assert len(said) == 1
     assert "\n" not in said[0]
+
+
+@pytest.mark.parametrize("stamp", [-3, 1.796e9, 9.9e9])
+def test_a_clock_may_count_from_1970(hand, stamp):
+    said: list[str] = []
+    source = UdpSource(0, "127.0.0.1", {"joints": hand.joint_names, "contacts": hand.patches.names}, said.append)
+    send(source.port, [line(stamp, hand.rest_pose, np.zeros(len(hand.patches)))])
+    found = source.poll("joints", 10.0)
+    source.close()
+    assert [each.stamps.tolist() for each in found] == [[stamp], [stamp]]
+    assert not said
 
 
 def test_numbers_that_no_joint_can_have_are_not_measured(hand, bits):
@@ -306,6 +319,24 @@ def test_a_signal_ends_it_and_what_was_recorded_is_written(tmp_path, hand, capsy
     assert [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)] == usual
     with np.load(tmp_path / "a.npz") as content:
         assert len(content["time"]) == 20
+
+
+def test_what_was_told_is_kept_before_anything_is_drawn(tmp_path, hand, capsys):
+    """A second Ctrl-C, while a page is drawn, ends that alone."""
+    kept = tmp_path / "a.npz", tmp_path / "state.npz"
+    source, made = session("--record", str(kept[0]), "--save", str(kept[1]))
+    source.close()
+
+    class Slow(Kept):
+        def close(self) -> None:
+            assert all(each.exists() for each in kept)
+            raise KeyboardInterrupt
+
+    source = Played(played(*moving(hand, 20)))
+    source.session = made
+    with pytest.raises(KeyboardInterrupt):
+        live._run({"lsl_in": ["a"], "seconds": None, "save": str(kept[1])}, source, made, [Slow()])
+    assert "Recorded: " in capsys.readouterr().out
 
 
 def test_a_session_without_a_step_writes_nothing_and_says_so(tmp_path, capsys):
