@@ -10,12 +10,14 @@ import threading
 import time
 import uuid
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from haptic_env import hands
 from haptic_lab.commands import live
+from haptic_lab.live import lsl
 from haptic_lab.live.session import LiveSession
 from tests.haptic_lab.live.streams import Kept
 
@@ -129,6 +131,18 @@ def test_a_stream_that_never_comes_is_told(capsys):
     told = capsys.readouterr().err
     assert "no stream 'nobody' came within 5 s" in told
     assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize(("uids", "refused"), [("ab", True), ("aa", False), ("a", False)])
+def test_a_name_that_several_streams_have_is_told(monkeypatch, uids, refused):
+    """Else joints might be of one hand, and touch of another. One that is heard on two networks is one."""
+    there = [SimpleNamespace(name="Glove", uid=uid, hostname="lab") for uid in uids]
+    monkeypatch.setattr(lsl, "library", lambda: SimpleNamespace(resolve_streams=lambda timeout: there))
+    if refused:
+        with pytest.raises(ValueError, match="2 streams are called 'Glove', on 'lab', 'lab'; give each a name"):
+            lsl.find(["Glove"], 1.0)
+    else:
+        assert lsl.find(["Glove"], 1.0) == there[:1]
 
 
 def test_a_stream_of_another_width_is_told(name, capsys):
