@@ -90,7 +90,7 @@ def parse(arguments: list[str] | None) -> tuple[argparse.Namespace, pd.DataFrame
         validate.number("--floor", given.floor, 0.0, 1.0)
         table = read_tables([shipped("table", each) for each in given.tables], given)
         design = design_of(table, given.design, given.candidates, given.absent)
-        observers = [each for path in given.observers for each in read_observers(path)]
+        observers = [each for path in given.observers for each in read_observers(shipped("courses", str(path)))]
     except (ValueError, OSError) as error:
         parser.error(str(error))
     return given, table, design, observers

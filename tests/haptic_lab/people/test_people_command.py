@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from haptic_lab.commands.people import main
+from haptic_lab.commands.people import main, parse
 from haptic_lab.people.table_flags import together
 from haptic_lab.people.trials import check_trials, write_trials
 from tests.haptic_lab.people.beside import people, sweep
@@ -90,3 +90,8 @@ def test_runs_of_a_subject_are_counted_through() -> None:
     both = together([("a", run), ("b", run.assign(condition="late"))])
     assert list(both["trial"]) == list(range(1, 2 * len(run) + 1))
     assert set(both["condition"]) == {"", "late"}
+
+
+def test_the_courses_that_ship_are_observers_too() -> None:
+    _, table, design, observers = parse(["example", "--observers", "example"])
+    assert set(design.answers) == set(table["object"]) == set(observers[0].names)
