@@ -82,6 +82,8 @@ def main(arguments: list[str] | None = None) -> int:
                     Parser().error(str(error))
         found = fit_report.table(fits)
         fit_report.tell(found, given.model, console)
+        for note in fit_report.notes(fits):
+            console.print(f"note: {note}", highlight=False)
         write_csv(out / "fit.csv", found)
         write_csv(out / "predicted.csv", fit_report.predicted(fits))
         write_json(out / "fit.json", fit_report.content(fits, given.draws, given.seed))

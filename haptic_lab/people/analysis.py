@@ -87,7 +87,7 @@ def analyse(
         tables["efficiency"] = sensitivity_tables.efficiencies(found)
     if matches:
         tables["agreement"] = summaries.agreement(table, design, matches, floor)
-    notes += [*_of_design(design), *_of_perfect(tables, matches)]
+    notes += [*_of_design(design), *_of_perfect_people(tables), *_of_perfect(tables, matches)]
     matches = _best_first(matches, tables)
     labels = [each.label for each in matches[:MOST_OBSERVERS]]
     if len(matches) > len(labels):
@@ -156,6 +156,20 @@ def _of_design(design: Design) -> list[str]:
             "accuracy and no d′."
         ]
     return []
+
+
+def _of_perfect_people(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    if "sensitivity" not in tables:
+        return []
+    lines = over_all_times(tables["sensitivity"])
+    subjects = lines[lines["kind"] == "subject"]
+    perfect = list(dict.fromkeys(subjects["who"][subjects["perfect"]]))
+    if not perfect or perfect == list(dict.fromkeys(subjects["who"])):
+        return []
+    return [
+        f"No mistake was made by {validate.listed(perfect)}: the mean d′ over subjects, and people's efficiency, count "
+        "each at what so many trials can show, and may be too low."
+    ]
 
 
 def _of_perfect(tables: Mapping[str, pd.DataFrame], matches: Sequence[Match]) -> list[str]:

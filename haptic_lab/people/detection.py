@@ -63,9 +63,11 @@ class Efficiency(NamedTuple):
     """(d′ of people / d′ of an observer)².
 
     Attributes:
-        value: the best estimate; NaN where the observer made no mistake, as its d′ is not known then.
-        low: the lower end of its 95 % interval; NaN where there is one person alone in a group.
-        high: the upper end; where there is no value, what the efficiency is below of with 95 %.
+        value: the best estimate; NaN where the observer or all people made no mistake, as their d′ is not known then.
+        low: the lower end of its 95 % interval, or, where people alone made no mistake, what the efficiency is above
+            of with 95 %; NaN where there is one person alone in a group.
+        high: the upper end, or, where the observer alone made no mistake, what the efficiency is below of with 95 %;
+            infinite where people made no mistake.
     """
 
     value: float
@@ -174,18 +176,21 @@ def efficiency(people: Sensitivity | Sequence[Sensitivity], observer: Sensitivit
         ValueError: for no people at all.
     """
     if isinstance(people, Sensitivity):
-        value, draws = people.d_prime, people.d_prime_draws
+        value, draws, perfect = people.d_prime, people.d_prime_draws, people.perfect
     else:
         if not people:
             raise ValueError("people must be one person at least, got none")
         each = np.array([person.d_prime for person in people])
-        value = float(each.mean())
+        value, perfect = float(each.mean()), all(person.perfect for person in people)
         draws = group_draws(each, np.array([person.d_prime_draws.std() for person in people]), seed=seed)
     # Draws of both are of their own generators: in another order they belong to no other draw of their kind.
     of_observer = np.random.default_rng(validate.integer("seed", seed, 0) + 1).permutation(observer.d_prime_draws)
     with np.errstate(divide="ignore", invalid="ignore"):
         drawn = np.square(np.maximum(draws, 0.0) / np.maximum(of_observer, 0.0))
     drawn = np.where(np.isnan(drawn) & np.isfinite(draws), math.inf, drawn)
+    if perfect:
+        low = 0.0 if observer.perfect else float(np.quantile(drawn, 0.05, method="inverted_cdf"))
+        return Efficiency(math.nan, low, math.inf)
     if observer.perfect:
         return Efficiency(math.nan, 0.0, float(np.quantile(drawn, 0.95, method="inverted_cdf")))
     best = max(value, 0.0) ** 2 / observer.d_prime**2 if observer.d_prime > 0.0 else math.nan

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -14,12 +15,15 @@ from rich.table import Table
 
 from haptic_env import validate
 from haptic_lab.people.comparing import share_interval
+from haptic_lab.people.courses import Courses
 from haptic_lab.people.fitting import Fit
 from haptic_lab.people.models import LOGARITHMIC, UNITS, Model
 from haptic_lab.style import BETTER, WORSE, as_drawn
 
 FILES = ("fit.csv", "predicted.csv", "fit.json", "fit.png")
 FEW = 4.0  # draws that count: below it the repeats are too few for as many trials
+CUT = 0.5  # of its maximum: a posterior that is as high at the end of its range goes on beyond
+NO_LIMIT_LOW, NO_LIMIT_HIGH = ("lapse", "decision_noise"), ("memory_seconds",)  # ends at which there is no such limit
 LISTED = 12  # subjects that a picture names
 LABELS = {
     "sigma_deg": "σ (degrees)",
@@ -153,7 +157,7 @@ def tell(found: pd.DataFrame, model: Model, console: Console) -> None:
         console: to print on.
     """
     shown = Table(title="Parameters, 95 % intervals of the posterior", title_justify="left")
-    for head in ("subject", "parameter", "estimate", "from", "to", "unit", "trials", "log likelihood"):
+    for head in ("subject", "parameter", "estimate", "from", "to", "unit", "trials", "nats a trial"):
         shown.add_column(head)
     for row in found.itertuples():
         numbers = (f"{value:.3g}" for value in (row.estimate, row.low, row.high))
@@ -168,6 +172,61 @@ def tell(found: pd.DataFrame, model: Model, console: Console) -> None:
             "too narrow; explore more repeats",
             highlight=False,
         )
+
+
+def notes(fits: Mapping[str, Fit]) -> list[str]:
+    """Say where what was found is not to be believed.
+
+    Args:
+        fits: by subject.
+
+    Returns:
+        Notes on subjects whom guesses explain better, and on posteriors that only the range of a parameter ends.
+    """
+    chance = chance_of(next(iter(fits.values())).model.courses)
+    guessed = [subject for subject, each in fits.items() if each.log_likelihood / each.trials < chance]
+    told = [worse_than_guesses(guessed, chance)] if guessed else []
+    cut: dict[str, list[str]] = {}
+    for subject, each in fits.items():
+        for name in each.model.parameters:
+            marginal, grid = each.marginals[name], each.model.grids[name]
+            for place, value, natural in ((0, grid.low, NO_LIMIT_LOW), (-1, grid.high, NO_LIMIT_HIGH)):
+                if name not in natural and marginal[place] >= CUT * marginal.max():
+                    cut.setdefault(f"{name} at {value:g}", []).append(subject)
+    if cut:
+        places = "; ".join(f"{place} (of {validate.listed(subjects)})" for place, subjects in cut.items())
+        told.append(
+            f"the range of a parameter cuts its posterior off, so that its interval says nothing there: {places}"
+        )
+    return told
+
+
+def chance_of(courses: Courses) -> float:
+    """Say how probable guesses hold an answer.
+
+    Args:
+        courses: with the names that can be answered.
+
+    Returns:
+        Nats a trial.
+    """
+    return -math.log(len(courses.names))
+
+
+def worse_than_guesses(subjects: Sequence[str], chance: float) -> str:
+    """Say whom no model explains.
+
+    Args:
+        subjects: of whom no model says as much as guesses do.
+        chance: nats a trial, of guesses.
+
+    Returns:
+        The note.
+    """
+    return (
+        f"guesses, {chance:.3f} nats a trial, explain {validate.listed(subjects)} better than this: what was found is "
+        "no description of these answers"
+    )
 
 
 def picture(fits: Mapping[str, Fit]) -> Figure:

@@ -72,6 +72,8 @@ def sensitivities(detection: pd.DataFrame, efficiency: pd.DataFrame, observers: 
 def _draw_efficiencies(axes: Axes, table: pd.DataFrame, rows: pd.DataFrame, observers: Sequence[str]) -> None:
     colours = colours_of_observers(observers)
     table = over_all_times(table)
+    ends = table["high"].replace(math.inf, math.nan).dropna()
+    end = max(110.0, min(100.0 * float(ends.max()) if len(ends) else 0.0, 300.0))
     for row, line in enumerate(rows.itertuples()):
         if line.kind == "observer":
             continue
@@ -82,7 +84,9 @@ def _draw_efficiencies(axes: Axes, table: pd.DataFrame, rows: pd.DataFrame, obse
                 continue
             value, low, high = mine[["efficiency", "low", "high"]].iloc[0]
             place = row + 0.22 * (index - 0.5 * (len(observers) - 1))
-            if math.isnan(value):
+            if math.isnan(value) and math.isinf(high):
+                axes.plot(min(100 * low, end), place, ">", color=colours[label], markersize=4, clip_on=False)
+            elif math.isnan(value):
                 axes.annotate(
                     "", (0, place), (100 * high, place), arrowprops={"arrowstyle": "->", "color": colours[label]}
                 )
@@ -90,12 +94,14 @@ def _draw_efficiencies(axes: Axes, table: pd.DataFrame, rows: pd.DataFrame, obse
                 _interval(axes, 100 * value, 100 * low, 100 * high, place, colours[label])
     axes.axvline(100, color="#777777", linestyle=":", linewidth=1)
     axes.set(xlabel="efficiency (d′ of people / d′ of the observer)², %")
-    ends = table["high"].replace(math.inf, math.nan).dropna()
-    axes.set_xlim(0, max(110.0, min(100.0 * float(ends.max()) if len(ends) else 0.0, 300.0)))
+    axes.set_xlim(0, end)
     for label in observers:
         axes.plot([], [], "o-", color=colours[label], label=f"against {as_drawn(label)}")
-    if table["efficiency"][table["observer"].isin(list(observers))].isna().any():
+    bounds = table[table["observer"].isin(list(observers)) & table["efficiency"].isna()]
+    if np.isfinite(bounds["high"]).any():
         axes.plot([], [], color="#777777", label="below this: no more is known", marker="<", linestyle="-")
+    if np.isinf(bounds["high"]).any():
+        axes.plot([], [], ">", color="#777777", label="above this: people made no mistake", markersize=4)
 
 
 def agreements(table: pd.DataFrame, observers: Sequence[str], answers: int) -> Figure:

@@ -22,6 +22,7 @@ from haptic_lab.people.summaries import PEOPLE, over_all_times
 
 MOST_LINES = 60  # of a table in the report; the CSV has them all
 MOST_SUBJECTS = 12  # on the terminal
+TELLING = 10.0  # an efficiency above it is not told more exactly
 SCREEN = 120  # pixels that an inch of print takes
 HEADINGS = {
     "accuracy": "Accuracy",
@@ -212,10 +213,25 @@ def _with_interval(line: dict, name: str, percent: bool) -> str:
     digits = 0 if percent else 2
     if line.get("perfect") and name == "d_prime":
         return f"above {low:.{digits}f} (no mistake)"
+    if name == "efficiency":
+        return _efficiency(value, low, high)
     if math.isnan(value):
-        return f"below {factor * high:.{digits}f}{unit}" if name == "efficiency" else "–"
+        return "–"
     told = [_rounded(factor * each, digits) for each in (value, low, high)]
     return f"{told[0]}{unit}" + ("" if math.isnan(low) else f" [{told[1]}, {told[2]}]")
+
+
+def _efficiency(value: float, low: float, high: float) -> str:
+    if math.isnan(value) and math.isinf(high):
+        return f"above {_percent(low)} %" if low > 0.0 else "–"
+    if math.isnan(value):
+        return f"below {_percent(high)} %"
+    return f"{_percent(value)} %" + ("" if math.isnan(low) else f" [{_percent(low)}, {_percent(high)}]")
+
+
+def _percent(share: float) -> str:
+    """Per cent; that of an observer which is hardly better than chance has no number worth its digits."""
+    return f"{100 * share:.0f}" if share <= TELLING else f"> {100 * TELLING:.0f}"
 
 
 def _rounded(value: float, digits: int) -> str:

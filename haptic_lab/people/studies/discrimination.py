@@ -114,7 +114,8 @@ def thresholds(counts: pd.DataFrame, study: Study) -> pd.DataFrame:
     Returns:
         A line for each of `GROUPS`: `threshold`, a value of the parameter, where half of what can be better than a
         guess is right, `low` and `high` of its 95 % interval (by distance from the standard), `lapse`, the number of
-        `trials`, and whether it is `within` the stimuli; NaN where no threshold can be fitted.
+        `trials`, whether it is `within` the stimuli, and the share that was `right`; NaN where no threshold can be
+        fitted.
 
     Raises:
         ImportError: where psignifit is missing.
@@ -124,9 +125,10 @@ def thresholds(counts: pd.DataFrame, study: Study) -> pd.DataFrame:
         distance = np.abs(group["value"].to_numpy(float) - study.standard)
         sign = math.copysign(1.0, group["value"].iloc[0] - study.standard)
         at, lapse = _fit(distance, group["correct"].to_numpy(), group["trials"].to_numpy(), max(study.intervals, 2))
+        trials = int(group["trials"].sum())
         within = bool(distance.min() <= at[0] <= distance.max())
-        lines.append((*names, *(study.standard + sign * at), lapse, int(group["trials"].sum()), within))
-    return pd.DataFrame(lines, columns=[*GROUPS, *ENDS, "lapse", "trials", "within"])
+        lines.append((*names, *(study.standard + sign * at), lapse, trials, within, group["correct"].sum() / trials))
+    return pd.DataFrame(lines, columns=[*GROUPS, *ENDS, "lapse", "trials", "within", "right"])
 
 
 def _fit(distance: Array, correct: Array, trials: Array, alternatives: int) -> tuple[Array, float]:

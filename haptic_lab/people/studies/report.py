@@ -132,7 +132,8 @@ def _thresholds(lines: pd.DataFrame, study: Study) -> Table:
 def _threshold(line: Any, study: Study) -> str:
     at, low, high = (float(getattr(line, name)) for name in discrimination.ENDS)
     if math.isnan(at):
-        return "none: all answers alike"
+        few = f"fewer than {discrimination.LEAST_STIMULI} stimuli"
+        return f"none: {'all right' if line.right == 1.0 else 'all wrong' if line.right == 0.0 else few}"
     digits = 2 + max(0, -math.floor(math.log10(abs(at - study.standard)))) if at != study.standard else 3
     told = f"{at:.{digits}g} [{low:.{digits}g}, {high:.{digits}g}]"
     return told if line.within else f"{told}, beyond the stimuli"

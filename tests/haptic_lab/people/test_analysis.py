@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 import re
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from haptic_lab.people import report
 from haptic_lab.people.analysis import Analysis, analyse
 from haptic_lab.people.courses import Courses
 from haptic_lab.people.curves import levels_of
@@ -82,6 +84,32 @@ def test_an_observer_without_mistakes_has_no_efficiency_and_says_what_to_do(tmp_
     assert (mine["high"] > 0.0).all()
     (note,) = found.notes
     assert re.search(r"No mistake was made by haptic SLAM in 80 trials.*more noise.*less time", note)
+
+
+def test_a_subject_without_mistakes_is_told_and_has_a_bound(tmp_path: Path) -> None:
+    answers = people()
+    answers.loc[answers["subject"] == "S1", "response"] = answers["object"]
+    table = check_trials(answers)
+    found = analyse(table, design_of(table), read_observers(sweep(tmp_path / "sweep", {"haptic_slam": 0.9})))
+    assert any(note.startswith("No mistake was made by S1: the mean d′ over subjects") for note in found.notes)
+    assert math.isinf(line(found.tables["efficiency"], who="S1", seconds=5.0)["high"])
+    assert math.isfinite(line(found.tables["efficiency"], who="S0", seconds=5.0)["high"])
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high", "told"),
+    [
+        (0.5, 0.4, 0.6, "50 % [40, 60]"),
+        (2.0, 0.0, 4e5, "200 % [0, > 1000]"),
+        (math.nan, 0.0, 0.3, "below 30 %"),
+        (math.nan, 1.5, math.inf, "above 150 %"),
+        (math.nan, 0.0, math.inf, "–"),
+    ],
+)
+def test_an_efficiency_is_told_as_far_as_it_is_known(value: float, low: float, high: float, told: str) -> None:
+    said = {"who": ["people"], "observer": ["haptic SLAM"], "efficiency": [value], "low": [low], "high": [high]}
+    printed = report._printed("Efficiency", pd.DataFrame(said), ("efficiency",), percent=True)
+    assert list(printed.columns[-1].cells) == [told]
 
 
 def test_people_alone_are_told_of_too() -> None:

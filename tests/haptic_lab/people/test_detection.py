@@ -116,6 +116,17 @@ def test_of_an_observer_without_mistakes_no_efficiency_is_made_up(people) -> Non
     assert 0.05 < high < 0.5  # d′ of people is 1.3 and 1.5, and that of the observer above 3
 
 
+@pytest.mark.parametrize("people", [forced_choice(24, 24, 3), [forced_choice(24, 24, 3), forced_choice(30, 30, 3)]])
+def test_of_people_without_mistakes_only_a_lower_bound_is_told(people) -> None:
+    value, low, high = efficiency(people, forced_choice(70, 100, 3))
+    assert math.isnan(value)
+    assert low > 1.0
+    assert math.isinf(high)
+    value, low, high = efficiency(people, forced_choice(100, 100, 3))  # of which nothing is known
+    assert math.isnan(value)
+    assert (low, high) == (0.0, math.inf)
+
+
 def test_below_chance_is_no_efficiency_and_of_one_subject_no_group_is_known() -> None:
     ideal = forced_choice(80, 100, 2)
     assert efficiency(forced_choice(10, 100, 2), ideal) == (0.0, 0.0, 0.0)

@@ -57,6 +57,34 @@ def test_a_fit_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsy
     assert "95 % intervals" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("answer", "guesses", "cut"),
+    [
+        ("the object", False, "sigma_deg at 2 (of simulated 1)"),
+        ("cuboid(1, 1, 1)", True, "lapse at 0.3 (of simulated 1)"),
+    ],
+)
+def test_where_a_fit_says_nothing_is_told(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    answer: str,
+    guesses: bool,
+    cut: str,
+):
+    monkeypatch.chdir(tmp_path)
+    table = pd.read_csv(options.SHIPPED["table"]).query("subject == 'simulated 1'")
+    table.assign(response=table["object"] if answer == "the object" else answer).to_csv("one.csv", index=False)
+    flags = ["one.csv", "--courses", "example", "--draws", "0"]
+    assert fit.main([*flags, "--model", "lapse"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert cut in told
+    said = "guesses, -1.386 nats a trial, explain simulated 1 better than this"
+    assert (said in told) == guesses
+    assert compare.main([*flags, "--models", "ideal", "lapse"]) == 0
+    assert (said in " ".join(capsys.readouterr().out.split())) == guesses
+
+
 def test_what_is_told_is_held_and_what_is_ranged_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     assert fit.main([*ONE, "--draws", "0", "--sigma", "4", "--memory-seconds", "inf", "--lapse", "0", "0.1"]) == 0

@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import norm
 
 from haptic_lab.people.detection import share_correct
-from haptic_lab.people.studies import adaptive, discrimination, pictures, presets
+from haptic_lab.people.studies import adaptive, discrimination, pictures, presets, report
 
 STUDY = presets.read("aspect_ratio")
 SENSITIVITY = norm.ppf(0.75) * math.sqrt(2.0) / 0.05  # d' of one unit: 75 % of 1.05 are right in two intervals
@@ -91,12 +91,17 @@ def test_the_noise_at_which_an_observer_has_the_threshold_of_people(lines: pd.Da
     assert not found["better"]
 
 
-def test_answers_that_are_all_right_have_no_threshold(rows: pd.DataFrame) -> None:
-    counts = discrimination.counted(rows[rows["sigma_deg"] == 1.0], STUDY)
-    counts["correct"] = counts["trials"]
+@pytest.mark.parametrize(
+    ("right", "stimuli", "told"),
+    [(1.0, None, "none: all right"), (0.0, None, "none: all wrong"), (0.5, 2, "none: fewer than 3 stimuli")],
+)
+def test_why_there_is_no_threshold_is_told(rows: pd.DataFrame, right: float, stimuli: int | None, told: str) -> None:
+    counts = discrimination.counted(rows[rows["sigma_deg"] == 1.0], STUDY).iloc[:stimuli].copy()
+    counts["correct"] = right * counts["trials"]
     (line,) = discrimination.thresholds(counts, STUDY).itertuples()
     assert math.isnan(line.threshold)
     assert not line.within
+    assert report._threshold(line, STUDY) == told
 
 
 def test_the_picture_shows_people_and_observers(lines: pd.DataFrame) -> None:
