@@ -23,7 +23,7 @@ def get_ready(console: Console, hand: Hand, *, load: bool = True) -> None:
         hand: that will explore.
         load: as `observer.warm_up`'s: whether this process will need it itself.
     """
-    with _bars(console) as bar:
+    with bars(console) as bar:
         task = bar.add_task(WHAT, total=None, visible=False)
 
         def tell(done: int, total: int) -> None:
@@ -47,7 +47,7 @@ def told_on(console: Console) -> Iterator[None]:
     Yields:
         Nothing.
     """
-    bar, tasks = _bars(console), dict[str, TaskID]()
+    bar, tasks = bars(console), dict[str, TaskID]()
 
     def tell(what: str, done: int, total: int) -> None:
         if what not in tasks:
@@ -65,6 +65,14 @@ def told_on(console: Console) -> Iterator[None]:
             bar.stop()
 
 
-def _bars(console: Console) -> Progress:
+def bars(console: Console) -> Progress:
+    """Make bars that count, and go once all is done.
+
+    Args:
+        console: on which they are drawn.
+
+    Returns:
+        The bars, which do not run yet.
+    """
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} of {task.total}")
     return Progress(*columns, TimeElapsedColumn(), console=console, transient=True)

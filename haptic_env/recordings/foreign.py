@@ -112,8 +112,9 @@ def read_measured(path: Path | str, columns: ColumnMap | None, hand: Hand, *, pa
     streams = reader(place, part)
     if columns is not None:
         return merge(streams, columns, hand)
-    found = merge(streams, _usual(place, hand), hand)
-    told = reading.npz(place).get(TORQUES) if place.suffix.lower() == ".npz" else None
+    content: Mapping[str, Any] = reading.npz(place) if place.suffix.lower() == ".npz" else {}
+    found = merge(streams, _usual(place, hand), hand, stepped={"time", "control_hz"} <= set(content))
+    told = content.get(TORQUES)
     return found if told is None else replace(found, torques=_torques(place, told, found))
 
 

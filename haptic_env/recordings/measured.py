@@ -97,13 +97,15 @@ class MeasuredTouch:
         return arrays_of(self.hand, self.control_hz, self.joint_angles, self.contacts, self.torques)
 
 
-def merge(streams: Streams, columns: ColumnMap, hand: Hand) -> MeasuredTouch:
+def merge(streams: Streams, columns: ColumnMap, hand: Hand, *, stepped: bool = False) -> MeasuredTouch:
     """Make a recording of a file's streams: joints and touch are merged by time onto steps.
 
     Args:
         streams: of the file.
         columns: what they mean.
         hand: whose joints and patches they are.
+        stepped: whether the file has a line for each step, as it was told to an observer: then what a line does not
+            have was not measured, up to the last `time`.
 
     Returns:
         The recording; it begins where all joints were measured first.
@@ -123,6 +125,9 @@ def merge(streams: Streams, columns: ColumnMap, hand: Hand) -> MeasuredTouch:
     if rate is None:
         rate = float(np.clip(round(1.0 / joints.interval, 3), 1.0, USUAL_HZ))
     start, end = joints.time[0], joints.time[-1]
+    if stepped:
+        stream, (column,) = streams.find("of time", "time")
+        end = float(stream.values[:, column].max())
     if touch.time[-1] < start or touch.time[0] > end:
         raise ValueError(
             f"{source}: joints come from {start:g} to {end:g} s, touch from {touch.time[0]:g} to {touch.time[-1]:g} s: "
@@ -143,7 +148,7 @@ def merge(streams: Streams, columns: ColumnMap, hand: Hand) -> MeasuredTouch:
     first = int(np.argmax(whole))
     steps, angles = steps[first:], angles[first:]
     contacts = np.full((len(steps), len(hand.patches)), np.nan)
-    contacts[:, measured] = contacts_at(touch, steps)
+    contacts[:, measured] = contacts_at(touch, steps, interval=1.0 / rate if stepped else None)
     some_joint, no_touch = np.any(np.isnan(angles), axis=1), np.all(np.isnan(contacts), axis=1)
     coverage = Coverage(
         len(steps),

@@ -69,14 +69,15 @@ def arrays_of(
 
     Returns:
         `time` (K,) s from the first step, and (K,) for each joint, rad, and for each patch that was measured, by its
-        name; where torques are known they are `commanded_torques`, and `control_hz` tells the rate.
+        name; where torques are known they are `commanded_torques`. `control_hz` tells the rate.
     """
     names = hand.patches.names
     return {
         "time": np.arange(len(joint_angles)) / control_hz,
         **dict(zip(hand.joint_names, joint_angles.T, strict=True)),
         **{names[patch]: contacts[:, patch] for patch in np.flatnonzero(np.isfinite(contacts).any(axis=0))},
-        **({} if torques is None else {TORQUES: torques, "control_hz": np.array(control_hz)}),
+        **({} if torques is None else {TORQUES: torques}),
+        "control_hz": np.array(control_hz),
     }
 
 

@@ -238,19 +238,21 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
 
     usual = {each: signal.signal(each, interrupt) for each in (signal.SIGINT, signal.SIGTERM)}
     try:
-        session.run(source, sinks, given["seconds"])
+        try:
+            session.run(source, sinks, given["seconds"])
+        finally:
+            source.close()
+            if session.record.write():
+                console.print(f"Recorded: {session.record.path}, {len(session.record)} steps", highlight=False)
+            elif session.record.path is not None:
+                _say(f"there was no step: {session.record.path} is not written")
+        if given["save"] is not None and session.told is not None:
+            slam.save(given["save"])
     finally:
         for each, handler in usual.items():
             signal.signal(each, handler)
-        source.close()
-        for sink in sinks:
+        for sink in sinks:  # the page may take a while, and what was told is kept by then
             sink.close()
-        if session.record.write():
-            console.print(f"Recorded: {session.record.path}, {len(session.record)} steps", highlight=False)
-        elif session.record.path is not None:
-            _say(f"there was no step: {session.record.path} is not written")
-    if given["save"] is not None and session.told is not None:
-        slam.save(given["save"])
     counts, behind = session.merger.counts, session.pace.most
     if behind > BEHIND:
         console.print(f"Beliefs were up to {behind:.1f} s behind what had come", highlight=False)

@@ -49,13 +49,18 @@ def find(names: Sequence[str], seconds: float) -> list[Any]:
         What is told of each, in the order of the names.
 
     Raises:
-        ValueError: for one that is not there; it lists those that are.
+        ValueError: for one that is not there, with those that are; for a name that several have.
     """
     lsl, found, begun = library(), dict[str, Any](), time.monotonic()
     while len(found) < len(names) and time.monotonic() - begun < seconds:
-        for each in lsl.resolve_streams(timeout=AGAIN):
-            if each.name in names:
-                found.setdefault(each.name, each)
+        there = [each for each in lsl.resolve_streams(timeout=AGAIN) if each.name in names]
+        for name in dict.fromkeys(each.name for each in there):
+            hosts = {each.uid: each.hostname for each in there if each.name == name}
+            if len(hosts) > 1:
+                where = ", ".join(map(repr, sorted(hosts.values())))
+                raise ValueError(f"{len(hosts)} streams are called {name!r}, on {where}; give each a name of its own")
+        for each in there:
+            found.setdefault(each.name, each)
     missing = [name for name in names if name not in found]
     if missing:
         there = sorted({each.name for each in lsl.resolve_streams(timeout=AGAIN)})

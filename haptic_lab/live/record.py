@@ -74,13 +74,13 @@ class StepRecord:
         """Give what there is.
 
         Returns:
-            As `haptic_env.recordings.streams.arrays_of`, and `control_hz`.
+            As `haptic_env.recordings.streams.arrays_of`.
         """
         angles = np.concatenate(self._angles)[: self._count]
         told = np.concatenate(self._contacts)[: self._count]
         contacts: Array = np.where(told == UNMEASURED, np.float32(np.nan), told.astype(np.float32))
         torques = None if self._torques is None else np.concatenate(self._torques)[: self._count]
-        return {**arrays_of(self._hand, self._rate, angles, contacts, torques), "control_hz": np.array(self._rate)}
+        return arrays_of(self._hand, self._rate, angles, contacts, torques)
 
     def write(self) -> bool:
         """Write the file, whole or not at all.

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import select
 import socket
 from collections.abc import Callable, Sequence
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from haptic_env import validate
+from haptic_env.recordings.checks import LATEST
 from haptic_lab.live.session import Chunk, Told
 
 JOINTS, CONTACTS, TORQUES = "joints", "contacts", "torques"
@@ -101,8 +101,9 @@ class UdpSource:
         if not isinstance(told, dict) or not {*told} & {*self._columns}:
             raise ValueError(f"a line must be a table with time, joints and contacts, got {validate.shown(told)}")
         stamp: Any = told.get("time")
-        if type(stamp) not in (int, float) or not math.isfinite(stamp) or abs(stamp) > validate.LONGEST_TIME:
-            raise ValueError(f"time must be a number of seconds, got {validate.shown(stamp)}")
+        if type(stamp) not in (int, float) or not abs(stamp) <= LATEST:
+            said = f"time must be a number of seconds in [-{LATEST:g}, {LATEST:g}]"
+            raise ValueError(f"{said}, got {validate.shown(stamp)}")
         return [
             Chunk(kind, np.array([float(stamp)]), self._values(kind, told[kind])[None])
             for kind in self._columns

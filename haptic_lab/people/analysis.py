@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from haptic_env import validate
 from haptic_lab.people import curves, observer_pictures, pictures, sensitivity_tables, summaries
 from haptic_lab.people.agreement import FLOOR
-from haptic_lab.people.matching import Match, cells_of, match
+from haptic_lab.people.matching import Match, cells_of, match, unknown_to
 from haptic_lab.people.observed import Observed
 from haptic_lab.people.pictures import MOST_OBSERVERS, MOST_PANELS
 from haptic_lab.people.scoring import Design
@@ -124,6 +124,10 @@ def _matched(table: pd.DataFrame, design: Design, observers: Sequence[Observed])
         while label in taken:  # as two folders of one sweep would have it
             label += "′"
         taken.add(label)
+        unknown = unknown_to(each, design)
+        if unknown and set(unknown) & set(table["object"]):
+            notes.append(f"{label} is left out: it did not know of {validate.listed(unknown)}: an easier task.")
+            continue
         mine = match(table, design, each._replace(label=label))
         if mine.missing:
             notes.append(_of_missing(table, mine))

@@ -97,6 +97,21 @@ def match(table: pd.DataFrame, design: Design, observer: Observed) -> Match:
     return Match(observer.label, answers, probabilities, answered, decided, tuple(missing))
 
 
+def unknown_to(observer: Observed, design: Design) -> list[str]:
+    """Say which names an observer could not choose, though people could.
+
+    Args:
+        observer: whose names these are.
+        design: what was asked.
+
+    Returns:
+        Those, of an identification; none of yes and no.
+    """
+    if design.kind != "identification":
+        return []
+    return [name for name in design.answers if name not in observer.names]
+
+
 def _answers(design: Design, names: Sequence[str], table: pd.DataFrame) -> Array:
     """(names, C) which name is which answer."""
     take = np.zeros((len(names), len(design.answers)))

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 POLITE = 8  # how much surfaces let others go first
 KEPT = 20  # surfaces that may wait to be drawn for a file
+OFTEN = 0.1  # s, from telling how many are left to telling it again
 LAST = 3.0  # s that browsers have to take what is left
 
 
@@ -53,6 +54,10 @@ def run(pipe: Connection, listener: socket.socket | None, options: ViewOptions) 
         except EOFError:  # whoever told is gone
             break
         for name, told in messages:
+            if name == "write":
+                while drawer.left:
+                    pipe.send(drawer.left)
+                    time.sleep(OFTEN)
             answer = getattr(drawer, name)(*told)
             if name == "write":
                 pipe.send(answer)
@@ -78,6 +83,11 @@ class Drawer:
         self._encoder: Encoder | None = None
         self._waiting: queue.Queue[Moment] = queue.Queue()
         threading.Thread(target=self._draw_surfaces, daemon=True).start()
+
+    @property
+    def left(self) -> int:
+        """How many surfaces are still to be drawn."""
+        return self._waiting.unfinished_tasks
 
     def begin(self, setting: Any) -> None:
         """Begin an exploration.
@@ -155,7 +165,7 @@ class Drawer:
                     assert self._encoder is not None
                     self.history.add("surface", self._encoder.surface(moment))
                     time.sleep(time.monotonic() - begun if polite else 0.0)
-            except (ValueError, ArithmeticError):  # a surface that cannot be drawn is left out
-                pass
+            except Exception:  # one that cannot be drawn is left out, and those behind it are drawn
+                continue
             finally:
                 self._waiting.task_done()

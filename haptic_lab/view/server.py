@@ -14,6 +14,7 @@ from haptic_lab.view.history import History
 from haptic_lab.view.page import page
 
 HERE = ("127.0.0.1", "localhost", "::1")
+OURS = ("same-origin", "none")  # what a browser says of what the page asks, or a person; a page of others: another
 STILL = 1.0  # s after which a reader that has gone is noticed
 AT_ONCE = 32  # readers
 
@@ -82,6 +83,8 @@ class _Handler(BaseHTTPRequestHandler):
             return
         if asked.path == "/":
             self._send(HTTPStatus.OK, page(), "text/html")
+        elif asked.path == "/stream" and self.headers.get("Sec-Fetch-Site", OURS[0]) not in OURS:
+            self._send(HTTPStatus.FORBIDDEN, "only the page itself is told\n")
         elif asked.path == "/stream":
             self._stream()
         else:
@@ -118,6 +121,7 @@ class _Handler(BaseHTTPRequestHandler):
             ("Referrer-Policy", "no-referrer"),  # the address has the token
             ("X-Content-Type-Options", "nosniff"),
             ("X-Frame-Options", "DENY"),
+            ("Cross-Origin-Resource-Policy", "same-origin"),
         ):
             self.send_header(name, value)
 
@@ -146,8 +150,8 @@ class _Handler(BaseHTTPRequestHandler):
 
 def _is_here(host: str) -> bool:
     """Whether a browser calls this machine by its address, or as localhost."""
-    name = urlsplit(f"//{host}").hostname or ""
     try:
+        name = urlsplit(f"//{host}").hostname or ""
         return name in HERE or ipaddress.ip_address(name).is_loopback
     except ValueError:
         return False

@@ -23,10 +23,12 @@ from haptic_lab.view import drawer
 from haptic_lab.view.listening import listen
 from haptic_lab.view.moment import Pace, Setting, packed
 from haptic_lab.view.options import ViewOptions
+from haptic_lab.warm_up import bars
 from observer import Belief
 
 BACKLOG = 500  # moments that may wait; 20 s of them
 BETWEEN = 0.04  # s, from one message to the next
+FEW = 2  # surfaces that are drawn without a word
 
 
 class Viewer:
@@ -128,7 +130,7 @@ class Viewer:
             return
         self._waiting.put(("write", (path,)))
         try:
-            wrong = self._pipe.recv()
+            wrong = self._written(path, console)
         except (EOFError, OSError):
             wrong = "the process that draws has ended"
         except KeyboardInterrupt:
@@ -138,6 +140,20 @@ class Viewer:
             console.print(f"As one page: {path}", highlight=False)
         else:
             tell("error", f"--save-html {validate.shown(path)} cannot be written: {wrong}")
+
+    def _written(self, path: str, console: Console) -> str | None:
+        """Why the file cannot be written, once it is known; surfaces that still wait are drawn first, and counted."""
+        answer = self._pipe.recv()
+        bar, most = bars(console), answer if isinstance(answer, int) else 0
+        task = bar.add_task("surfaces", total=most)
+        if most > FEW:
+            still = f"{most} surfaces are still to be drawn for {path}; Ctrl-C ends without it …"
+            console.print(still, highlight=False)
+        with bar if most > FEW and console.is_terminal else contextlib.nullcontext():
+            while isinstance(answer, int):
+                bar.update(task, completed=most - answer)
+                answer = self._pipe.recv()
+        return None if answer is None else str(answer)
 
     def stay(self, console: Console) -> None:
         """Wait for Ctrl-C, if the page is to stay.

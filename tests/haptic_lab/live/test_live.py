@@ -56,8 +56,11 @@ def replayed(path: Path, bits, *more: str) -> list:
     return beliefs
 
 
-def played(time_, angles, contacts, *, burst=1, gap=(0, 0), jump=0.0):
-    """Chunks of samples, some lost, of a clock that steps."""
+def played(time_, angles, contacts, *, burst=1, gap=(0, 0), jump=0.0, seldom=1, until=None):
+    """Chunks of samples, some lost, of a clock that steps; touch that comes seldom, joints that are not measured."""
+    angles, contacts = angles.copy(), contacts.copy()
+    angles[until or len(angles) :] = np.nan
+    contacts[np.arange(len(contacts)) % seldom > 0] = np.nan
     for first in range(0, len(time_), burst):
         rows = slice(first, first + burst)
         if gap[0] <= first < gap[1]:
@@ -72,6 +75,8 @@ HOW = {
     "in bursts": {"burst": 9},
     "with a gap": {"gap": (40, 60)},
     "a clock that steps": {"jump": 500.0},
+    "touch comes seldom": {"seldom": 5},
+    "nothing is measured at last": {"until": 70},
 }
 
 
@@ -87,7 +92,7 @@ def test_what_was_believed_live_is_what_a_replay_believes(tmp_path, hand, bits, 
     kept.tell = lambda told: seen.append((bits(told.belief), told.posterior.tobytes()))
     made.run(source, [kept])
     assert made.record.write()
-    assert len(made.record) == len(seen) >= 115
+    assert len(made.record) == len(seen) >= 90
     assert seen[1:] == replayed(path, bits, "--seed", "3")
 
 
@@ -195,6 +200,8 @@ ODD = {
     "nested": b"[" * 60_000,
     "nothing of it": b'{"time": 1, "temperature": 3}',
     "too large": b'{"time": 1e300, "joints": []}',
+    "milliseconds": b'{"time": 1796000000000, "joints": []}',
+    "no number": b'{"time": NaN, "joints": []}',
 }
 
 
@@ -213,6 +220,17 @@ def test_lines_that_are_none_are_refused_and_told_once(hand, odd):
     assert source.refused == 2
     assert len(said) == 1
     assert "\n" not in said[0]
+
+
+@pytest.mark.parametrize("stamp", [-3, 1.796e9, 9.9e9])
+def test_a_clock_may_count_from_1970(hand, stamp):
+    said: list[str] = []
+    source = UdpSource(0, "127.0.0.1", {"joints": hand.joint_names, "contacts": hand.patches.names}, said.append)
+    send(source.port, [line(stamp, hand.rest_pose, np.zeros(len(hand.patches)))])
+    found = source.poll("joints", 10.0)
+    source.close()
+    assert [each.stamps.tolist() for each in found] == [[stamp], [stamp]]
+    assert not said
 
 
 def test_numbers_that_no_joint_can_have_are_not_measured(hand, bits):
@@ -306,6 +324,24 @@ def test_a_signal_ends_it_and_what_was_recorded_is_written(tmp_path, hand, capsy
     assert [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)] == usual
     with np.load(tmp_path / "a.npz") as content:
         assert len(content["time"]) == 20
+
+
+def test_what_was_told_is_kept_before_anything_is_drawn(tmp_path, hand, capsys):
+    """A second Ctrl-C, while a page is drawn, ends that alone."""
+    kept = tmp_path / "a.npz", tmp_path / "state.npz"
+    source, made = session("--record", str(kept[0]), "--save", str(kept[1]))
+    source.close()
+
+    class Slow(Kept):
+        def close(self) -> None:
+            assert all(each.exists() for each in kept)
+            raise KeyboardInterrupt
+
+    source = Played(played(*moving(hand, 20)))
+    source.session = made
+    with pytest.raises(KeyboardInterrupt):
+        live._run({"lsl_in": ["a"], "seconds": None, "save": str(kept[1])}, source, made, [Slow()])
+    assert "Recorded: " in capsys.readouterr().out
 
 
 def test_a_session_without_a_step_writes_nothing_and_says_so(tmp_path, capsys):

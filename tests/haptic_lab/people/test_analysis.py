@@ -155,6 +155,17 @@ def test_what_people_did_and_observers_did_not_is_told(tmp_path: Path) -> None:
         analyse(only, design_of(only), observers)
 
 
+def test_an_observer_that_had_fewer_names_to_choose_from_is_left_out(tmp_path: Path) -> None:
+    answers = people()
+    odd = answers.assign(object=answers["object"].replace("cone", "torus"), response="cube")
+    table = check_trials(odd)
+    observers = read_observers(sweep(tmp_path / "sweep", {"haptic_slam": 0.9}))
+    with pytest.raises(ValueError, match=r"is left out: it did not know of torus: .*candidates of the table"):
+        analyse(table, design_of(table), observers)
+    table = check_trials(answers.assign(response=answers["response"].replace("cone", "torus")))
+    assert "accuracy" in analyse(table, design_of(table), observers).tables  # torus was no object
+
+
 def test_courses_say_what_was_believed_by_then() -> None:
     log_posterior = np.log(np.array([[0.5, 0.5], [0.6, 0.4], [0.99, 0.01]]))[None, None, None]
     courses = Courses(

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import io
 import json
+import multiprocessing
 import os
 import re
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,6 +25,9 @@ from rich.console import Console
 from haptic_lab.commands import explore, live
 from haptic_lab.live.session import Told
 from haptic_lab.view import viewer
+from haptic_lab.view.drawer import Drawer
+from haptic_lab.view.encoding import Encoder
+from haptic_lab.view.history import History
 from haptic_lab.view.live_sink import ViewSink
 from haptic_lab.view.options import ViewOptions
 from observer import HapticSLAM
@@ -159,6 +164,41 @@ def test_the_one_who_draws_never_keeps_the_observer_waiting(shown: Shown, monkey
     made.show(10, shown, np.zeros(4), whole=True)  # type: ignore[arg-type]
     assert made._waiting.qsize() == 5
     assert made.dropped == 6
+
+
+@pytest.mark.parametrize("error", [ValueError, ImportError, IndexError, MemoryError])
+def test_a_surface_that_cannot_be_drawn_keeps_nobody_waiting(
+    shown: Shown, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[Exception]
+) -> None:
+    def fails(*_: object) -> str:
+        raise error
+
+    monkeypatch.setattr(Encoder, "surface", fails)
+    drawer = Drawer(History(), behind=20)
+    drawer.begin(shown.setting)
+    for _ in range(2):
+        drawer._waiting.put(shown.moments[-1])
+    waiting = threading.Thread(target=drawer.write, args=(str(tmp_path / "a.html"),), daemon=True)
+    waiting.start()
+    waiting.join(30.0)
+    assert not waiting.is_alive()
+    assert not drawer.left
+    assert (tmp_path / "a.html").exists()
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+@pytest.mark.parametrize(("left", "told"), [([], False), ([2, 1], False), ([9, 4, 1], True)])
+def test_what_is_still_to_be_drawn_is_told(terminal: bool, left: list[int], told: bool) -> None:
+    made = object.__new__(viewer.Viewer)
+    made.options, made._waiting = ViewOptions(html="a.html"), viewer.queue.Queue()
+    made._pipe, theirs = multiprocessing.Pipe()
+    for each in [*left, None]:
+        theirs.send(each)
+    out = io.StringIO()
+    made.finish("over", Console(file=out, force_terminal=terminal, width=200))
+    assert "As one page: a.html" in out.getvalue()
+    assert ("9 surfaces are still to be drawn for a.html; Ctrl-C" in out.getvalue()) == told
+    assert ("of 9" in out.getvalue()) == (told and terminal), out.getvalue()
 
 
 def test_a_live_session_is_shown(shown: Shown) -> None:

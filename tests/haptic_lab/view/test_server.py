@@ -15,9 +15,10 @@ from haptic_lab.view.history import History
 TOKEN = "a-token-of-some-length"
 
 
-def ask(address: str, path: str, host: str | None = None) -> tuple[int, str]:
+def ask(address: str, path: str, host: str | None = None, **told: str) -> tuple[int, str]:
+    headers = {name.replace("_", "-"): value for name, value in told.items()}
     connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=10)
-    connection.request("GET", path, headers={} if host is None else {"Host": host})
+    connection.request("GET", path, headers=headers if host is None else {**headers, "Host": host})
     answer = connection.getresponse()
     told = answer.read().decode()
     connection.close()
@@ -46,11 +47,31 @@ def test_with_a_token_only_who_knows_it_is_told(
 
 @pytest.mark.parametrize(
     ("host", "status"),
-    [("127.0.0.1:80", 200), ("localhost", 200), ("[::1]:1", 200), ("evil.example", 403), ("", 403), ("10.0.0.1", 403)],
+    [
+        ("127.0.0.1:80", 200),
+        ("localhost", 200),
+        ("[::1]:1", 200),
+        ("evil.example", 403),
+        ("", 403),
+        ("10.0.0.1", 403),
+        ("[::1", 403),
+    ],
 )
 def test_without_one_only_this_machine_by_its_own_address(serve: Any, history: History, host: str, status: int) -> None:
     """The page of a stranger, whose name was made to lead here, is not told."""
     assert ask(serve(history), "/stream", host)[0] == status
+
+
+@pytest.mark.parametrize("token", [None, TOKEN])
+@pytest.mark.parametrize(
+    ("site", "status"), [("same-origin", 200), ("none", 200), ("same-site", 403), ("cross-site", 403)]
+)
+def test_a_page_of_others_takes_no_stream(
+    serve: Any, history: History, token: str | None, site: str, status: int
+) -> None:
+    """It could not read it, but would keep a place from who may."""
+    assert ask(serve(history, token), f"/stream?token={TOKEN}", Sec_Fetch_Site=site)[0] == status
+    assert ask(serve(history, token), f"/?token={TOKEN}", Sec_Fetch_Site=site)[0] == 200  # a link may lead here
 
 
 @pytest.mark.parametrize("path", ["/favicon.ico", "/../pyproject.toml", "/stream/", "/style.css"])
