@@ -97,7 +97,7 @@ def chromium() -> str:
     return found
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # while it is there, nothing else can run a loop of asyncio
 def browser() -> Iterator[Browser]:
     found = chromium()
     with sync_playwright() as playwright:
