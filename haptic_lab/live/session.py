@@ -166,9 +166,9 @@ class LiveSession:
         """
         begun = time.monotonic()
         while not self.stop and (seconds is None or time.monotonic() - begun < seconds):
+            now = time.monotonic()  # what has come since may not have been read: on a busy machine that is much
             for chunk in source.poll(self._streams[self.merger.waits_for()], 0.02):
                 self.take(chunk, time.monotonic())
-            now = time.monotonic()
             for step in self.merger.ready(now):
                 started = time.monotonic()
                 self.observe(step, sinks)

@@ -53,8 +53,8 @@ class Slow:
 class Sender:
     """Hands out what has come since it was asked last, and how long ago that was."""
 
-    def __init__(self, clock: Clock, made: LiveSession, samples: int, burst: int = 1) -> None:
-        self.clock, self.made, self.burst = clock, made, burst
+    def __init__(self, clock: Clock, made: LiveSession, samples: int, burst: int = 1, stall: float = 0.0) -> None:
+        self.clock, self.made, self.burst, self.stall = clock, made, burst, stall
         self.time, self.angles, self.contacts = moving(made.slam.hand, samples, start=clock.now)
         self.sent, self.asked, self.gaps = 0, clock.now, list[float]()
 
@@ -68,17 +68,18 @@ class Sender:
         if rows.start < rows.stop:
             yield Chunk("joints", self.time[rows], self.angles[rows])
             yield Chunk("contacts", self.time[rows], self.contacts[rows])
+            self.clock.now += self.stall
 
     def close(self) -> None:
         pass
 
 
-def run(monkeypatch: pytest.MonkeyPatch, seconds: float, samples: int, burst: int = 1) -> tuple:
+def run(monkeypatch: pytest.MonkeyPatch, seconds: float, samples: int, burst: int = 1, stall: float = 0.0) -> tuple:
     hand, said, clock = hands.make("two_finger"), list[str](), Clock(monkeypatch)
     slow: Any = Slow(clock, hand, seconds)
     found = layouts([("joints", hand.joint_names), ("contacts", hand.patches.names)], None, hand)
     made = LiveSession(slow, slow, (*found, None), (0.02, 0.02), 0, StepRecord(None, hand, 50.0), said.append)
-    sender, kept = Sender(clock, made, samples, burst), Kept()
+    sender, kept = Sender(clock, made, samples, burst, stall), Kept()
     made.run(sender, [kept])
     return made, sender, kept, said
 
@@ -98,6 +99,12 @@ def test_a_burst_is_caught_up_with_in_silence(monkeypatch):
     assert len(kept.told) == 300
     assert made.pace.most > pace.BEHIND
     assert not said
+
+
+def test_what_came_while_others_had_the_processor_is_read_before_it_is_missed(monkeypatch):
+    made, _, kept, _ = run(monkeypatch, 0.005, 300, stall=0.6)
+    assert len(kept.told) == 300
+    assert made.merger.counts.late == made.merger.counts.joints_missing == made.merger.counts.touch_missing == 0
 
 
 @pytest.mark.parametrize(("seconds", "fits"), [(0.010, True), (0.018, False)])
