@@ -15,6 +15,7 @@ from haptic_env.arrays import Array
 
 LATE = 1.0  # s: a sample that is later than this among its neighbours is not late, its clock runs back
 SAME = 1e-4  # of a step: stamps that near to one are its own, rounded
+CLOSE = 0.02  # of a step: a line is drawn on so far, so that live a sample a little before a step is enough
 BRIDGED = 1.5  # steps between two samples that what lies between them is known from
 HELD = 0.75  # of the usual time between samples of touch, for which one is taken to hold before and after it
 
@@ -98,8 +99,8 @@ def rising(time: Array, values: Array) -> Samples:
 def angles_at(samples: Samples, steps: Array, step: float | None = None) -> Array:
     """Tell where joints were at steps.
 
-    Between two samples of a joint that are at most `BRIDGED` steps apart a line is drawn; elsewhere the nearest sample
-    counts for the one step that it is nearest to.
+    Between two samples of a joint that are at most `BRIDGED` steps apart a line is drawn, and on to a step that is
+    `CLOSE` behind the second; elsewhere the nearest sample counts for the one step that it is nearest to.
 
     Args:
         samples: of angles (T, J) rad.
@@ -123,6 +124,11 @@ def angles_at(samples: Samples, steps: Array, step: float | None = None) -> Arra
         between = value[before] + share[:, None] * (value[after] - value[before])
         alone = np.where((away <= 0.5 * step)[:, None], value[near], np.nan)
         told = np.where(inside[:, None], between, alone)
+        early = (time[near] < steps) & (away <= CLOSE * step)
+        last = (near - 1).clip(0)
+        gap = time[near] - time[last]
+        share = np.divide(away, gap, out=np.zeros(len(steps)), where=(gap > 0) & (gap <= BRIDGED * step))
+        told[early] = (value[near] + share[:, None] * (value[near] - value[last]))[early]
         exact = away <= SAME * step
         told[exact] = value[near[exact]]
         result[:, joints] = told

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
-from haptic_env.recordings.merging import BRIDGED, HELD, LATE, SAME, angles_at, contacts_at
+from haptic_env.recordings.merging import BRIDGED, CLOSE, HELD, LATE, SAME, angles_at, contacts_at
 from haptic_lab.live.buffer import StreamBuffer
 from haptic_lab.live.torques import HeldTorques
 
@@ -250,9 +250,10 @@ class LiveMerger:
 
     def _joints_told(self, time: float) -> bool:
         """Whether no sample of joints can change a step: each joint has one at it or after it."""
+        # Clocks are corrected by some 0.1 ms: a step would else wait for the sample after its own.
         if self._joints.newest > time + BRIDGED * self._step:
             return True
-        after = int(np.searchsorted(self._joints.time, time - SAME * self._step))
+        after = int(np.searchsorted(self._joints.time, time - CLOSE * self._step))
         return bool(np.isfinite(self._joints.values[after:]).any(axis=0).all())
 
     def _touch_told(self, time: float) -> bool:

@@ -58,6 +58,19 @@ def whole(hand, joints, touch, rate):
     return merge(streams, ColumnMap("session", control_hz=rate), hand)
 
 
+@pytest.mark.parametrize("early", [0.0, 1e-5, 1e-4])
+def test_a_sample_a_little_before_its_step_is_enough_for_it(hand, early):
+    """Clocks are corrected: else each step would wait for the sample after its own."""
+    time, angles, contacts = moving(hand, 60, rate=100.0)
+    time = time - early * (np.arange(60) > 20)
+    made = merger(hand, 100.0, 0.01)
+    for k in range(60):
+        made.add_joints(time[k : k + 1], angles[k : k + 1], time[k])
+        made.add_touch(time[k : k + 1], contacts[k : k + 1], time[k])
+        assert [step.time for step in made.ready(time[k])] == pytest.approx([time[0] + 0.01 * k], abs=1e-9)
+    assert made.counts.joints_missing == 0
+
+
 @pytest.mark.parametrize("burst", [1, 2, 7, 20])
 @pytest.mark.parametrize(("rate", "touch_every"), [(50.0, 1), (100.0, 1), (50.0, 4), (30.0, 1)])
 @pytest.mark.parametrize("jitter", [0.0, 0.1])
