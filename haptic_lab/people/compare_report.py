@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -69,8 +68,8 @@ def picture(table: pd.DataFrame, recovery: pd.DataFrame | None) -> Figure:
     subjects, models = list(dict.fromkeys(table["subject"])), sorted(set(table["model"]))
     panels = 1 if recovery is None else 2
     height = 1.2 + 0.22 * max(len(subjects) * (len(models) + 1), 8)
-    figure, axes = plt.subplots(1, panels, figsize=(4.6 * panels, min(height, 12.0)), layout="constrained")
-    axis = np.atleast_1d(axes)[0]
+    figure = Figure(figsize=(4.6 * panels, min(height, 12.0)), layout="constrained")
+    axis, *beside = figure.subplots(1, panels, squeeze=False)[0]
     labels: list[str] = []
     for subject in subjects:
         mine = table[table["subject"] == subject]
@@ -86,8 +85,7 @@ def picture(table: pd.DataFrame, recovery: pd.DataFrame | None) -> Figure:
     axis.locator_params(axis="x", nbins=5)
     axis.set(xlabel="difference from the best (nats a trial)", title="answers that were not told")
     if recovery is not None:
-        _draw_recovery(np.atleast_1d(axes)[1], recovery)
-    plt.close(figure)
+        _draw_recovery(beside[0], recovery)
     return figure
 
 
@@ -114,7 +112,8 @@ def design_picture(table: pd.DataFrame, powers: list[float], names: list[str]) -
     Returns:
         The figure.
     """
-    figure, axis = plt.subplots(figsize=(4.6, 3.4), layout="constrained")
+    figure = Figure(figsize=(4.6, 3.4), layout="constrained")
+    axis = figure.subplots()
     axis.fill_between(table["trials"], table["low"], table["high"], color=BETTER, alpha=0.2, lw=0)
     axis.plot(table["trials"], table["power"], "o-", ms=3, color=BETTER)
     for power in powers:
@@ -125,5 +124,4 @@ def design_picture(table: pd.DataFrame, powers: list[float], names: list[str]) -
     axis.xaxis.minorticks_off()
     told = f"{as_drawn(names[0])} or {as_drawn(names[1])}"
     axis.set(xlabel="trials of a subject", ylabel="share told rightly", ylim=(0.0, 1.02), title=told)
-    plt.close(figure)
     return figure

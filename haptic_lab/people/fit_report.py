@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import matplotlib.pyplot as plt
+import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -240,9 +240,10 @@ def picture(fits: Mapping[str, Fit]) -> Figure:
     """
     model = next(iter(fits.values())).model
     names = model.parameters
-    figure, axes = plt.subplots(1, len(names) + 1, figsize=(2.9 * (len(names) + 1), 3.0), layout="constrained")
-    shades = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, len(fits)))
-    for axis, name in zip(np.atleast_1d(axes), names, strict=False):
+    figure = Figure(figsize=(2.9 * (len(names) + 1), 3.0), layout="constrained")
+    axes = figure.subplots(1, len(names) + 1, squeeze=False)[0]
+    shades = matplotlib.colormaps["viridis"](np.linspace(0.0, 0.85, len(fits)))
+    for axis, name in zip(axes, names, strict=False):
         grid = model.grids[name]
         for (subject, each), shade in zip(fits.items(), shades, strict=True):
             density = each.marginals[name] / each.marginals[name].max()
@@ -255,11 +256,10 @@ def picture(fits: Mapping[str, Fit]) -> Figure:
             axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
             axis.xaxis.minorticks_off()
         axis.set(xlabel=LABELS[name], ylim=(0.0, 1.1), yticks=[])
-    np.atleast_1d(axes)[0].set_ylabel("posterior / its maximum")
+    axes[0].set_ylabel("posterior / its maximum")
     if names and 1 < len(fits) <= LISTED:
-        np.atleast_1d(axes)[0].legend(fontsize=6)
-    _draw_predicted(np.atleast_1d(axes)[-1], predicted(fits))
-    plt.close(figure)
+        axes[0].legend(fontsize=6)
+    _draw_predicted(axes[-1], predicted(fits))
     return figure
 
 
@@ -271,7 +271,7 @@ def _draw_predicted(axis: Any, found: pd.DataFrame) -> None:
         for (condition, seconds), part in groups
     ]  # fmt: skip
     conditions = list(dict.fromkeys(condition for condition, *_ in rows))
-    colours = plt.get_cmap("cividis")(np.linspace(0.0, 0.8, max(len(conditions), 1)))
+    colours = matplotlib.colormaps["cividis"](np.linspace(0.0, 0.8, max(len(conditions), 1)))
     for condition, colour in zip(conditions, colours, strict=False):
         mine = [each for each in rows if each[0] == condition]
         seconds = [each[1] for each in mine]
