@@ -1,4 +1,4 @@
-"""Means and medians with their 95 % intervals."""
+"""Means, medians and shares with their 95 % intervals."""
 
 from __future__ import annotations
 
@@ -25,6 +25,22 @@ def interval(values: np.ndarray) -> tuple[float, float, float, int]:
         return mean, math.nan, math.nan, count
     half = float(stats.t.ppf(0.975, count - 1) * values.std(ddof=1) / math.sqrt(count))
     return mean, mean - half, mean + half, count
+
+
+def share_interval(count: int, whole: int) -> tuple[float, float]:
+    """Estimate a share.
+
+    Args:
+        count: that were so.
+        whole: that could have been.
+
+    Returns:
+        The two ends of its 95 % interval (Wilson); NaN of nothing.
+    """
+    if not whole:
+        return math.nan, math.nan
+    found = stats.binomtest(count, whole).proportion_ci(method="wilson")
+    return float(found.low), float(found.high)
 
 
 def bootstrapped(table: np.ndarray, estimate: Callable[[np.ndarray], Any]) -> tuple[float, float, float]:

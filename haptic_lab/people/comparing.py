@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from haptic_env import validate
+from haptic_lab.analysis.statistics import interval, share_interval
 from haptic_lab.people.fitting import DRAWS, Fit, Prepared, fit
 from haptic_lab.people.models import Model
 from haptic_lab.people.simulated import drawn, halves, simulate
@@ -45,16 +45,14 @@ class Comparison:
         best = self.fits[self.best].cross_validated
         rows = []
         for name, each in self.fits.items():
-            difference = each.cross_validated - best
-            half = _half(difference)
-            mean = float(difference.mean())
+            difference, low, high, _ = interval(each.cross_validated - best)
             rows.append(
                 {
                     "model": name,
                     "log_likelihood": float(each.cross_validated.mean()),
-                    "difference": mean,
-                    "difference_low": mean - half,
-                    "difference_high": mean + half,
+                    "difference": difference,
+                    "difference_low": low,
+                    "difference_high": high,
                     "log_evidence": each.log_evidence,
                     "parameters": len(each.model.parameters),
                     "trials": each.trials,
@@ -179,26 +177,3 @@ def recovery_table(found: Sequence[tuple[str, str]], names: Sequence[str]) -> pd
             share = count / whole if whole else math.nan
             rows.append({"true": true, "best": best, "subjects": count, "share": share, "low": low, "high": high})
     return pd.DataFrame(rows)
-
-
-def share_interval(count: int, whole: int) -> tuple[float, float]:
-    """Estimate a share.
-
-    Args:
-        count: that were so.
-        whole: that could have been.
-
-    Returns:
-        The two ends of its 95 % interval (Wilson); NaN of nothing.
-    """
-    if not whole:
-        return math.nan, math.nan
-    found = stats.binomtest(count, whole).proportion_ci(method="wilson")
-    return float(found.low), float(found.high)
-
-
-def _half(values: np.ndarray) -> float:
-    """Half of the 95 % interval of a mean."""
-    if len(values) < 2:
-        return math.nan
-    return float(stats.t.ppf(0.975, len(values) - 1) * values.std(ddof=1) / math.sqrt(len(values)))

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from haptic_env import validate
+from haptic_lab.analysis.statistics import share_interval
 from haptic_lab.people.psychometric import LEAST, Psychometric, fit_psychometric, level_of
 from haptic_lab.people.scoring import YES, Design
 from haptic_lab.people.summaries import Group
-from observer import metrics
 
 ESTIMATES = ("threshold", "slope", "lapse", "guess")
 
@@ -63,8 +63,8 @@ def shares(groups: Sequence[Group], levels: Mapping[str, float]) -> pd.DataFrame
         told = answers.assign(level=answers["object"].map(levels), yes=(answers["response"] == YES).astype(np.float64))
         for (condition, level), mine in told.groupby(["condition", "level"], sort=True):
             share = float(np.average(mine["yes"], weights=mine["weight"]))
-            of_trials = metrics.accuracy(np.arange(len(mine)) < round(share * len(mine)))
-            lines.append((who, kind, condition, level, share, *of_trials[1:]))
+            ends = share_interval(round(share * len(mine)), len(mine))
+            lines.append((who, kind, condition, level, share, *ends, len(mine)))
     return pd.DataFrame(lines, columns=["who", "kind", "condition", "level", "share", "low", "high", "trials"])
 
 

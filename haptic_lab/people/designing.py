@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from haptic_env import validate
-from haptic_lab.people.comparing import Comparison, check_models, parted, share_interval
+from haptic_lab.analysis.statistics import share_interval
+from haptic_lab.people.comparing import Comparison, check_models, parted
 from haptic_lab.people.models import Model
 from haptic_lab.people.simulated import drawn, simulate
 

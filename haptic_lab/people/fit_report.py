@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from haptic_env import validate
-from haptic_lab.people.comparing import share_interval
+from haptic_lab.analysis.statistics import share_interval
 from haptic_lab.people.courses import Courses
 from haptic_lab.people.fitting import Fit
 from haptic_lab.people.models import LOGARITHMIC, UNITS, Model

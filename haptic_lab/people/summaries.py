@@ -12,11 +12,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from haptic_lab.analysis.statistics import interval
+from haptic_lab.analysis.statistics import interval, share_interval
 from haptic_lab.people import agreement as agreeing
 from haptic_lab.people.matching import Match
 from haptic_lab.people.scoring import Design
-from observer import metrics
 
 PEOPLE = "people"
 MOST_TIMES = 8  # that are told apart; of more, ranges of as many trials each
@@ -129,9 +128,11 @@ def accuracy(groups: Sequence[Group]) -> pd.DataFrame:
     lines = []
     for who, kind, answers in groups:
         for where, mine in parts(answers[answers["correct"].notna()]):
-            right = rights(mine)
-            share = metrics.accuracy(np.arange(len(mine)) < right)
-            lines.append((who, kind, *where, float(np.average(mine["correct"], weights=mine["weight"])), *share[1:]))
+            share, ends = (
+                float(np.average(mine["correct"], weights=mine["weight"])),
+                share_interval(rights(mine), len(mine)),
+            )
+            lines.append((who, kind, *where, share, *ends, len(mine)))
     return pd.DataFrame(lines, columns=["who", "kind", *WHERE, "share", "low", "high", "trials"])
 
 

@@ -131,7 +131,6 @@ LEFT_OUT: dict[str, str] = {
     "haptic_lab.people.comparing.parted": "asked by recoveries, of models that it checks",
     "haptic_lab.people.comparing.recoveries": "of models that have an entry, and numbers of the command compare",
     "haptic_lab.people.comparing.recovery_table": "of what recoveries yields",
-    "haptic_lab.people.comparing.share_interval": "of what is counted here",
     "haptic_lab.people.decisions.choices": "asked by Decision, of arrays that evidence makes",
     "haptic_lab.people.designing.Design": BUILT,
     "haptic_lab.people.designing.design": "of models that have an entry, and numbers of the command design",
