@@ -16,13 +16,12 @@ import pandas as pd
 from haptic_env import validate
 from haptic_lab.files import atomic, write_csv
 from haptic_lab.folder_lock import claimed
-from haptic_lab.people import compare_report, fit_report, likelihood, options
+from haptic_lab.people import compare_report, fit_report, options
 from haptic_lab.people.comparing import check_models, compare, recoveries, recovery_table
-from haptic_lab.people.fitting import DRAWS
 from haptic_lab.people.models import MODELS
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, progress_on
-from haptic_lab.terminal import Parser, as_path, make_console
+from haptic_lab.terminal import Parser, as_path, make_console, refuse
 
 EXAMPLE = """examples: haptic-slam compare example --courses example
           haptic-slam compare answers.csv --courses out/people --models ideal memory floor=out/people --recovery 20"""
@@ -45,27 +44,22 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add("--models", nargs="+", default=USUAL, metavar="MODEL", help=f"of {', '.join(MODELS)}, or NAME=FILE")
     options.add_ranges(parser, "(default: all that can be told)")
     add("--recovery", type=int, metavar="N", help="also simulate N subjects of each model, and find their models")
-    add("--draws", type=int, default=DRAWS, help=f"of how much each repeat counts; 0: none (default {DRAWS})")
-    add("--seed", type=int, default=0, help=options.SEED)
+    options.add_draws(parser)
     add("--out", type=as_path, default="out/compare", help="folder for the results (default out/compare)")
     given = parser.parse_args(arguments)
-
-    def read() -> None:
-        fit_report.check_numbers(given.draws, given.seed)
+    try:
+        options.check_draws(given)
         if given.recovery is not None:
             validate.integer("--recovery", given.recovery, 1, 10_000)
         table = options.read_table(given)
         courses, ranges = options.read_courses(given.courses, given.observer), options.ranges_of(given)
         given.models = [options.model_of(each, courses, ranges) for each in given.models]
         check_models(given.models)
-        given.tables = {str(name): trials for name, trials in table.groupby("subject", sort=False)}
-        for trials in given.tables.values():
-            for model in given.models:
-                likelihood.answers_of(trials, model.courses)
+        given.tables = options.by_subject(table, given.models)
         given.asked = sorted(set(table["seconds"]))
         given.trials = round(float(table.groupby("subject").size().median()))
-
-    options.checked(parser, read)
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
     return given
 
 
@@ -83,8 +77,7 @@ def main(arguments: list[str] | None = None) -> int:
     out, console = Path(given.out), make_console(WIDTH)
     names = [model.name for model in given.models]
     with claimed(out, compare_report.FILES):
-        for model in given.models:
-            console.print(f"Model {model.name}: {options.described(model)}", highlight=False)
+        options.tell(given.models, console)
         parts, recovered = [], []
         try:
             with progress_on(console) as progress:
@@ -98,7 +91,7 @@ def main(arguments: list[str] | None = None) -> int:
                     total = given.recovery * len(names)
                     recovered = list(progress.track(told, total=total, description="simulated subjects"))
         except ValueError as error:
-            Parser().error(str(error))
+            refuse(str(error))
         table = pd.concat(parts, ignore_index=True)
         table = table[["subject", *(column for column in table if column != "subject")]]
         compare_report.tell(table, console)

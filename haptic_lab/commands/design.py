@@ -16,10 +16,10 @@ from haptic_lab.files import write_table
 from haptic_lab.folder_lock import claimed
 from haptic_lab.people import compare_report, options
 from haptic_lab.people.comparing import check_models
-from haptic_lab.people.designing import ROUNDS, Design, design
+from haptic_lab.people.designing import ROUNDS, design
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, progress_on
-from haptic_lab.terminal import Parser, as_path, make_console
+from haptic_lab.terminal import Parser, as_path, make_console, refuse
 
 EXAMPLE = """examples: haptic-slam design ideal memory --courses example --memory-seconds 0.5 2 --rounds 40
           haptic-slam design ideal floor=out/people --courses out/people --sigma 2 10 --seconds 1 2 5"""
@@ -47,8 +47,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add("--seed", type=int, default=0, help=options.SEED)
     add("--out", type=as_path, default="out/design", help="folder for the results (default out/design)")
     given = parser.parse_args(arguments)
-
-    def read() -> None:
+    try:
         validate.seed(given.seed)
         validate.integer("--most", given.most, 20, 100_000)
         validate.integer("--rounds", given.rounds, 2, 100_000)
@@ -58,8 +57,8 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         given.models = [options.model_of(each, courses, ranges) for each in given.models]
         check_models(given.models)
         given.seconds = options.seconds_of(given.seconds, courses)
-
-    options.checked(parser, read)
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
     return given
 
 
@@ -76,16 +75,13 @@ def main(arguments: list[str] | None = None) -> int:
     given = parse(arguments)
     out, console = Path(given.out), make_console(WIDTH)
     with claimed(out, FILES):
-        for model in given.models:
-            console.print(f"Model {model.name}: {options.described(model)}", highlight=False)
-        result = Design(given.models, given.most)
+        options.tell(given.models, console)
         try:
             with progress_on(console) as progress:
                 rounds = design(given.models, given.most, given.seconds, rounds=given.rounds, seed=given.seed)
-                for result in progress.track(rounds, total=given.rounds, description="rounds"):  # noqa: B007
-                    pass
+                *_, result = progress.track(rounds, total=given.rounds, description="rounds")
         except ValueError as error:
-            Parser().error(str(error))
+            refuse(str(error))
         table = result.table()
         for power in given.power:
             trials, low, high = (f"{value:.0f}" if value < float("inf") else "more" for value in result.needed(power))

@@ -13,12 +13,12 @@ from pathlib import Path
 
 from haptic_lab.files import atomic, write_csv, write_json
 from haptic_lab.folder_lock import claimed
-from haptic_lab.people import fit_report, likelihood, options
-from haptic_lab.people.fitting import DRAWS, fit
+from haptic_lab.people import fit_report, options
+from haptic_lab.people.fitting import fit
 from haptic_lab.people.models import MODELS, Model
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, progress_on
-from haptic_lab.terminal import Parser, as_path, make_console
+from haptic_lab.terminal import Parser, as_path, make_console, refuse
 
 EXAMPLE = """examples: haptic-slam fit example --courses example
           haptic-slam fit answers.csv --courses out/people --model memory --memory-seconds 0.5 10 --out out/fit"""
@@ -40,21 +40,17 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     told = "; ".join(f"{name}: {', '.join(free)}" for name, free in MODELS.items())
     add("--model", default="limits", help=f"what is found: {told} (default limits)")
     options.add_ranges(parser, "(default: found within what can be told)")
-    add("--draws", type=int, default=DRAWS, help=f"of how much each repeat counts; 0: none (default {DRAWS})")
-    add("--seed", type=int, default=0, help=options.SEED)
+    options.add_draws(parser)
     add("--out", type=as_path, default="out/fit", help="folder for the results (default out/fit)")
     given = parser.parse_args(arguments)
-
-    def read() -> None:
-        fit_report.check_numbers(given.draws, given.seed)
+    try:
+        options.check_draws(given)
         table = options.read_table(given)
         courses = options.read_courses(given.courses, given.observer)
         given.model = Model.named(given.model, courses, options.ranges_of(given))
-        given.tables = {str(name): trials for name, trials in table.groupby("subject", sort=False)}
-        for trials in given.tables.values():
-            likelihood.answers_of(trials, courses)
-
-    options.checked(parser, read)
+        given.tables = options.by_subject(table, [given.model])
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
     return given
 
 
@@ -71,15 +67,14 @@ def main(arguments: list[str] | None = None) -> int:
     given = parse(arguments)
     out, console = Path(given.out), make_console(WIDTH)
     with claimed(out, fit_report.FILES):
-        console.print(f"Model {given.model.name}: {options.described(given.model)}", highlight=False)
+        options.tell([given.model], console)
         fits = {}
-        with progress_on(console) as progress:
-            for name in progress.track(given.tables, description="subjects"):
-                try:
+        try:
+            with progress_on(console) as progress:
+                for name in progress.track(given.tables, description="subjects"):
                     fits[name] = fit(given.model, given.tables[name], draws=given.draws, seed=given.seed)
-                except ValueError as error:
-                    progress.stop()
-                    Parser().error(str(error))
+        except ValueError as error:
+            refuse(str(error))
         found = fit_report.table(fits)
         fit_report.tell(found, given.model, console)
         for note in fit_report.notes(fits):

@@ -20,7 +20,7 @@ from haptic_lab.people.models import Model
 from haptic_lab.people.simulated import NAME, simulate, subject_of
 from haptic_lab.people.trials import SEPARATORS, write_trials
 from haptic_lab.sweeps.driver import WIDTH, progress_on
-from haptic_lab.terminal import Parser, as_path, make_console
+from haptic_lab.terminal import Parser, as_path, make_console, refuse
 
 EXAMPLE = """examples: haptic-slam simulate --courses example --sigma 5 --memory-seconds 4 --lapse 0.05 --out table.csv
           haptic-slam simulate --courses example --subjects 20 --sigma 2 12 --lapse 0 0.1 --out twenty.csv"""
@@ -47,8 +47,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add("--seed", type=int, default=0, help=options.SEED)
     add("--out", type=as_path, required=True, metavar="FILE", help="the table, .csv or .tsv")
     given = parser.parse_args(arguments)
-
-    def read() -> None:
+    try:
         validate.seed(given.seed)
         validate.integer("--subjects", given.subjects, 1, 100_000)
         validate.integer("--trials", given.trials, 1, 1_000_000)
@@ -56,13 +55,13 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         check_writable("--out", Path(given.out))
         ranges = options.ranges_of(given)
         if "sigma_deg" not in ranges:
-            raise ValueError("--sigma must be told: a value, or a least and a largest one, degrees")
+            parser.error("--sigma must be told: a value, or a least and a largest one, degrees")
         given.courses = options.read_courses(given.courses, given.observer)
         given.model = Model("simulated", given.courses, (), ranges)
         given.seconds = options.seconds_of(given.seconds, given.courses)
         subject_of({"sigma_deg": ranges["sigma_deg"][0], **_rule(given)})
-
-    options.checked(parser, read)
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
     return given
 
 
@@ -77,17 +76,14 @@ def main(arguments: list[str] | None = None) -> int:
     """
     given = parse(arguments)
     console, rng, tables = make_console(WIDTH), np.random.default_rng(given.seed), []
-    with progress_on(console) as progress:
-        for number in progress.track(range(given.subjects), description="subjects"):
-            values = {name: grid.drawn(rng) for name, grid in given.model.grids.items()}
-            subject = subject_of({**values, **_rule(given)})
-            try:
-                tables.append(
-                    simulate(given.courses, subject, given.trials, given.seconds, rng, name=NAME.format(number + 1))
-                )
-            except ValueError as error:
-                progress.stop()
-                Parser().error(str(error))
+    try:
+        with progress_on(console) as progress:
+            for number in progress.track(range(given.subjects), description="subjects"):
+                values = {name: grid.drawn(rng) for name, grid in given.model.grids.items()}
+                subject, name = subject_of({**values, **_rule(given)}), NAME.format(number + 1)
+                tables.append(simulate(given.courses, subject, given.trials, given.seconds, rng, name=name))
+    except ValueError as error:
+        refuse(str(error))
     table = pd.concat(tables, ignore_index=True)
     write_trials(table, given.out)
     right = float((table["object"] == table["response"]).mean())

@@ -33,20 +33,6 @@ LABELS = {
 }
 
 
-def check_numbers(draws: int, seed: int) -> None:
-    """Check flags of a fit.
-
-    Args:
-        draws: of repeats.
-        seed: of chance.
-
-    Raises:
-        ValueError: for a number out of its range.
-    """
-    validate.integer("--draws", draws, 0, 10_000)
-    validate.seed(seed)
-
-
 def table(fits: Mapping[str, Fit]) -> pd.DataFrame:
     """Put down what was found.
 

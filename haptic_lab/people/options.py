@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
+from rich.console import Console
 
 from haptic_env import validate
-from haptic_lab.people import evidence
+from haptic_lab.people import evidence, likelihood
 from haptic_lab.people.courses import Courses
+from haptic_lab.people.fitting import DRAWS
 from haptic_lab.people.models import LOGARITHMIC, MODELS, USUAL, Model
 from haptic_lab.people.table_flags import add_table_flags, read_tables
 from haptic_lab.terminal import as_path
@@ -60,6 +61,26 @@ def read_table(given: argparse.Namespace) -> pd.DataFrame:
     return table if given.subjects is None else table[table["subject"].isin(given.subjects)].reset_index(drop=True)
 
 
+def by_subject(table: pd.DataFrame, models: Iterable[Model]) -> dict[str, pd.DataFrame]:
+    """Split trials by subjects.
+
+    Args:
+        table: of `read_table`.
+        models: that all trials can be put to.
+
+    Returns:
+        The trials of each subject, by name.
+
+    Raises:
+        ValueError: for a trial that is none of a model's courses.
+    """
+    tables = {str(name): trials for name, trials in table.groupby("subject", sort=False)}
+    for trials in tables.values():
+        for model in models:
+            likelihood.answers_of(trials, model.courses)
+    return tables
+
+
 def add_courses(parser: argparse.ArgumentParser) -> None:
     """Let a command take courses of belief.
 
@@ -103,6 +124,30 @@ def shipped(what: str, path: str) -> str:
         The path; of `EXAMPLE`, where no file is called so, that of what ships.
     """
     return str(SHIPPED[what]) if path == EXAMPLE and not Path(path).exists() else path
+
+
+def add_draws(parser: argparse.ArgumentParser) -> None:
+    """Let a command that fits take the flags of chance.
+
+    Args:
+        parser: of the command.
+    """
+    add = parser.add_argument
+    add("--draws", type=int, default=DRAWS, help=f"of how much each repeat counts; 0: none (default {DRAWS})")
+    add("--seed", type=int, default=0, help=SEED)
+
+
+def check_draws(given: argparse.Namespace) -> None:
+    """Check the flags of chance.
+
+    Args:
+        given: flags of `add_draws`.
+
+    Raises:
+        ValueError: for a number out of its range.
+    """
+    validate.integer("--draws", given.draws, 0, 10_000)
+    validate.seed(given.seed)
 
 
 def add_ranges(parser: argparse.ArgumentParser, usual: str) -> None:
@@ -170,22 +215,23 @@ def model_of(text: str, courses: Courses, ranges: dict[str, tuple[float, float]]
     return Model(name, other, MODELS[kind], mine)
 
 
-def described(model: Model) -> str:
-    """Say what a model finds, and within what.
+def tell(models: Iterable[Model], console: Console) -> None:
+    """Print what models find, and within what.
 
     Args:
-        model: any.
-
-    Returns:
-        A line.
+        models: any.
+        console: to print on.
     """
-    told = []
-    for name in model.parameters:
-        grid = model.grids[name]
-        scale = "in proportion" if name in LOGARITHMIC else "evenly"
-        told.append(f"{name} {grid.low:g} to {grid.high:g} ({scale})")
-    held = [f"{name} {grid.low:g}" for name, grid in model.grids.items() if grid.fixed and grid.low != USUAL.get(name)]
-    return "; ".join([", ".join(told) or "nothing is found", *held])
+    for model in models:
+        told = []
+        for name in model.parameters:
+            grid = model.grids[name]
+            scale = "in proportion" if name in LOGARITHMIC else "evenly"
+            told.append(f"{name} {grid.low:g} to {grid.high:g} ({scale})")
+        grids = model.grids.items()
+        held = [f"{name} {grid.low:g}" for name, grid in grids if grid.fixed and grid.low != USUAL.get(name)]
+        line = "; ".join([", ".join(told) or "nothing is found", *held])
+        console.print(f"Model {model.name}: {line}", highlight=False)
 
 
 def seconds_of(given: list[float] | None, courses: Courses) -> list[float]:
@@ -205,19 +251,3 @@ def seconds_of(given: list[float] | None, courses: Courses) -> list[float]:
         return [float(each) for each in evidence.check_times(courses, given)]
     longest = float(courses.seconds[-1])
     return [round(longest * share, 3) for share in (0.0625, 0.125, 0.25, 0.5, 1.0)]
-
-
-def checked(parser: argparse.ArgumentParser, work: Callable[[], Any]) -> Any:
-    """Read what a command was told, or end the program with code 2 and a line that says why.
-
-    Args:
-        parser: of the command.
-        work: reads it.
-
-    Returns:
-        What it read.
-    """
-    try:
-        return work()
-    except (ValueError, OSError) as error:
-        parser.error(str(error))
