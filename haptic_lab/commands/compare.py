@@ -14,7 +14,7 @@ from pathlib import Path
 import pandas as pd
 
 from haptic_env import validate
-from haptic_lab.files import atomic, write_csv
+from haptic_lab.files import write_csv, write_table
 from haptic_lab.folder_lock import claimed
 from haptic_lab.people import compare_report, fit_report, options
 from haptic_lab.people.comparing import check_models, compare, recoveries, recovery_table
@@ -99,15 +99,11 @@ def main(arguments: list[str] | None = None) -> int:
         chance = fit_report.chance_of(given.models[0].courses)
         if guessed := list(best.index[best < chance]):
             console.print(f"note: {fit_report.worse_than_guesses(guessed, chance)}", highlight=False)
-        write_csv(out / "compare.csv", table)
-        written = ["compare.csv", "compare.png"]
-        recovery = None
-        if recovered:
-            recovery = recovery_table(recovered, names)
+        recovery = recovery_table(recovered, names) if recovered else None
+        written = write_table(out, "compare", table, compare_report.picture(table, recovery))
+        if recovery is not None:
             compare_report.tell_recovery(recovery, given.trials, console)
             write_csv(out / "recovery.csv", recovery)
             written.append("recovery.csv")
-        with atomic(out / "compare.png") as place:
-            compare_report.picture(table, recovery).savefig(place)
         console.print(f"Written: {', '.join(str(out / each) for each in written)}", highlight=False)
     return 0

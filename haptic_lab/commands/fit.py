@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from haptic_lab.files import atomic, write_csv, write_json
+from haptic_lab.files import write_csv, write_json, write_table
 from haptic_lab.folder_lock import claimed
 from haptic_lab.people import fit_report, options
 from haptic_lab.people.fitting import fit
@@ -79,10 +79,8 @@ def main(arguments: list[str] | None = None) -> int:
         fit_report.tell(found, given.model, console)
         for note in fit_report.notes(fits):
             console.print(f"note: {note}", highlight=False)
-        write_csv(out / "fit.csv", found)
+        write_table(out, "fit", found, fit_report.picture(fits))
         write_csv(out / "predicted.csv", fit_report.predicted(fits))
         write_json(out / "fit.json", fit_report.content(fits, given.draws, given.seed))
-        with atomic(out / "fit.png") as place:
-            fit_report.picture(fits).savefig(place)
         console.print(f"Written: {', '.join(str(out / each) for each in fit_report.FILES)}", highlight=False)
     return 0

@@ -13,7 +13,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from haptic_lab.files import atomic, write_csv
+from haptic_lab.files import write_csv, write_table
 from haptic_lab.people.studies import discrimination, identification, pictures
 from haptic_lab.people.studies.presets import DISCRIMINATION, Published, Study
 from haptic_lab.style import OBSERVER_NAMES
@@ -102,10 +102,8 @@ def save(study: Study, rows: pd.DataFrame, out: Path, console: Console) -> list[
             raise ValueError("nothing was explored for as long as the study asks")
         console.print(_accuracy(lines, study))
         figure = pictures.accuracy(lines, study)
-    write_csv(out / "study.csv", lines)
+    write_table(out, "study", lines, figure)
     write_csv(out / "published.csv", pd.DataFrame([asdict(each) for each in study.published]))
-    with atomic(out / "study.png") as place:
-        figure.savefig(place)
     return written
 
 
