@@ -13,9 +13,7 @@ import pandas as pd
 
 from haptic_env.arrays import Array
 from haptic_lab.people.observed import Cell, Observed
-from haptic_lab.people.scoring import Design
-
-CELL = Cell._fields
+from haptic_lab.people.scoring import NO, YES, Design
 
 
 class Match(NamedTuple):
@@ -55,7 +53,7 @@ def cells_of(table: pd.DataFrame) -> list[Cell]:
         (M,) cells.
     """
     empty = [""] * len(table)
-    columns = [table.get(name, empty) for name in CELL]
+    columns = [table.get(name, empty) for name in Cell._fields]
     return [
         Cell(str(name), str(under), str(path), float(time)) for name, under, path, time in zip(*columns, strict=True)
     ]
@@ -119,7 +117,7 @@ def _answers(design: Design, names: Sequence[str], table: pd.DataFrame) -> Array
     for row, name in enumerate(names):
         if design.kind == "yes-no":
             if name in objects:
-                take[row, design.answers.index("no" if name in design.absent else "yes")] = 1.0
+                take[row, design.answers.index(NO if name in design.absent else YES)] = 1.0
         elif name in design.answers:
             take[row, design.answers.index(name)] = 1.0
     return take

@@ -17,6 +17,7 @@ from haptic_env import reading, validate
 from haptic_env.arrays import Array
 from haptic_lab.conditions import factors_in
 from haptic_lab.people.courses import Courses
+from haptic_lab.people.sweep_courses import condition_of
 from haptic_lab.style import OBSERVER_NAMES
 from haptic_lab.sweeps import log_courses
 from observer import metrics
@@ -205,7 +206,7 @@ def _in_courses(courses: Courses, sigma: int) -> Callable[[Cell], Found | None]:
     several = any(courses.conditions)
 
     def find(cell: Cell) -> Found | None:
-        condition = " ".join(filter(None, (cell.condition, cell.recording))) if several else ""
+        condition = condition_of(cell.condition, cell.recording) if several else ""
         if (cell.object, condition) not in courses.cells:
             return None
         course = courses.log_posterior[courses.cell(cell.object, condition), sigma]  # (R, T, C)

@@ -1,4 +1,4 @@
-"""What is said of people and observers, a table each: accuracy, confusions, d′, efficiency, and how well they agree.
+"""What is said of people and observers, a table each: accuracy, confusions, and how well they agree.
 
 `who` is a subject, `PEOPLE` all of them, or an observer. `seconds` is empty for all times together.
 """
