@@ -108,7 +108,7 @@ def _check_kept(folder: str | None, study: Study) -> None:
 
 
 def _kept(folder: str, study: Study) -> dict[str, Path]:
-    return {each.name: running.place_of(each, Path(folder)) / "trials.csv" for each in study.conditions}
+    return {each.name: running.place_of(each.name, Path(folder)) / "trials.csv" for each in study.conditions}
 
 
 @styled

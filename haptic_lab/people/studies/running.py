@@ -86,7 +86,7 @@ def _planned(study: Study, condition: HandCondition, given: Mapping[str, Any], o
         values["shapes"] = [shape for _, shape in study.stimuli]
     elif isinstance(values.get("shapes"), list):
         values["shapes"] = [as_shape(each) for each in values["shapes"]]
-    values |= {"classifiers": [], "out": str(place_of(condition, out))}
+    values |= {"classifiers": [], "out": str(place_of(condition.name, out))}
     driven = None if len(moves) == hand.joints else moves
     checked = options.check_values(values)
     alike = {replace(each, sigma_deg=1.0, seconds=1.0) for each in checked.conditions}
@@ -95,18 +95,18 @@ def _planned(study: Study, condition: HandCondition, given: Mapping[str, Any], o
     return ConditionPlan(condition.name, checked, driven)
 
 
-def place_of(condition: HandCondition, out: Path, what: str = TRIALS) -> Path:
+def place_of(name: str, out: Path, what: str = TRIALS) -> Path:
     """Say where the explorations of a condition are kept.
 
     Args:
-        condition: of a study.
-        out: folder for its results.
+        name: of the condition.
+        out: folder for the results of the study.
         what: they are.
 
     Returns:
         The folder.
     """
-    return out / what / part_of_name(condition.name or "all")
+    return out / what / part_of_name(name or "all")
 
 
 def _hand(env: str) -> Hand:
@@ -157,7 +157,7 @@ def one_by_one(plans: Sequence[ConditionPlan], out: Path, what: str) -> Iterator
         Each with one noise and duration alone, and the table where explorations are kept.
     """
     for each in plans:
-        mine = replace(each, sweep=replace(each.sweep, out=str(place_of(HandCondition(each.name), out, what))))
+        mine = replace(each, sweep=replace(each.sweep, out=str(place_of(each.name, out, what))))
         results = mine.open()
         try:
             for condition in mine.sweep.conditions:
