@@ -9,7 +9,7 @@ import pandas as pd
 
 from haptic_env import validate
 from haptic_lab.analysis.statistics import share_interval
-from haptic_lab.people.psychometric import LEAST, Psychometric, fit_psychometric, level_of
+from haptic_lab.people.psychometric import LEAST_LEVELS, Psychometric, fit_psychometric, level_of
 from haptic_lab.people.scoring import YES, Design
 from haptic_lab.people.summaries import Group
 
@@ -31,8 +31,8 @@ def levels_of(table: pd.DataFrame, column: str | None = None) -> tuple[str, Mapp
     """
     if column is None:
         what, levels = level_of(list(table["object"]))
-        if len(set(levels.values())) < LEAST:
-            raise ValueError(f"{what} has {len(set(levels.values()))} levels, and a threshold needs {LEAST}")
+        if len(set(levels.values())) < LEAST_LEVELS:
+            raise ValueError(f"{what} has {len(set(levels.values()))} levels, and a threshold needs {LEAST_LEVELS}")
         return what, levels
     validate.choice("column of levels", column, [str(each) for each in table.columns])
     values = table[column]

@@ -20,7 +20,7 @@ from haptic_env import extras, shapes, validate
 from haptic_env.arrays import Array
 from haptic_env.shapes import names
 
-LEAST = 3  # levels that tell a threshold from a slope
+LEAST_LEVELS = 3  # levels that tell a threshold from a slope
 WIDTH = 0.95  # the width goes from 1 - this to this, of Φ
 GRID = {
     "threshold": 25,
@@ -102,26 +102,44 @@ def fit_psychometric(
         validate.integer("alternatives", alternatives, 2, 1000)
     x, k, n = x[n > 0], k[n > 0], n[n > 0]
     different = len(np.unique(x))
-    if different < LEAST:
-        raise ValueError(f"levels must be {LEAST} different ones at least, that were tried, got {different}")
+    if different < LEAST_LEVELS:
+        raise ValueError(f"levels must be {LEAST_LEVELS} different ones at least, that were tried, got {different}")
     if k.sum() in (0.0, n.sum()):
         raise ValueError(f"counted must differ between trials, got {k.sum():g} of {n.sum():g}: no level is a threshold")
-    psignifit = extras.load("psignifit", "people", "a psychometric function")
     falls = (
         alternatives is None and np.average((x - np.average(x, weights=n)) * (k / n - k.sum() / n.sum()), weights=n) < 0
     )
     sigmoid = "neg_gauss" if falls else "norm"
+    found = fitted(
+        np.column_stack([x, k, n]),
+        "a psychometric function",
+        experiment_type="yes/no" if alternatives is None else f"{alternatives}AFC",
+        sigmoid=sigmoid,
+        grid_steps=GRID if alternatives is None else {"gamma": 1},
+    )
+    return _as_ours(found, falls)
+
+
+def fitted(counts: Array, what: str, **how: Any) -> Any:
+    """Let psignifit fit.
+
+    Args:
+        counts: (L, 3) levels, trials that are counted, and all trials.
+        what: it is needed for, for the message where it is missing.
+        **how: keyword arguments of psignifit.
+
+    Returns:
+        What it found.
+
+    Raises:
+        ValueError: for data that it cannot take.
+        ImportError: where it is missing.
+    """
+    psignifit = extras.load("psignifit", "people", what)
     try:
-        found = psignifit.psignifit(
-            np.column_stack([x, k, n]),
-            experiment_type="yes/no" if alternatives is None else f"{alternatives}AFC",
-            sigmoid=sigmoid,
-            verbose=False,
-            grid_steps=GRID if alternatives is None else {"gamma": 1},
-        )
+        return psignifit.psignifit(counts, verbose=False, **how)
     except Exception as error:  # of whatever kind it has for data that it cannot take
         raise ValueError(f"psignifit cannot fit these levels: {' '.join(str(error).split())}") from error
-    return _as_ours(found, falls)
 
 
 def level_of(objects: Sequence[str]) -> tuple[str, Mapping[str, float]]:
@@ -168,14 +186,27 @@ def _parameters(family: str, name: names.Name, whole: str) -> dict[str, Any]:
     return parameters | ({names.SIZE: largest} if size is not None or family in shapes.SHAPES else {})
 
 
-def _as_ours(found: Any, falls: bool) -> Psychometric:
-    def estimate(name: str) -> Estimate:
-        value = float(found.parameter_estimate[name])
-        low, high = (float(end) for end in found.confidence_intervals[name]["0.95"])
-        return Estimate(value, min(low, value), max(high, value))
+def estimate(found: Any, name: str) -> Estimate:
+    """Read what psignifit found of a parameter.
 
-    width = estimate("width")
+    Args:
+        found: of psignifit.
+        name: of the parameter, as psignifit calls it.
+
+    Returns:
+        The estimate, which its interval has in it.
+    """
+    value = float(found.parameter_estimate[name])
+    low, high = (float(end) for end in found.confidence_intervals[name]["0.95"])
+    return Estimate(value, min(low, value), max(high, value))
+
+
+def _as_ours(found: Any, falls: bool) -> Psychometric:
+    width = estimate(found, "width")
     steepest = 2.0 * float(norm.ppf(WIDTH)) / math.sqrt(2.0 * math.pi)
     slopes = sorted((-1.0 if falls else 1.0) * steepest / each for each in (width.low, width.high) if each > 0.0)
     slope = Estimate((-1.0 if falls else 1.0) * steepest / width.value, slopes[0], slopes[-1])
-    return Psychometric(estimate("threshold"), slope, estimate("lambda"), estimate("gamma"), estimate("eta"))
+    threshold, lapse, guess, overdispersion = (
+        estimate(found, name) for name in ("threshold", "lambda", "gamma", "eta")
+    )
+    return Psychometric(threshold, slope, lapse, guess, overdispersion)

@@ -148,6 +148,8 @@ LEFT_OUT: dict[str, str] = {
     "haptic_lab.people.detection.group_draws": "of what efficiency has checked",
     "haptic_lab.people.psychometric.Estimate": BUILT,
     "haptic_lab.people.psychometric.Psychometric": BUILT,
+    "haptic_lab.people.psychometric.estimate": "of what psignifit found",
+    "haptic_lab.people.psychometric.fitted": "asked by fit_psychometric, of what it has checked",
     "haptic_lab.people.studies.presets.HandCondition": "of a study's file, which read has an entry for",
     "haptic_lab.people.studies.presets.Published": "of a study's file, which read has an entry for",
     "haptic_lab.people.studies.presets.Study": "of a study's file, which read has an entry for",

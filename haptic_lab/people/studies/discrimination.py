@@ -19,14 +19,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from haptic_env import extras
 from haptic_env.arrays import Array
-from haptic_lab.people.psychometric import GRID
+from haptic_lab.people.psychometric import GRID, LEAST_LEVELS, estimate, fitted
 from haptic_lab.people.studies.presets import Published, Study
 
 GROUPS = ["condition", "observer", "seconds", "sigma_deg"]
 LEAST = 1e-300  # probability
-LEAST_STIMULI = 3  # that tell a threshold from a slope
 ENDS = ["threshold", "low", "high"]
 COUNTS = [*GROUPS, "value", "correct", "trials"]
 
@@ -118,6 +116,7 @@ def thresholds(counts: pd.DataFrame, study: Study) -> pd.DataFrame:
         fitted.
 
     Raises:
+        ValueError: for counts that psignifit cannot take.
         ImportError: where psignifit is missing.
     """
     lines = []
@@ -135,15 +134,12 @@ def _fit(distance: Array, correct: Array, trials: Array, alternatives: int) -> t
     """The threshold and the ends of its interval (3,), and the rate of lapses; NaN where there is none."""
     # d' grows as the distance does, or nearly: of a choice among two the share of right answers is then Weibull's
     # function to 0.01, which no Gaussian of the distance, or of its log, is.
-    if len(distance) < LEAST_STIMULI or correct.sum() in (0, trials.sum()):
+    if len(distance) < LEAST_LEVELS or correct.sum() in (0, trials.sum()):
         return np.full(3, math.nan), math.nan
-    psignifit = extras.load("psignifit", "people", "a threshold")
     data = np.column_stack([np.log(distance), correct, trials])
     how = {"sigmoid": "gumbel", "experiment_type": f"{alternatives}AFC", "grid_steps": {**GRID, "gamma": 1}}
-    found = psignifit.psignifit(data, verbose=False, **how)  # which is Weibull's of the distance
-    low, high = found.confidence_intervals["threshold"]["0.95"]
-    value = float(found.parameter_estimate["threshold"])
-    return np.exp([value, min(low, value), max(high, value)]), float(found.parameter_estimate["lambda"])
+    found = fitted(data, "a threshold", **how)  # which is Weibull's of the distance
+    return np.exp(estimate(found, "threshold")), estimate(found, "lambda").value
 
 
 def reached(lines: pd.DataFrame, published: Published, standard: float) -> Iterator[dict[str, Any]]:

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from haptic_lab.files import write_csv, write_table
+from haptic_lab.people.psychometric import LEAST_LEVELS
 from haptic_lab.people.studies import discrimination, identification, pictures
 from haptic_lab.people.studies.presets import DISCRIMINATION, Published, Study
 from haptic_lab.style import OBSERVER_NAMES
@@ -130,7 +131,7 @@ def _thresholds(lines: pd.DataFrame, study: Study) -> Table:
 def _threshold(line: Any, study: Study) -> str:
     at, low, high = (float(getattr(line, name)) for name in discrimination.ENDS)
     if math.isnan(at):
-        few = f"fewer than {discrimination.LEAST_STIMULI} stimuli"
+        few = f"fewer than {LEAST_LEVELS} stimuli"
         return f"none: {'all right' if line.right == 1.0 else 'all wrong' if line.right == 0.0 else few}"
     digits = 2 + max(0, -math.floor(math.log10(abs(at - study.standard)))) if at != study.standard else 3
     told = f"{at:.{digits}g} [{low:.{digits}g}, {high:.{digits}g}]"

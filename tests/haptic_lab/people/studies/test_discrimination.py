@@ -104,6 +104,19 @@ def test_why_there_is_no_threshold_is_told(rows: pd.DataFrame, right: float, sti
     assert report._threshold(line, STUDY) == told
 
 
+@pytest.mark.parametrize("kind", [RuntimeError, AssertionError, KeyError])
+def test_what_psignifit_cannot_take_is_told(
+    rows: pd.DataFrame, kind: type[Exception], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refusing(*args: object, **keywords: object) -> None:
+        raise kind("no grid\nfor these")
+
+    monkeypatch.setattr("psignifit.psignifit", refusing)
+    counts = discrimination.counted(rows[rows["sigma_deg"] == 1.0], STUDY)
+    with pytest.raises(ValueError, match=r"psignifit cannot fit these levels: .*no grid"):
+        discrimination.thresholds(counts, STUDY)
+
+
 def test_the_picture_shows_people_and_observers(lines: pd.DataFrame) -> None:
     (axes,) = pictures.thresholds(lines, STUDY).axes
     assert {"1.02", "1.05", "1.1"} <= {each.get_text() for each in axes.get_yticklabels()}
