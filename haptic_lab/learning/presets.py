@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from haptic_env import reading, registration, shapes, validate
-from haptic_lab import conditions, faults
+from haptic_lab import conditions, faults, toml_presets
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.learning import options
 from haptic_lab.learning.sweeping_motion import SweepingMotion
@@ -202,7 +202,7 @@ def names() -> list[str]:
     Returns:
         Their names, sorted.
     """
-    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+    return toml_presets.names(FOLDER)
 
 
 def read(name: str) -> Preset:
@@ -217,7 +217,7 @@ def read(name: str) -> Preset:
     Raises:
         ValueError: for a file that cannot be read, or a preset that makes no sense.
     """
-    path = Path(name) if name.endswith(".toml") else FOLDER / f"{validate.choice('preset', name, names())}.toml"
+    path = toml_presets.path_of("preset", name, FOLDER)
     try:
         content = reading.toml(path)
     except (OSError, ValueError) as error:

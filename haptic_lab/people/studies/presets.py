@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from haptic_env import reading, shapes, validate
+from haptic_lab import toml_presets
 from haptic_lab.worlds import as_shape
 
 FOLDER = Path(__file__).parent / "presets"
@@ -178,7 +179,7 @@ def names() -> list[str]:
     Returns:
         Their names.
     """
-    return sorted(path.stem for path in FOLDER.glob("*.toml"))
+    return toml_presets.names(FOLDER)
 
 
 def read(name: str) -> Study:
@@ -193,8 +194,7 @@ def read(name: str) -> Study:
     Raises:
         ValueError: for another name, and for a file that describes none.
     """
-    shipped = not name.endswith(".toml")
-    path = FOLDER / f"{validate.choice('study', name, names())}.toml" if shipped else Path(name)
+    path = toml_presets.path_of("study", name, FOLDER)
     try:
         return _study(path.stem, reading.toml(path))
     except OSError as error:
