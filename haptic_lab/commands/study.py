@@ -104,7 +104,7 @@ def _check_kept(folder: str | None, study: Study) -> None:
     tables = _kept(folder, study)
     if not any(map(Path.is_file, tables.values())):
         raise ValueError(f"--trials-of must be the --out of a study {study.name}, got {folder!r}")
-    running.read_tables(list(tables.items()))
+    running.read_tables(tables)
 
 
 def _kept(folder: str, study: Study) -> dict[str, Path]:
@@ -139,7 +139,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _report(study: Study, tables: dict[str, Path], out: Path, console: Console) -> None:
-    written = report.save(study, running.read_tables(list(tables.items())), out, console)
+    written = report.save(study, running.read_tables(tables), out, console)
     console.print(f"Written: {', '.join(str(out / each) for each in written)}", highlight=False)
 
 

@@ -166,11 +166,11 @@ def one_by_one(plans: Sequence[ConditionPlan], out: Path, what: str) -> Iterator
             results.rewrite()
 
 
-def read_tables(paths: Sequence[tuple[str, Path]]) -> pd.DataFrame:
+def read_tables(paths: Mapping[str, Path]) -> pd.DataFrame:
     """Read tables of sweeps.
 
     Args:
-        paths: of each, with the name of its condition.
+        paths: of each, by the name of its condition.
 
     Returns:
         Their rows, with a column `condition`; of conditions without a table there are none.
@@ -179,7 +179,7 @@ def read_tables(paths: Sequence[tuple[str, Path]]) -> pd.DataFrame:
         ValueError: for what is no table of a sweep, and where there is no row.
     """
     tables = []
-    for name, path in paths:
+    for name, path in paths.items():
         if path.is_file():
             try:
                 rows = pd.read_csv(path)
