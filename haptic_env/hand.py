@@ -140,8 +140,20 @@ class Hand:
             (L, 3) m in the world, the distal ends of their bones.
         """
         bodies = self.link_bodies
+        return self.bones(data.xpos[bodies], data.xmat[bodies].reshape(-1, 3, 3))[:, 1]
+
+    def bones(self, position: NDArray[np.float64], rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Find where bones begin and end.
+
+        Args:
+            position: (L, 3) m, of the frames of links, from wherever it is told.
+            rotation: (L, 3, 3), of the same.
+
+        Returns:
+            (L, 2, 3) m, the proximal and the distal end of each.
+        """
         length = np.array([link.length for link in self.links])
-        return np.asarray(data.xpos[bodies] + length[:, None] * data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2])
+        return np.stack([position, position + length[:, None] * rotation[:, :, 2]], axis=1)
 
     @cached_property
     def moves(self) -> NDArray[np.bool_]:

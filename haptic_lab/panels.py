@@ -206,10 +206,10 @@ def _draw_hand(
     extent: tuple[float, ...],
 ) -> None:
     """Each link as a line as wide as the link."""
-    position, rotation = link_frames(placed(tree_of(hand), root), angles)
+    bones = hand.bones(*link_frames(placed(tree_of(hand), root), angles))
     figure = axes.figure
     points_per_mm = axes.get_window_extent().width * 72 / figure.dpi / (extent[1] - extent[0])
-    for index, link in enumerate(hand.links):
-        ends = np.stack([position[index], position[index] + link.length * rotation[index][:, 2]]) * MM - middle
+    for link, bone in zip(hand.links, bones, strict=True):
+        ends = bone * MM - middle
         width = 2 * link.radius * MM * points_per_mm
         axes.plot(ends[:, across], ends[:, up], color=HAND, linewidth=width, solid_capstyle="round", zorder=1)

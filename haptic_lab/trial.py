@@ -76,13 +76,12 @@ class Trial:
         told = {"trust": trust} if agents.is_model(policy) else {}
         self.policy = agents.make(policy, env, self._policy_seed, **told) if isinstance(policy, str) else policy
         # Copies share the tables of the candidates, which are never changed.
-        hand, rate, seed = self.hand, base.control_hz, self._observer_seed
         self.observer_runs = {
             name: ObserverRun(
                 each,
-                limits.namer(name, shape, rate) if naming is None or name in naming else None,
+                limits.namer(name, shape, base.control_hz) if naming is None or name in naming else None,
                 course=[] if courses else None,
-                attention=limits.attention(name, hand, rate, seed),
+                attention=limits.attention(name, self.hand, base.control_hz, self._observer_seed),
             )
             for name, each in observers.items()
         }

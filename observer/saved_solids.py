@@ -102,7 +102,6 @@ def check_state(read: ShapePosterior) -> None:
         ValueError: for what does not fit.
     """
     fresh = copy.copy(read)
-    fresh._misfit = copy.deepcopy(read._misfit)
     fresh.reset(seed=0)
     for name in ("_units", "_log_evidence", "_poses", "_weights", "_news"):
         array(f"known.{name}", getattr(read, name), REAL, getattr(fresh, name).shape)

@@ -61,9 +61,8 @@ def has_touch(path: Path | str) -> bool:
     return not any(name.endswith(SUFFIX) for name in names) and not KEYS & names - {"time"}
 
 
-def _usual(path: Path, hand: Hand) -> ColumnMap:
+def _usual(path: Path, content: Mapping[str, Any], hand: Hand) -> ColumnMap:
     """What columns mean where nobody says: they are called as joints and patches are, or stand in their order."""
-    content: Mapping[str, Any] = reading.npz(path) if path.suffix.lower() == ".npz" else {}
     if {"joint_names", "joint_angles", "contacts"} <= set(content):
         names = np.atleast_1d(content["joint_names"])
         return ColumnMap(
@@ -113,7 +112,7 @@ def read_measured(path: Path | str, columns: ColumnMap | None, hand: Hand, *, pa
     if columns is not None:
         return merge(streams, columns, hand)
     content: Mapping[str, Any] = reading.npz(place) if place.suffix.lower() == ".npz" else {}
-    found = merge(streams, _usual(place, hand), hand, stepped={"time", "control_hz"} <= set(content))
+    found = merge(streams, _usual(place, content, hand), hand, stepped={"time", "control_hz"} <= set(content))
     told = content.get(TORQUES)
     return found if told is None else replace(found, torques=_torques(place, told, found))
 

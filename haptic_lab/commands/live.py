@@ -140,7 +140,7 @@ def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:
         source = udp.UdpSource(given["udp"], given["host"], told_by, _say)
     try:
         found = layouts(named, columns, hand)
-        drive = None if torques is None else torque_layout(torques, _labels(source, torques, hand), hand)
+        drive = None if torques is None else torque_layout(torques, source.labels[torques], hand)
         rate = rate or _rate(rates.get(found[0].stream, 0.0), found[0].stream, given["udp"] is not None)
         touched = rates.get(found[1].stream, 0.0)
         record = StepRecord(record.path, hand, rate, torques is not None)
@@ -160,11 +160,6 @@ def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:
     driven = rates.get(torques, 0.0) if torques is not None else 0.0
     intervals = 1.0 / (touched if touched > 0.0 else rate), 1.0 / (driven if driven > 0.0 else rate)
     return source, LiveSession(slam, namer, (*found, drive), intervals, settings.seed, record, _say), sinks
-
-
-def _labels(source: Any, stream: str, hand: Hand) -> Sequence[str]:
-    """Of the columns of a stream of torques: lines by UDP have the hand's own."""
-    return source.labels[stream] if isinstance(source, LslSource) else hand.joint_names
 
 
 def _columns(path: str | None) -> ColumnMap | None:

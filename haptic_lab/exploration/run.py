@@ -6,7 +6,7 @@ from __future__ import annotations
 import signal
 import time
 from collections.abc import Collection, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
@@ -20,8 +20,10 @@ from haptic_lab.limits import NONE as NO_LIMITS
 from haptic_lab.limits import Limits
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.trial import Trial, check_model, guided, make_observers
-from haptic_lab.view.trial_view import TrialView
 from observer.variants import VARIANTS, Observer
+
+if TYPE_CHECKING:
+    from haptic_lab.view.trial_view import TrialView
 
 
 def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | None) -> replay.ExplorationSession:

@@ -115,11 +115,11 @@ def cloud(
     sums = np.zeros((2, 2, *shape))  # behind and before; covered and lit
     tree = tree_of(hand)
     for pose in poses:
-        position, rotation = link_frames(tree, pose)
+        bones = hand.bones(*link_frames(tree, pose))
         nearest, light, cover = np.full(shape, -np.inf), np.zeros(shape), np.zeros(shape)
-        for index, link in enumerate(hand.links):
-            ends = np.stack([position[index], position[index] + link.length * rotation[index][:, 2]]) - grid.centre
-            _capsule(nearest, light, cover, view.project(ends * MM), link.radius * MM, columns, rows)
+        for link, bone in zip(hand.links, bones, strict=True):
+            ends = view.project((bone - grid.centre) * MM)
+            _capsule(nearest, light, cover, ends, link.radius * MM, columns, rows)
         for side, mine in enumerate((nearest < front, nearest >= front)):
             sums[side, 0] += mine * cover
             sums[side, 1] += mine * cover * light

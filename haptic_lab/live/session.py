@@ -139,14 +139,19 @@ class LiveSession:
             say: told what is to be known, in a line.
         """
         self.slam, self.namer, self.record, self._say = slam, namer, record, say
-        self._joints, self._touch, self._torques = layouts
+        angles, touch, drive = layouts
         joints, patches = slam.hand.joints, len(slam.hand.patches)
-        measured: NDArray[np.int64] = self._touch.measured
-        torques = None if self._torques is None else HeldTorques(joints, intervals[1])
+        measured: NDArray[np.int64] = touch.measured
+        torques = None if drive is None else HeldTorques(joints, intervals[1])
         self.merger = LiveMerger(joints, patches, measured, slam.control_hz, intervals[0], torques)
-        self._streams = {"joints": self._joints.stream, "touch": self._touch.stream}
-        if self._torques is not None:
-            self._streams["torques"] = self._torques.stream
+        self._streams = {"joints": angles.stream, "touch": touch.stream}
+        self._readers = {
+            "joints": (angles.angles, self.merger.add_joints),
+            "touch": (touch.contacts, self.merger.add_touch),
+        }
+        if drive is not None:
+            self._streams["torques"] = drive.stream
+            self._readers["torques"] = drive.torques, self.merger.add_torques
         # As a trial gives it to its observers.
         self._seed = int(np.random.SeedSequence(seed).generate_state(2)[1])
         self.pace = Pace(slam.control_hz)
@@ -189,19 +194,11 @@ class LiveSession:
         """
         # Read one stream after the other: where that takes long, the second is as far ahead as it was read later.
         arrival = arrival if chunk.arrival is None else chunk.arrival
-        counts = self.merger.counts
-        if chunk.stream == self._joints.stream:
-            angles, odd = self._joints.angles(chunk.values)
-            counts.refused += odd
-            self.merger.add_joints(chunk.stamps, angles, arrival)
-        if chunk.stream == self._touch.stream:
-            contacts, odd = self._touch.contacts(chunk.values)
-            counts.refused += odd
-            self.merger.add_touch(chunk.stamps, contacts, arrival)
-        if self._torques is not None and chunk.stream == self._torques.stream:
-            torques, odd = self._torques.torques(chunk.values)
-            counts.refused += odd
-            self.merger.add_torques(chunk.stamps, torques, arrival)
+        for kind, (read, add) in self._readers.items():
+            if chunk.stream == self._streams[kind]:
+                told, odd = read(chunk.values)
+                self.merger.counts.refused += odd
+                add(chunk.stamps, told, arrival)
 
     def observe(self, step: LiveStep, sinks: Sequence[Sink]) -> None:
         """Tell the observer, and hand on what it believes.

@@ -30,6 +30,7 @@ class UdpSource:
     """Datagrams at a port.
 
     Attributes:
+        labels: of the columns of each stream.
         refused: how many were none that can be read.
     """
 
@@ -45,6 +46,7 @@ class UdpSource:
         Raises:
             ValueError: for a port that is taken, or an address that this machine has not.
         """
+        self.labels = columns
         self._columns = {kind: {name: at for at, name in enumerate(names)} for kind, names in columns.items()}
         self._say, self.refused = say, 0
         self._socket = bound(port, host)

@@ -84,8 +84,10 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     Raises:
         ValueError: for what makes no sense.
     """
-    cells = trial_tables.cells_of(given)
-    given = trial_tables.as_flags(given, cells) if cells else given
+    table, cells = trial_tables.read(given), []
+    if table is not None:
+        cells = trial_tables.cells_of(given, table)
+        given = trial_tables.as_flags(given, table, cells)
     told = {each.name: getattr(given, FLAGS.get(each.name, each.name)) for each in fields(SweepSettings)}
     if given.recordings is not None:
         _check_recorded(given)

@@ -59,15 +59,14 @@ def add_flags(add: Callable[..., Any]) -> None:
     add("--under", nargs="+", metavar="CONDITION", help="only trials of these conditions (default all)")
 
 
-def cells_of(given: argparse.Namespace) -> list[Cell]:
-    """Read what is to be explored.
+def read(given: argparse.Namespace) -> pd.DataFrame | None:
+    """Read the table, as far as it is asked for.
 
     Args:
         given: all options.
 
     Returns:
-        Each combination once, in the order of the table; with `courses` the longest time alone of each. Nothing where
-        there is no table.
+        (M,) trials; None: there is no table.
 
     Raises:
         ValueError: for a table that is none, and for options that do not go with it.
@@ -76,11 +75,33 @@ def cells_of(given: argparse.Namespace) -> list[Cell]:
         useless = [flag for name, flag in FLAGS.items() if getattr(given, name) is not None]
         if useless:
             raise ValueError(f"{useless[0]} is for --trial-table, which is not given")
-        return []
+        return None
     for name, flag in SAID.items():
         if getattr(given, name) is not None:
             raise ValueError(f"--trial-table says what is explored, and so does {flag}: say one of them")
-    table = _trials(given)
+    told = [list(getattr(given, name) or ()) for name in ("column", "unit", "name")]
+    table = read_trials(given.trial_table, trial_columns.typed(given.columns, *told))
+    if given.under is None:
+        return table
+    there = [*dict.fromkeys(table["condition"])] if "condition" in table else []
+    for name in given.under:
+        validate.choice(f"condition of {given.trial_table}", name, there)
+    return table[table["condition"].isin(given.under)]
+
+
+def cells_of(given: argparse.Namespace, table: pd.DataFrame) -> list[Cell]:
+    """List what is to be explored.
+
+    Args:
+        given: all options.
+        table: (M,) trials.
+
+    Returns:
+        Each combination once, in the order of the table; with `courses` the longest time alone of each.
+
+    Raises:
+        ValueError: for trials that cannot be explored together.
+    """
     found = dict.fromkeys(_cells(table))
     if given.courses:  # a course of the longest has the others in it
         longest: dict[tuple[str, str, str], Cell] = {}
@@ -101,11 +122,12 @@ def cells_of(given: argparse.Namespace) -> list[Cell]:
     return list(found)
 
 
-def as_flags(given: argparse.Namespace, cells: Sequence[Cell]) -> argparse.Namespace:
+def as_flags(given: argparse.Namespace, table: pd.DataFrame, cells: Sequence[Cell]) -> argparse.Namespace:
     """Say by flags what a table says.
 
     Args:
         given: all options.
+        table: (M,) trials.
         cells: of its table.
 
     Returns:
@@ -115,7 +137,7 @@ def as_flags(given: argparse.Namespace, cells: Sequence[Cell]) -> argparse.Names
         ValueError: for a recording that is of several objects.
     """
     told: dict[str, Any] = {"shapes": list(dict.fromkeys(each.object for each in cells))}
-    answers = {*_trials(given)["response"]}
+    answers = {*table["response"]}
     if given.candidates is None:
         told["candidates"] = list(dict.fromkeys([*told["shapes"], *map(as_shape, sorted(answers - {*WORDS}))]))
     if given.none is None and NONE in answers:
@@ -149,17 +171,6 @@ def conditions_of(conditions: Iterable[Condition], cells: Sequence[Cell]) -> Map
             under = replace(condition, seconds=seconds, condition=cell.condition)
             explored.setdefault(under, {})[cell.object] = None
     return {condition: tuple(objects) for condition, objects in explored.items()}
-
-
-def _trials(given: argparse.Namespace) -> pd.DataFrame:
-    told = [list(getattr(given, name) or ()) for name in ("column", "unit", "name")]
-    table = read_trials(given.trial_table, trial_columns.typed(given.columns, *told))
-    if given.under is None:
-        return table
-    there = [*dict.fromkeys(table["condition"])] if "condition" in table else []
-    for name in given.under:
-        validate.choice(f"condition of {given.trial_table}", name, there)
-    return table[table["condition"].isin(given.under)]
 
 
 def _cells(table: pd.DataFrame) -> list[Cell]:

@@ -97,10 +97,9 @@ def make_trial(
     observers = make(settings.observers, **shared, **task.told(hand))
     felt_at: dict[str, float] = {}
     for other in further:
-        mine = [name for name in settings.observers if plain(name) != TRUE_POSE]
+        mine = [name for name in settings.observers if _felt_by(other, name, task) not in observers]
         made = make(mine, **shared, **other.told(hand))
         renamed = {_felt_by(other, name, task): each for name, each in made.items()}
-        renamed = {name: each for name, each in renamed.items() if name not in observers}
         observers |= renamed
         felt_at |= dict.fromkeys(renamed, other.condition.sigma_deg)
     posterior = shape_posterior(settings)

@@ -77,7 +77,6 @@ class Encoder:
         self.setting = setting
         hand = setting.hand
         self._tree, self._centre = tree_of(hand), setting.grid.centre
-        self._bones = np.array([link.length for link in hand.links])
         # The same ones at all times, so that the cloud moves as the hand does.
         self._draws = np.random.default_rng(0).standard_normal((GHOSTS, hand.joints))
         self._draws -= self._draws.mean(axis=0)
@@ -239,8 +238,7 @@ class Encoder:
     def _ends(self, tree: Any, angles: Array) -> Array:
         """(L, 2, 3) m: the ends of the bones."""
         places, turns = link_frames(tree, angles)
-        first = places - self._centre
-        return np.stack([first, first + self._bones[:, None] * turns[:, :, 2]], axis=1)
+        return self.setting.hand.bones(places - self._centre, turns)
 
     def _ghosts(self, moment: Moment) -> Array:
         """(N, J) rad: poses as probable as any."""

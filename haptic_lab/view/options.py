@@ -6,7 +6,7 @@ import ipaddress
 import re
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -76,10 +76,10 @@ class ViewOptions:
         for name, value in told.items():
             if not page and value is not None:
                 raise ValueError(f"--{name.replace('_', '-')} is for the page of --view, which is not given")
-        host = HOST if host is None else host
-        options = cls(page, host, PORT if port is None else port, token, wait, html)
+        host, port = HOST if host is None else host, PORT if port is None else port
+        options = cls(page, host, port, token, wait, html)
         if page and token is None and not ipaddress.ip_address(host).is_loopback:
-            return cls(page, host, options.port, secrets.token_urlsafe(24), wait, html)
+            return replace(options, token=secrets.token_urlsafe(24))
         return options
 
     @property

@@ -84,7 +84,6 @@ class PoseCorrection:
             raise ValueError(f"solids must be told of hand {hand.name!r}, got those of {shape.hand.name!r}")
         self.hand = shape.hand
         self.shape = copy.copy(shape)
-        self.shape._misfit = copy.deepcopy(shape._misfit)  # what does not fit is said by each for itself
         self.after = reach(control_hz) - 1
         self._tree = tree_of(self.hand)
         self._skin = skin_of(self.hand)

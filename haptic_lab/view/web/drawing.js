@@ -13,7 +13,8 @@ class Drawing {
     const gl = this.gl = canvas.getContext("webgl2", {antialias: !drawnBySoftware(), preserveDrawingBuffer: true});
     if (!gl) throw new Error("this browser has no WebGL 2");
     this.programs = Object.fromEntries(Object.entries(SHADERS).map(([name, [v, f]]) => [name, this.program(v, f)]));
-    this.buffers = {cube: this.buffer(cube()), capsule: this.buffer(capsule())};
+    this.capsule = capsule();
+    this.buffers = {cube: this.buffer(cube()), capsule: this.buffer(this.capsule)};
     this.touched = gl.createTexture();
     this.drawn = {}; // what the buffers hold
     this.share = 1; // of the pixels along an edge that are drawn, but for a `sharp` picture
@@ -111,11 +112,11 @@ class Drawing {
   }
 
   lines(scene) {
-    this.hold("box", scene, () => ({"": box(scene.extent)}));
+    this.hold("box", scene, () => ({"": this.edges = box(scene.extent)}));
     this.use("lines", {});
     this.attribute("place", this.buffers.box, 3, 16, 0);
     this.attribute("shade", this.buffers.box, 1, 16, 12);
-    this.gl.drawArrays(this.gl.LINES, 0, box(scene.extent).length / 4);
+    this.gl.drawArrays(this.gl.LINES, 0, this.edges.length / 4);
   }
 
   skin(scene, state) {
@@ -145,7 +146,7 @@ class Drawing {
     this.attribute("first", this.buffers[name], 3, 24, 0, {each: 1});
     this.attribute("last", this.buffers[name], 3, 24, 12, {each: 1});
     this.attribute("radius", this.buffers[name + "radii"], 1, 0, 0, {each: 1});
-    gl.drawArraysInstanced(gl.TRIANGLES, 0, capsule().length / 4, count);
+    gl.drawArraysInstanced(gl.TRIANGLES, 0, this.capsule.length / 4, count);
   }
 
   /** Of a hand before all else: what of a thicker one lies behind it shows beside it. */
@@ -165,7 +166,6 @@ class Drawing {
     const gl = this.gl;
     this.hold("map", map, () => ({places: this.centres(scene, map.cells), chances: map.chances}));
     this.use("voxels", {reach: 0.46 * scene.resolution, threshold, ramp: scene.colours.map.flatMap(rgb)});
-    gl.uniform3fv(this.program_.uniforms.ramp, scene.colours.map.flatMap(rgb));
     this.attribute("place", this.buffers.cube, 3, 24, 0);
     this.attribute("normal", this.buffers.cube, 3, 24, 12);
     this.attribute("centre", this.buffers.mapplaces, 3, 0, 0, {each: 1});

@@ -1,13 +1,5 @@
 // Matrices by columns, as WebGL has them, and meshes that every scene needs.
 
-function product(a, b) {
-  const out = new Float32Array(16);
-  for (let column = 0; column < 4; column++)
-    for (let row = 0; row < 4; row++)
-      for (let k = 0; k < 4; k++) out[4 * column + row] += a[4 * k + row] * b[4 * column + k];
-  return out;
-}
-
 function perspective(angle, aspect, near, far) {
   const f = 1 / Math.tan(angle / 2), out = new Float32Array(16);
   out[0] = f / aspect; out[5] = f; out[10] = (far + near) / (near - far); out[11] = -1;
@@ -81,7 +73,7 @@ function box(extent) {
     line([u * x, -y, v * z], [u * x, y, v * z], 0.5);
     line([u * x, v * y, -z], [u * x, v * y, z], 0.5);
   }
-  for (let at = 0.01; at < Math.max(x, y); at += 0.01) for (const side of at === 0 ? [1] : [-1, 1]) {
+  for (let at = 0.01; at < Math.max(x, y); at += 0.01) for (const side of [-1, 1]) {
     if (at < x) line([side * at, -y, -z], [side * at, y, -z], 0.25);
     if (at < y) line([-x, side * at, -z], [x, side * at, -z], 0.25);
   }
