@@ -83,7 +83,7 @@ def picture(table: pd.DataFrame, recovery: pd.DataFrame | None) -> Figure:
     axis.set_yticks(range(len(labels)), labels, fontsize=7 if len(labels) <= 40 else 4)
     axis.invert_yaxis()
     axis.locator_params(axis="x", nbins=5)
-    axis.set(xlabel="difference from the best (nats a trial)", title="answers that were not told")
+    axis.set(xlabel="difference from the best (nats a trial)", title="Who explains the answers (95 % intervals)")
     if recovery is not None:
         _draw_recovery(beside[0], recovery)
     return figure
@@ -98,7 +98,7 @@ def _draw_recovery(axis: Any, recovery: pd.DataFrame) -> None:
     titles = [as_drawn(name) for name in names]
     axis.set_xticks(range(len(names)), titles, rotation=45, ha="right")
     axis.set_yticks(range(len(names)), titles)
-    axis.set(xlabel="found", ylabel="true", title="simulated subjects")
+    axis.set(xlabel="found", ylabel="true", title="Who is found of simulated subjects")
 
 
 def design_picture(table: pd.DataFrame, powers: list[float], names: list[str]) -> Figure:
@@ -117,11 +117,12 @@ def design_picture(table: pd.DataFrame, powers: list[float], names: list[str]) -
     axis.fill_between(table["trials"], table["low"], table["high"], color=BETTER, alpha=0.2, lw=0)
     axis.plot(table["trials"], table["power"], "o-", ms=3, color=BETTER)
     for power in powers:
-        axis.axhline(power, color="#999999", lw=0.8, ls="--")
+        axis.axhline(power, color="#999999", lw=0.8, ls="--", label="power asked for" if power == powers[0] else None)
     axis.set_xscale("log")
     ticks = [tick for tick in (10, 20, 50, 100, 200, 500, 1000, 2000, 5000) if tick <= table["trials"].max()]
     axis.set_xticks(ticks, [str(tick) for tick in ticks])
     axis.xaxis.minorticks_off()
-    told = f"{as_drawn(names[0])} or {as_drawn(names[1])}"
+    told = f"{as_drawn(names[0])} told from {as_drawn(names[1])} (95 % interval)"
     axis.set(xlabel="trials of a subject", ylabel="share told rightly", ylim=(0.0, 1.02), title=told)
+    axis.legend(fontsize=7, loc="lower right")
     return figure

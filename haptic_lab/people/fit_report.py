@@ -246,6 +246,7 @@ def picture(fits: Mapping[str, Fit]) -> Figure:
     if names and 1 < len(fits) <= LISTED:
         axes[0].legend(fontsize=6)
     _draw_predicted(axes[-1], predicted(fits))
+    figure.suptitle(f"What the answers say of {'each subject' if len(fits) > 1 else 'the subject'} (▼ the estimate)")
     return figure
 
 
