@@ -26,7 +26,7 @@ from observer import (
     PoseOnly,
     ShapePosterior,
 )
-from observer.wrappers.belief_observation import ENTRIES
+from observer.wrappers.belief_observation import ENTRIES, USUAL
 from tests.observer.hands import pointer
 
 WRAPPERS = {
@@ -135,7 +135,8 @@ def test_the_entries_are_what_they_say(two_fingers):
     for _ in range(20):
         observation, *_, info = env.step(close_hand(env))
     sizes = {"pose": 8, "spread": 8, "motion": 8, "contacts": 50, "names": 4, "occupancy": 54, "time": 1, "rhythm": 6}
-    assert list(sizes) == list(ENTRIES)
+    assert tuple(sizes) == USUAL == features.entries == env.observation_space.entries
+    assert set(ENTRIES) == {*USUAL, "covered"}
     parts = dict(zip(sizes, np.split(observation, np.cumsum(list(sizes.values()))[:-1]), strict=True))
     belief = info["belief"]
     low, high = hand.joint_limits.T
@@ -150,6 +151,20 @@ def test_the_entries_are_what_they_say(two_fingers):
     np.testing.assert_allclose(parts["rhythm"], expected, rtol=1e-5)
     assert parts["occupancy"].min() < -0.9, "where the fingers have been is air"
     assert features.space == env.observation_space
+
+
+def test_covered_counts_the_occupied_voxels_of_each_part_of_the_map(two_fingers):
+    env = BeliefObservation(two_fingers, ["covered"])
+    env.reset(seed=0)
+    for _ in range(20):
+        observation, *_, info = env.step(close_hand(env))
+    occupied = info["belief"].occupancy > 0.5
+    assert occupied.shape == (32, 32, 32)
+    assert occupied.any()
+    ends = [int(np.ceil(32 * part / 5)) for part in range(6)]
+    parts = [slice(*ends[part : part + 2]) for part in range(5)]
+    expected = [occupied[x, y, z].sum() / 6.4**2 for x in parts for y in parts for z in parts]
+    np.testing.assert_allclose(observation, np.clip(expected, 0.0, 2.0), rtol=1e-6)
 
 
 def test_occupancy_is_that_of_the_cells_about_the_fingertips(two_fingers):
