@@ -32,6 +32,8 @@ COMMANDS = {
     "design": "say how many trials tell two observers apart",
     "simulate": "let simulated people answer",
     "train": "train a policy to name what the hand touches",
+    "export": "make a trained model one that runs nothing when it is read",
+    "benchmark": "hold policies against each other in the worlds of the tasks",
     "study": "do an experiment with the observers that was done with people",
     "objects": "compare objects with what physics can touch of them",
     "bench": "measure how fast it is",
@@ -40,7 +42,7 @@ COMMANDS = {
     "scaling": "measure how the time of a step grows",
     "scheduling": "measure what a sweep costs beyond its trials",
 }
-ONE_CORE = ("train",)  # each of its processes computes on one core: environments run side by side
+ONE_CORE = ("benchmark", "train")  # each of its processes computes on one core: environments run side by side
 THREADS = {
     "NUMBA_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
