@@ -1,7 +1,7 @@
 """One policy in one world of evaluation: how soon the object was known, how much of it was covered.
 
 Whatever the policy reads, it is judged by the same observer: a `HapticSLAM` of one particle, and the namer that sweeps
-have. It is not stopped when a name is sure.
+have. It is not stopped when a name is sure, and a model acts without the noise with which it learnt.
 """
 
 from __future__ import annotations
@@ -78,10 +78,13 @@ def judge(worlds: EvaluationSet, index: int, policy: str, hand: str, trust: bool
     told = world.told(world.noise, base)
     observers = make_observers((GUIDE,), base, sigma, 1, **told)
     env = guided(env, policy, sigma, namer(world, GUIDE_VARIANTS), **told)
+    chance = int(np.random.SeedSequence(seed).generate_state(2)[0])  # as `Trial` would have it
     explorer: Any = policy
     if policy == TO_MAP and not names:
-        chance = int(np.random.SeedSequence(seed).generate_state(2)[0])  # as `Trial` would have it
         explorer = agents.make(policy, env, chance, objective="map")
+    elif agents.is_model(policy):
+        explorer = agents.make(policy, env, chance, trust=trust)
+        explorer.noiseless = True
     judging = namer(world, VARIANTS if names else 1)
     trial = Trial(env, explorer, observers, judging, seed, naming=None if names else (), trust=trust)
     trial.run()

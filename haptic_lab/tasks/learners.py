@@ -77,7 +77,7 @@ def train(learner: str, world: TrainingWorld, steps: int, path: Path, progress: 
     if learner == "ppo":
         env = DummyVecEnv([lambda: make_env(world)] * ENVS)
         model: Any = PPO(
-            "MlpPolicy", env, n_steps=rollout, batch_size=min(256, ENVS * rollout), learning_rate=5e-4,
+            "MlpPolicy", env, n_steps=rollout, batch_size=2 * rollout, learning_rate=5e-4,
             target_kl=0.05, n_epochs=8, use_sde=True, sde_sample_freq=30,
             policy_kwargs={"net_arch": {"pi": [64], "vf": [64, 64]}, "log_std_init": -1.5}, **common,
         )  # fmt: skip

@@ -42,14 +42,20 @@ def table_of(rows: pd.DataFrame) -> pd.DataFrame:
         decided = float(mine[DECISION].notna().mean()) if TASKS[str(task)].task == NAME else np.nan
         for measure in measured(TASKS[str(task)]):
             values = mine[measure].fillna(np.inf).to_numpy(dtype=np.float64)[:, None]
-            value, low, high = bootstrapped(values, _median if measure == DECISION else np.mean)
-            if len(values) < LEAST:
-                low = high = np.nan
+            estimate = _median if measure == DECISION else _mean
+            value, low, high = estimate(values), np.nan, np.nan
+            if len(values) >= LEAST:
+                with np.errstate(invalid="ignore"):  # of decisions that were not taken
+                    value, low, high = bootstrapped(values, estimate)
             lines.append((task, policy, TITLES[measure], value, low, high, len(values), decided))
     order = {name: index for index, name in enumerate(TASKS)}
     columns = ["task", "policy", "measure", "value", "low", "high", "worlds", "decided"]
     table = pd.DataFrame(lines, columns=columns)
     return table.sort_values("task", key=lambda tasks: tasks.map(order), kind="stable", ignore_index=True)
+
+
+def _mean(values: NDArray[np.float64]) -> float:
+    return float(values.mean())
 
 
 def _median(values: NDArray[np.float64]) -> float:
