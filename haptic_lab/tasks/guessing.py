@@ -73,5 +73,18 @@ def guessing(world: TrainingWorld) -> gym.Env[Any, Any]:
     Returns:
         The environment: joint angles and contacts, actions (J + C,).
     """
-    env = DomainRandomisation(unobserved(world), None, world, held_out=False)
-    return GuessReward(HoldAction(env, world.hold), world.shapes)
+    return GuessReward(felt_alone(world), world.shapes)
+
+
+def felt_alone(world: TrainingWorld, held_out: bool = False, render_mode: str | None = None) -> gym.Env[Any, Any]:
+    """Make the environment of a task without observer and reward; its info has the truth.
+
+    Args:
+        world: of the task.
+        held_out: whether objects have the sizes of evaluation.
+        render_mode: of the scene.
+
+    Returns:
+        The environment: joint angles and contacts, torques (J,).
+    """
+    return HoldAction(DomainRandomisation(unobserved(world, render_mode), None, world, held_out), world.hold)
