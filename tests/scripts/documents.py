@@ -12,9 +12,14 @@ from haptic_lab.sweeps import options
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
-DOCUMENTS = [README, *sorted((ROOT / "docs").glob("*.md"))]
+DOCUMENTS = [README, *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"(<!-- not run: [^\n]+ -->\n)?^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"\]\(([^)\s]*)\)")
+
+
+def name_of(document: Path) -> str:
+    """Where a document lies in the repository."""
+    return document.relative_to(ROOT).as_posix()
 
 
 def examples(document: Path) -> list[str]:
