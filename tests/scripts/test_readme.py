@@ -31,7 +31,7 @@ NEW = {  # files that a reader may add
     "haptic_lab/figures/mine.py",
 }
 ELSEWHERE = {"--logdir", "--nthreads", "--nworkers"}  # of TensorBoard and of dask worker
-FOREIGN = {"Box", "RecordEpisodeStatistics", "VecNormalize"}  # classes of Gymnasium and Stable-Baselines3
+FOREIGN = {"Box", "RecordEpisodeStatistics", "RecordVideo", "VecNormalize"}  # Gymnasium's and Stable-Baselines3's
 FOLDERS = r"(?:scripts|tests|haptic_lab|observer|haptic_env|agents|docs)/"
 WITH_EXAMPLES = [each for each in DOCUMENTS if documents.examples(each)]
 each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
