@@ -65,9 +65,7 @@ def flags(command: str) -> frozenset[str]:
     if command == "live":
         text += (place / "believed.py").read_text()
     if command in ("explore", "live"):
-        text += (place / "view" / "options.py").read_text()
-    if command == "explore":
-        text += (place / "exploration" / "learnt.py").read_text()
+        text += (place / "view" / "options.py").read_text() + (place / "exploration" / "learnt.py").read_text()
     if command == "people":
         text += (place / "people" / "table_flags.py").read_text()
     if command in ("compare", "design", "fit", "simulate"):

@@ -30,8 +30,8 @@ NEW = {  # files that a reader may add
     "observer/classifiers/mine.py",
     "haptic_lab/figures/mine.py",
 }
-ELSEWHERE = {"--logdir", "--nthreads", "--nworkers"}  # of TensorBoard and of dask worker
-FOREIGN = {"Box", "RecordEpisodeStatistics", "VecNormalize"}  # classes of Gymnasium and Stable-Baselines3
+ELSEWHERE = {"--logdir", "--nthreads", "--nworkers", "--array", "--cpus-per-task", "--time"}  # TensorBoard, dask, Slurm
+FOREIGN = {"Box", "RecordEpisodeStatistics", "RecordVideo", "VecNormalize"}  # Gymnasium's and Stable-Baselines3's
 FOLDERS = r"(?:scripts|tests|haptic_lab|observer|haptic_env|agents|docs)/"
 WITH_EXAMPLES = [each for each in DOCUMENTS if documents.examples(each)]
 each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=documents.name_of)
@@ -48,7 +48,7 @@ def test_every_example_runs(document: Path, tmp_path: Path, monkeypatch: pytest.
 def test_the_documents_that_say_how_things_are_used_have_examples() -> None:
     names = {documents.name_of(each).removeprefix("docs/") for each in WITH_EXAMPLES}
     assert {"README.md", "environment.md", "belief.md", "policies.md", "learning.md", "recordings.md"} <= names
-    assert {"tutorials/people.md", "tutorials/policies.md", "tutorials/hands.md"} <= names
+    assert {"tutorials/people.md", "tutorials/policies.md", "howto/noise.md"} <= names
 
 
 def test_the_sweep_in_toml_is_one(tmp_path: Path) -> None:
