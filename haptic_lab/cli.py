@@ -68,6 +68,8 @@ EXAMPLES = {  # one of each, that needs nothing but what is there
     "design": "ideal memory --courses example",
     "simulate": "--courses example --out a.csv",
     "train": "--preset trained --steps 20000",
+    "export": "model.zip --trust",
+    "benchmark": "--quick",
     "study": "--list",
     "objects": "--objects four",
     "bench": "--quick",
