@@ -53,6 +53,14 @@ class HoldAction(gym.Wrapper, gym.utils.RecordConstructorArgs):
         self.action_space = HeldSpace(env.action_space, self.held)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Hold an action for `steps` control steps.
+
+        Args:
+            action: (J,) torque as a fraction of each joint's limit.
+
+        Returns:
+            As of `gymnasium.Env.step`, after the last of these steps: the rewards are added, an end ends the hold.
+        """
         total = 0.0
         for _ in range(self.held):
             observation, reward, terminated, truncated, info = self.env.step(action)
