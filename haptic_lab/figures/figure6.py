@@ -42,7 +42,7 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
         Above a panel for each way to name from the last map, below one for each time.
     """
     namers = [name for name in TITLES if f"{name}_correct" in rows]
-    times = {f"correct_{after}s": after for after in AFTER_SECONDS if rows[f"correct_{after}s"].notna().any()}
+    times = {f"correct_{after}s": float(after) for after in AFTER_SECONDS if rows[f"correct_{after}s"].notna().any()}
     data = summarise(rows, list(times), namers)[COLUMNS]
     data = data[data["trials"] > 0]  # the paper's recursion is not named by all
     seconds = float(rows["seconds"].iloc[0])
