@@ -138,7 +138,9 @@ QUICK = {  # the command lines, in turn, and the files that each leaves in the e
     f"explore --policy trained {SHORT} --out felt": [f"felt/{name}" for name in EXPLORED],
     "replay felt/recording.npz --particles 2 --out again": [f"again/{name}" for name in EXPLORED],
     f"evaluate {SHORT} --shapes cube sphere --sigmas 3 --trials 1 --exemplars 1 --observers floor haptic_slam --jobs 1 "
-    "--out swept": [f"swept/{name}" for name in ("config.json", "evaluate.png", "summary.csv", "trials.csv")],
+    "--out swept": [
+        f"swept/{name}" for name in ("against_floor.csv", "config.json", "evaluate.png", "summary.csv", "trials.csv")
+    ],
     "figures confusion pose_error --trials-of swept --out drawn": [
         f"drawn/{name}.{kind}" for name in ("confusion", "pose_error") for kind in ("csv", "pdf", "png")
     ],
