@@ -54,7 +54,7 @@ def test_beliefs_are_of_now_and_nothing_is_lost(steps: int, minutes: int) -> Non
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(live, "_run", lambda *all_: made.append(all_) or 0)
             streams = [f"{name}_joints", f"{name}_touch"]
-            given = ["--lsl-in", *streams, "--hand", hand, "--control-hz", str(steps)]
+            given = ["--lsl-in", *streams, "--hand", hand, "--control-hz", str(steps), "--lsl-out", name]
             source = lsl.LslSource(streams)  # the sender waits for it, until all is compiled
             patch.setattr(live, "LslSource", lambda _: source)
             assert live.main(given) == 0

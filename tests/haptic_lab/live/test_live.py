@@ -265,6 +265,8 @@ BAD = {
         "another file than --record",
     ),
     "no port to send to": (["--udp", "0", "--udp-out", "0", "--hand", "two_finger"], "--udp-out must be"),
+    "no name to send by": (["--udp", "0", "--lsl-out", "", "--hand", "two_finger"], "--lsl-out must be a word of 1"),
+    "a name of two lines": (["--lsl-in", "a", "--lsl-out", "a\nb", "--hand", "two_finger"], "--lsl-out must be a word"),
     "its own port": (["--udp", "5005", "--udp-out", "5005", "--hand", "two_finger"], "another port than --udp"),
     "a candidate": (["--udp", "0", "--hand", "two_finger", "--candidates", "cub"], "cube"),
     "a library": (["--udp", "0", "--hand", "two_finger", "--library", "none"], "learn one first"),
