@@ -236,8 +236,8 @@ class LslSink:
         if sent:
             taken = min(sent)
             raise ValueError(
-                f"a stream {taken!r} is sent already, on {sent[taken]!r}: end that session, or say by --lsl-out another "
-                f"word than {validate.shown(prefix)} with which names begin"
+                f"a stream {taken!r} is sent already, on {sent[taken]!r}: end that session, or say by --lsl-out "
+                f"another word than {validate.shown(prefix)} with which names begin"
             )
         joints = [*joint_names, *(f"{name}_std" for name in joint_names)]
         columns = {"pose": joints, "offset": joints, "names": list(labels), "entropy": ["entropy"]}

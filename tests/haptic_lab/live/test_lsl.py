@@ -174,10 +174,8 @@ def test_beliefs_go_out_by_the_name_that_was_said(monkeypatch, arguments, begins
     """Two sessions on one network are told apart; whoever listens by UDP may send by the Lab Streaming Layer too."""
     hand, made, opened = hands.make("two_finger"), [], []
 
-    class Source:
-        labels = {"a": list(hand.joint_names), "b": list(hand.patches.names)}
-        rates = {"a": 50.0, "b": 50.0}
-
+    labels = {"a": list(hand.joint_names), "b": list(hand.patches.names)}
+    source = SimpleNamespace(labels=labels, rates={"a": 50.0, "b": 50.0})
     library = SimpleNamespace(
         resolve_streams=lambda timeout: [SimpleNamespace(name="haptic_slam2_pose", hostname="lab")],
         StreamInfo=lambda name, *_: (
@@ -187,7 +185,7 @@ def test_beliefs_go_out_by_the_name_that_was_said(monkeypatch, arguments, begins
         StreamOutlet=lambda info, max_buffered: info,
     )
     monkeypatch.setattr(lsl, "library", lambda: library)
-    monkeypatch.setattr(live, "LslSource", lambda names: Source())
+    monkeypatch.setattr(live, "LslSource", lambda names: source)
     monkeypatch.setattr(live, "_run", lambda *all_: made.append(all_) or 0)
     assert live.main([*arguments, *FEW]) == 0
     assert opened == ([] if begins is None else [f"{begins}_{kind}" for kind in lsl.KINDS])

@@ -14,8 +14,8 @@ from scipy.spatial import cKDTree
 
 from haptic_env import hands
 from haptic_lab.exploration.surface_picture import LIMIT
-from haptic_lab.view.encoding import GHOSTS, LEAST, TURN, UNIT, Encoder
 from haptic_lab.view import encoding
+from haptic_lab.view.encoding import GHOSTS, LEAST, TURN, UNIT, Encoder
 from haptic_lab.view.moment import NewTouches, Pace, packed, unpacked
 from haptic_lab.view.skin import skin_of
 from observer.kinematics import link_frames, tree_of
