@@ -24,7 +24,7 @@ from observer.kinematics import Tree
 SPACING = 0.002  # m, between the points of a patch of which one has touched
 MOST = 500  # touches that are looked at; of more, evenly spread ones
 INDEPENDENT = 0.12  # s, after which errors of the smoothed pose are other ones
-KEPT = 20_000  # links of a trial: some minutes, of which far more than `MOST` are left
+KEPT = 10_000  # links of a trial: some minutes, of which far more than `MOST` are left
 RUN = 64  # links that are kept, or let go, together: all that touch at a step, several times over
 
 

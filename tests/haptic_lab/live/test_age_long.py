@@ -1,4 +1,4 @@
-"""How old a belief is when it is handed on: minutes at 100 Hz, MyoHand, 200 particles, by the Lab Streaming Layer.
+"""How old a belief is when it is handed on: minutes at 100 Hz, 200 particles, by the Lab Streaming Layer.
 
 python -m pytest -m statistical -s tests/haptic_lab/live/test_age_long.py
 """
@@ -46,9 +46,10 @@ class Ages:
 @pytest.mark.statistical
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize(("steps", "minutes"), [(50, 1), (100, 1), (50, 10), (100, 10)])
-def test_beliefs_are_of_now_and_nothing_is_lost(steps: int, minutes: int) -> None:
+@pytest.mark.parametrize("hand", ["myo", "two_finger"])
+def test_beliefs_are_of_now_and_nothing_is_lost(hand: str, steps: int, minutes: int) -> None:
     """How old they are, and how busy this machine is, is printed: an observer that is too slow for it falls behind."""
-    hand, seconds = "myo", 60.0 * minutes
+    seconds = 60.0 * minutes
     name, made = f"test{uuid.uuid4().hex[:8]}", []
     with sending(name, hand, RATE, seconds + 60.0):  # for as long as it compiles, too
         with pytest.MonkeyPatch.context() as patch:

@@ -302,8 +302,8 @@ def test_what_never_comes_is_told(hand, monkeypatch):
     clock = itertools.count(0.0, 0.5)
     monkeypatch.setattr("haptic_lab.live.session.time.monotonic", lambda: next(clock))
     made.run(Played(iter([[]] * 20)), [], 9.0)
-    assert [each for each in said if "no joints have come from joints" in each]
-    assert [each for each in said if "no touch have come from contacts" in each]
+    assert [each for each in said if "no samples of joints have come from joints" in each]
+    assert [each for each in said if "no samples of touch have come from contacts" in each]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")

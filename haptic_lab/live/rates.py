@@ -1,0 +1,49 @@
+"""Whether samples come as often as there are steps, or as their stream has said."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+WINDOW = 5.0  # s, over which samples are counted
+SHARE = 0.7  # of the rate: where so few come, there are steps of which nothing is measured
+
+
+class Rates:
+    """How often samples come: where that is too seldom, it is told once of each stream."""
+
+    def __init__(self, streams: Mapping[str, str], expected: Mapping[str, float]) -> None:
+        """Begin before the first.
+
+        Args:
+            streams: the name of each kind's stream.
+            expected: Hz, of each kind.
+        """
+        self._streams, self._expected = streams, dict(expected)
+        self._begun: dict[str, tuple[float, int]] = {}
+
+    def told(self, counts: Mapping[str, int], now: float, silent: Collection[str]) -> Iterator[str]:
+        """Tell which come too seldom.
+
+        Args:
+            counts: how many of each kind have come.
+            now: s, by this machine.
+            silent: kinds of which none come at present.
+
+        Yields:
+            A line for each.
+        """
+        for kind in [*self._expected]:
+            count, expected = counts[kind], self._expected[kind]
+            begun, before = self._begun.setdefault(kind, (now, count))
+            if kind in silent or not before:
+                self._begun[kind] = now, count
+            elif now - begun >= WINDOW:
+                self._begun[kind] = now, count
+                rate = (count - before) / (now - begun)
+                if rate < SHARE * expected:
+                    del self._expected[kind]
+                    yield (
+                        f"samples of {kind} come from {self._streams[kind]} {rate:.3g} times a second, not "
+                        f"{expected:.3g}: of the steps between, they are not measured; --control-hz "
+                        f"{max(1, round(rate))} fits"
+                    )
