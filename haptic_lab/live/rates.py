@@ -19,27 +19,28 @@ class Rates:
             expected: Hz, of each kind.
         """
         self._streams, self._expected = streams, dict(expected)
-        self._begun: dict[str, tuple[float, int]] = {}
+        self._begun: dict[str, tuple[int, float]] = {}
 
-    def told(self, counts: Mapping[str, int], now: float, silent: Collection[str]) -> Iterator[str]:
+    def told(self, come: Mapping[str, tuple[int, float]], silent: Collection[str]) -> Iterator[str]:
         """Tell which come too seldom.
 
         Args:
-            counts: how many of each kind have come.
-            now: s, by this machine.
+            come: how many of each kind have come, and the time of the newest, s: not when it arrived, since samples may
+                come in bursts.
             silent: kinds of which none come at present.
 
         Yields:
             A line for each.
         """
         for kind in [*self._expected]:
-            count, expected = counts[kind], self._expected[kind]
-            begun, before = self._begun.setdefault(kind, (now, count))
-            if kind in silent or not before:
-                self._begun[kind] = now, count
-            elif now - begun >= WINDOW:
-                self._begun[kind] = now, count
-                rate = (count - before) / (now - begun)
+            count, newest = come[kind]
+            if kind in silent or not count:
+                self._begun.pop(kind, None)
+                continue
+            before, begun = self._begun.setdefault(kind, come[kind])
+            if newest - begun >= WINDOW:
+                self._begun[kind] = come[kind]
+                rate, expected = (count - before) / (newest - begun), self._expected[kind]
                 if rate < SHARE * expected:
                     del self._expected[kind]
                     yield (

@@ -238,7 +238,7 @@ class LiveSession:
             if (kind in silent) != (kind in self._silent):
                 self._silent ^= {kind}
                 self._say(f"{stream} is silent: {LOST[kind]}" if kind in silent else f"{stream} is back")
-        for seldom in self._rates.told({"joints": counts.joints, "touch": counts.touch}, now, silent):
+        for seldom in self._rates.told(self.merger.come(), silent):
             self._say(seldom)
         slow = self.pace.told(0.0 if self.told is None else self.merger.newest - self.told.time)
         if slow is not None:

@@ -11,29 +11,33 @@ from tests.haptic_lab.live.streams import Played, moving
 from tests.haptic_lab.live.test_live import session
 
 
-def said(rate: float, expected: float = 50.0, silent: tuple[float, float] = (0.0, 0.0)) -> list[str]:
+def said(
+    rate: float, expected: float = 50.0, silent: tuple[float, float] = (0.0, 0.0), burst: float = 0.1
+) -> list[str]:
     rates, lines = Rates({"joints": "Glove"}, {"joints": expected}), []
     for now in np.arange(0.0, 6 * WINDOW, 0.1):
         gone = silent[0] <= now < silent[1]
-        count = int(rate * (min(now, silent[0]) + max(0.0, now - silent[1]) if silent[1] else now))
-        lines += rates.told({"joints": count}, now, {"joints"} if gone else set())
+        until = silent[0] if gone else now - now % burst  # of what has come
+        count = round(rate * (until - 12.0 if until > silent[1] > 0.0 else until))
+        lines += rates.told({"joints": (count, until)}, {"joints"} if gone else set())
     return lines
 
 
 @pytest.mark.parametrize("rate", [1.0, 10.0, 30.0])
 def test_what_comes_too_seldom_is_told_once_with_a_rate_that_fits(rate: float) -> None:
-    (told,) = said(rate)
+    (told,) = said(rate, burst=1.0)
     assert f"samples of joints come from Glove {rate:g} times a second, not 50" in told
     assert f"--control-hz {rate:g} fits" in told
 
 
+@pytest.mark.parametrize("burst", [0.1, 4.0, 11.0])
 @pytest.mark.parametrize("rate", [0.0, 40.0, 50.0, 500.0])
-def test_what_comes_as_often_or_never_is_not(rate: float) -> None:
-    assert said(rate) == []
+def test_what_comes_as_often_or_never_is_not(rate: float, burst: float) -> None:
+    assert said(rate, burst=burst) == []
 
 
 def test_silence_is_told_otherwise() -> None:
-    assert said(50.0, silent=(7.0, 19.0)) == []
+    assert said(50.0, silent=(7.0, 19.05)) == []
 
 
 @pytest.mark.parametrize("seldom", ["joints", "contacts"])
