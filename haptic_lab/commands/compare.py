@@ -95,7 +95,7 @@ def main(arguments: list[str] | None = None) -> int:
         table = pd.concat(parts, ignore_index=True)
         table = table[["subject", *(column for column in table if column != "subject")]]
         compare_report.tell(table, console)
-        best = table.groupby("subject", sort=False)["log_likelihood"].max()
+        best = table.groupby("subject", sort=False)["nats"].max()
         chance = fit_report.chance_of(given.models[0].courses)
         if guessed := list(best.index[best < chance]):
             console.print(f"note: {fit_report.worse_than_guesses(guessed, chance)}", highlight=False)

@@ -38,7 +38,7 @@ class Comparison:
         """Put down how well each model explains the subject.
 
         Returns:
-            A row for each model, the best first: `log_likelihood` of a trial that it was not told of, nats; the
+            A row for each model, the best first: `nats`, log likelihood of a trial that it was not told of; the
             `difference` from the best with its 95 % interval (Student's t, over trials); `log_evidence` of all trials;
             `parameters` that were found.
         """
@@ -49,7 +49,7 @@ class Comparison:
             rows.append(
                 {
                     "model": name,
-                    "log_likelihood": float(each.cross_validated.mean()),
+                    "nats": float(each.cross_validated.mean()),
                     "difference": difference,
                     "difference_low": low,
                     "difference_high": high,

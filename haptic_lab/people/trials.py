@@ -104,6 +104,8 @@ def write_trials(table: pd.DataFrame, path: Path | str) -> None:
 def _rows(path: Path) -> tuple[pd.DataFrame, list[int]]:
     """The cells of a file as texts, and the line at which each row ends."""
     suffix = validate.choice("ending of a table", path.suffix.lower(), SEPARATORS)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: there is no such file; a table of trials is a .csv or .tsv")
     try:
         text = reading.text(path)
         first = next((line for line in text.splitlines() if line.strip()), "")

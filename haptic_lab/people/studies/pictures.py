@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from itertools import cycle
 from typing import Any
 
@@ -40,6 +41,8 @@ def thresholds(lines: pd.DataFrame, study: Study) -> Figure:
         _published(panel, study)
         for name, shift, colour in _observers(group):
             line = group[(group["observer"] == name) & group["threshold"].notna()].sort_values("sigma_deg")
+            if line.empty:  # all answers were right, say: the table tells
+                continue
             at, low, high = ((line[each] - study.standard).abs().to_numpy(float) for each in ENDS)
             place, errors = line["sigma_deg"] * SPREAD**shift, np.maximum([at - low, high - at], 0.0)
             label = as_drawn(OBSERVER_NAMES.get(name, name))
@@ -55,8 +58,9 @@ def thresholds(lines: pd.DataFrame, study: Study) -> Figure:
         _by_value(panel, study)
     axes[0].set_ylabel(f"threshold of {study.parameter}{study.unit and f' ({study.unit})'}")
     told = f"{study.title}\n{100 * 0.5 * (1 + study.guess):g} % right, 95 % intervals"
-    figure.suptitle(told if lines["within"].all() else f"{told}; open: beyond the stimuli", fontsize=10)
-    _legend(figure, axes[0])
+    fitted = lines[lines["threshold"].notna()]
+    figure.suptitle(told if fitted["within"].all() else f"{told}; open: beyond the stimuli", fontsize=10)
+    _legend(figure, axes)
     return figure
 
 
@@ -99,7 +103,7 @@ def accuracy(lines: pd.DataFrame, study: Study) -> Figure:
             )
     axes[0].set_ylabel("named right (%)")
     figure.suptitle(f"{study.title}\n95 % intervals, {lines['trials'].max()} explorations each", fontsize=10)
-    _legend(figure, axes[0])
+    _legend(figure, axes)
     return figure
 
 
@@ -134,6 +138,8 @@ def _title(condition: str, seconds: float) -> str:
     return ", ".join(each for each in (condition, f"{seconds:g} s of touch") if each)
 
 
-def _legend(figure: Figure, axes: Axes) -> None:
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(3, max(1, len(labels))))
+def _legend(figure: Figure, panels: Iterable[Axes]) -> None:
+    told = [zip(*axes.get_legend_handles_labels(), strict=True) for axes in panels]
+    shown = {label: handle for each in told for handle, label in each}
+    if shown:
+        figure.legend([*shown.values()], [*shown], loc="outside lower center", ncols=min(3, len(shown)))

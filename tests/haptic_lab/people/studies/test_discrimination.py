@@ -122,6 +122,9 @@ def test_the_picture_shows_people_and_observers(lines: pd.DataFrame) -> None:
     assert {"1.02", "1.05", "1.1"} <= {each.get_text() for each in axes.get_yticklabels()}
     names = axes.get_legend_handles_labels()[1]
     assert names == ["people, 1.03", "haptic SLAM"]
+    none = lines.assign(observer="ceiling", within=False, **dict.fromkeys(discrimination.ENDS, math.nan))
+    figure = pictures.thresholds(pd.concat([lines, none]), STUDY)
+    assert [each.get_text() for each in figure.legends[0].get_texts()] == names  # who has no point is not in it
 
 
 def test_what_was_no_candidate_is_refused(rows: pd.DataFrame) -> None:
