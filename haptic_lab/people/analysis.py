@@ -14,7 +14,7 @@ from haptic_env import validate
 from haptic_lab.people import curves, observer_pictures, pictures, sensitivity_tables, summaries
 from haptic_lab.people.agreement import FLOOR
 from haptic_lab.people.matching import Match, cells_of, match, unknown_to
-from haptic_lab.people.observed import Cell, Observed
+from haptic_lab.people.observed import Cell, Observed, in_two_intervals
 from haptic_lab.people.pictures import MOST_OBSERVERS, MOST_PANELS
 from haptic_lab.people.scoring import Design
 from haptic_lab.people.summaries import PEOPLE, Group, over_all_times
@@ -114,7 +114,9 @@ def analyse(
 
 def _matched(table: pd.DataFrame, design: Design, observers: Sequence[Observed]) -> tuple[list[Match], list[str]]:
     if observers and design.kind == "2afc":
-        return [], ["Observers explore one object in a trial: in a design of two intervals people are told of alone."]
+        if not design.standard:
+            return [], ["Observers are left out: nobody knows what the other of two intervals had (--standard)."]
+        observers = [in_two_intervals(each, design.standard) for each in observers]
     if observers and not design.scored:
         return [], ["Observers are left out: nobody knows of which objects they should say “no” (--absent)."]
     taken = {PEOPLE, *table["subject"]}

@@ -94,6 +94,9 @@ def check_models(models: Sequence[Model]) -> None:
     names = [model.name for model in models]
     if len(set(names)) < len(names):
         raise ValueError(f"models must have names of their own, got {', '.join(names)}")
+    if len({model.timed for model in models}) > 1:
+        timed, asked = (validate.listed(each.name for each in models if each.timed is told) for told in (True, False))
+        raise ValueError(f"models tell when a subject answers ({timed}) or wait until it is asked ({asked}): not both")
     for model in models[1:]:
         if set(model.courses.names) != set(models[0].courses.names):
             told = f"{', '.join(models[0].courses.names)} of {names[0]}, {', '.join(model.courses.names)}"

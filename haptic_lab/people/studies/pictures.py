@@ -21,6 +21,7 @@ ORDER = ("floor", "haptic_slam", "ceiling")
 PEOPLE = "#D55E00"
 SPREAD = 1.03  # of sigma between curves, so that their intervals can be told apart
 PERCENT = 100.0
+LETTER, HANDLE = 0.075, 0.6  # inches, of a legend
 DASHES: Any = ((0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 
 
@@ -80,11 +81,14 @@ def accuracy(lines: pd.DataFrame, study: Study) -> Figure:
     for panel, (sigma, group) in zip(axes, panels, strict=True):
         curves = list(group.groupby(["condition", "observer"], sort=False))
         colours = cycle((OUTLINE, *SPARE))
+        strokes = dict(zip(dict.fromkeys(group["condition"]), cycle(("-", *DASHES)), strict=False))
+        several = group["observer"].nunique() > 1
         for number, ((condition, observer), line) in enumerate(curves):
             name = OBSERVER_NAMES.get(observer, observer)
-            several = group["observer"].nunique() > 1
             label = ", ".join(each for each in (condition, name if several or not condition else "") if each)
-            colour = OBSERVER_COLOURS.get(observer, OUTLINE) if not condition else next(colours)
+            # Of several observers the colour says which, and the stroke under which condition.
+            colour = OBSERVER_COLOURS.get(observer, OUTLINE) if several or not condition else next(colours)
+            stroke: Any = strokes[condition] if several else "-"
             mean, low, high = (PERCENT * line[each].to_numpy() for each in ("mean", "low", "high"))
             shown: Any = {"color": colour, "label": as_drawn(label), "markersize": 4, "elinewidth": 1.0}
             panel.errorbar(
@@ -92,6 +96,7 @@ def accuracy(lines: pd.DataFrame, study: Study) -> Figure:
                 mean,
                 np.maximum([mean - low, high - mean], 0.0),
                 marker="o",
+                linestyle=stroke,
                 **shown,
             )
         panel.set(xlabel="explored for (s)", title=f"σ = {sigma:g}°", ylim=(-3, 104))
@@ -142,4 +147,6 @@ def _legend(figure: Figure, panels: Iterable[Axes]) -> None:
     told = [zip(*axes.get_legend_handles_labels(), strict=True) for axes in panels]
     shown = {label: handle for each in told for handle, label in each}
     if shown:
-        figure.legend([*shown.values()], [*shown], loc="outside lower center", ncols=min(3, len(shown)))
+        fit_in = int(figure.get_figwidth() / (LETTER * max(map(len, shown)) + HANDLE))
+        columns = min(3, max(1, fit_in), len(shown))
+        figure.legend([*shown.values()], [*shown], loc="outside lower center", ncols=columns)

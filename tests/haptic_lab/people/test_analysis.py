@@ -164,7 +164,9 @@ def test_an_observer_that_had_fewer_names_to_choose_from_is_left_out(tmp_path: P
     odd = answers.assign(object=answers["object"].replace("cone", "torus"), response="cube")
     table = check_trials(odd)
     observers = read_observers(sweep(tmp_path / "sweep", {"haptic_slam": 0.9}))
-    with pytest.raises(ValueError, match=r"Left out, as they did not know of torus, .*: haptic SLAM\. .*candidates of the table"):
+    with pytest.raises(
+        ValueError, match=r"Left out, as they did not know of torus, .*: haptic SLAM\. .*candidates of the table"
+    ):
         analyse(table, design_of(table), observers)
     table = check_trials(answers.assign(response=answers["response"].replace("cone", "torus")))
     assert "accuracy" in analyse(table, design_of(table), observers).tables  # torus was no object

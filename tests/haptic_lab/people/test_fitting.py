@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from haptic_lab.people import likelihood, repeats
+from haptic_lab.people import answers, likelihood, repeats
 from haptic_lab.people.comparing import Comparison, compare, parted, recoveries, recovery_table
 from haptic_lab.people.courses import Courses
 from haptic_lab.people.decisions import Decision
@@ -82,8 +82,8 @@ def test_borrowed_repeats_estimate_what_many_repeats_say():
     wanted = np.array([Decision().response_probabilities(many, cell, 8.0, 2.0) for cell in cells])
     own = np.array([Decision().response_probabilities(few, cell, 8.0, 2.0) for cell in cells])
     model = Model.named("ideal", few, {"sigma_deg": (8.0, 8.0)})
-    every = likelihood.every_answer(few, [2.0])
-    found = likelihood.predicted(model, every, repeats.draws(few, 0, 0))[0, 0, 0, :, 3].reshape(4, 4)
+    every = answers.every_answer(few, [2.0])
+    found = likelihood.predicted(model, every, repeats.draws(few, 0, 0)).sure[0, 0, 0, 0, 0, :, 3].reshape(4, 4)
     np.testing.assert_allclose(found.sum(axis=1), 1.0, atol=1e-5)
     assert found.min() > 0.0
     assert np.abs(found - wanted).mean() < np.abs(own - wanted).mean()

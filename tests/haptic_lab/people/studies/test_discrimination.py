@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -102,6 +103,20 @@ def test_why_there_is_no_threshold_is_told(rows: pd.DataFrame, right: float, sti
     assert math.isnan(line.threshold)
     assert not line.within
     assert report._threshold(line, STUDY) == told
+
+
+@pytest.mark.parametrize(
+    ("standard", "ends", "told"),
+    [
+        (1.0, (1.0184, 1.0074, 1.0269), "1.018 [1.007, 1.027]"),
+        (1.0, (1.102, 1.041, 1.139), "1.10 [1.04, 1.14]"),
+        (40.0, (41.64, 40.58, 42.5), "41.6 [40.6, 42.5]"),
+        (90.0, (118.4, 101.0, 130.0), "118 [101, 130]"),
+    ],
+)
+def test_a_threshold_has_two_digits_of_its_distance(standard: float, ends: tuple[float, ...], told: str) -> None:
+    line = pd.Series(dict(zip(discrimination.ENDS, ends, strict=True)) | {"within": True})
+    assert report._threshold(line, SimpleNamespace(standard=standard)) == told  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("kind", [RuntimeError, AssertionError, KeyError])
