@@ -6,6 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 RUN := $(VENV)/.installed-run
 TEST := $(VENV)/.installed-test
+DOCS := $(VENV)/.installed-docs
 OUT ?= out/explore
 ARGS ?=
 # Offscreen rendering without a display, where there is EGL.
@@ -14,7 +15,7 @@ export MUJOCO_GL ?= egl
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help explore figures test statistics fuzz check format clean
+.PHONY: help explore figures docs test statistics fuzz check format clean
 
 help:  ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -24,6 +25,9 @@ explore: $(RUN)  ## Explore a hidden object and name it; ARGS="--shape cube --si
 
 figures: $(RUN)  ## Draw the figures of the paper, and more, into out/figures; ARGS="figure5 film" picks some
 	$(BIN)/python scripts/figures.py $(ARGS)
+
+docs: $(DOCS)  ## Build the site into out/site; a link or a reference that leads nowhere fails
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 
 test: $(TEST)  ## Run the tests, but for the long statistical ones; ARGS="tests/agents" picks some
 	$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS)
@@ -54,6 +58,10 @@ $(RUN): pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[hands,meshes]'
 	touch $@
 
+$(DOCS): pyproject.toml constraints.txt | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[docs]'
+	touch $@
+
 $(TEST): pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[train,test]'
-	touch $(RUN) $@
+	touch $(RUN) $(DOCS) $@

@@ -11,6 +11,25 @@ from numpy.typing import NDArray
 from haptic_env import validate
 
 
+class HeldSpace(gym.spaces.Box):
+    """The Box of an action, which knows for how long it is held, and so does whatever is saved with it.
+
+    Attributes:
+        held: control steps.
+    """
+
+    def __init__(self, space: gym.Space[Any], held: int) -> None:
+        """Take the bounds of a space.
+
+        Args:
+            space: a Box.
+            held: control steps of each action.
+        """
+        assert isinstance(space, gym.spaces.Box)
+        super().__init__(space.low, space.high, space.shape, space.dtype.type)
+        self.held = held
+
+
 class HoldAction(gym.Wrapper, gym.utils.RecordConstructorArgs):
     """Holds each action for `steps` control steps; their rewards add up.
 
@@ -31,8 +50,17 @@ class HoldAction(gym.Wrapper, gym.utils.RecordConstructorArgs):
         gym.utils.RecordConstructorArgs.__init__(self, steps=steps)
         gym.Wrapper.__init__(self, env)
         self.held = validate.integer("steps", steps, 1)
+        self.action_space = HeldSpace(env.action_space, self.held)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Hold an action for `steps` control steps.
+
+        Args:
+            action: (J,) torque as a fraction of each joint's limit.
+
+        Returns:
+            As of `gymnasium.Env.step`, after the last of these steps: the rewards are added, an end ends the hold.
+        """
         total = 0.0
         for _ in range(self.held):
             observation, reward, terminated, truncated, info = self.env.step(action)

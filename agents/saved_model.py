@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from agents.network import Memory
 from agents.normalization import Normalization
+from agents.training import of_spaces
 
 WHY = (
     "a model that Stable-Baselines3 has saved holds pickles, which can run any code when they are read. If you made it "
@@ -94,6 +95,6 @@ def _load(path: Path) -> tuple[Any, dict[str, Any]]:
             network = kind(data["observation_space"], data["action_space"], *rate, **keywords)
         network.load_state_dict(parameters["policy"])
         network.set_training_mode(False)
-        return network, data.get("exploration", {})
+        return network, data.get("exploration") or of_spaces(data["observation_space"], data["action_space"])
     except Exception as error:  # what is unpickled may raise anything
         raise ValueError(f"{path} is no whole model of Stable-Baselines3 or sb3-contrib: {error}") from error

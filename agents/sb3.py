@@ -111,7 +111,7 @@ class Sb3(Guided):
         assert step is not None
         if int(step) % self._hold == 0:
             if self._features is not None:
-                posterior = self.shape.posterior
+                posterior = self.shape.posterior if "names" in self._features.entries else None
                 observation = self._features.vector(self.belief, observation["contacts"], posterior, int(step))
             quiet, began = deterministic or self.noiseless, int(step) == 0
             try:

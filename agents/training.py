@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import gymnasium as gym
+
 from agents.space_difference import brief
 from haptic_env import validate
 from observer.wrappers.belief_observation import ENTRIES
@@ -26,7 +28,8 @@ def training_of(model: Any, entries: Sequence[str] | None = None, hold: int | No
     Raises:
         ValueError: for entries of no belief, or that the model was not shown.
     """
-    told = dict(getattr(model, "exploration", {})) or _of_environment(model)
+    told = dict(getattr(model, "exploration", {}))
+    told = told or of_spaces(model.observation_space, model.action_space) | _of_environment(model)
     if entries is not None:
         given = list(validate.names("entries", entries))
         for entry in given:
@@ -40,6 +43,21 @@ def training_of(model: Any, entries: Sequence[str] | None = None, hold: int | No
     if hold is not None:
         told["hold"] = validate.integer("hold", hold, 1, MOST_HELD)
     return told
+
+
+def of_spaces(observation: gym.Space[Any], action: gym.Space[Any]) -> dict[str, Any]:
+    """Say what spaces know of how a model was trained, also those that Stable-Baselines3 saves with it.
+
+    Args:
+        observation: of the model; a `BeliefSpace` knows its entries.
+        action: of the model; a `HeldSpace` knows for how long it is held.
+
+    Returns:
+        "entries" and "hold", as far as they are known.
+    """
+    entries, held = getattr(observation, "entries", None), getattr(action, "held", None)
+    told: dict[str, Any] = {} if entries is None else {"entries": list(entries)}
+    return told if held is None else told | {"hold": int(held)}
 
 
 def _of_environment(model: Any) -> dict[str, Any]:

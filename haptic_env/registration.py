@@ -17,6 +17,8 @@ ENVIRONMENTS = {
     "HapticSLAM/AdroitHand-v0": "adroit",
     "HapticSLAM/MyoHand-v0": "myo",
 }
+# With a belief and a reward, of any hand: made by a package that this one does not import, when they are asked for.
+TASKS = {f"HapticSLAM/{name}-v0": name for name in ("Name", "NameUnknown", "Map")}
 
 
 def register() -> None:
@@ -25,6 +27,9 @@ def register() -> None:
         if env_id not in gym.registry:
             told = {} if hand is None else {"hand": hand}
             gym.register(env_id, entry_point="haptic_env.explore:ExploreEnv", kwargs=told)
+    for env_id, task in TASKS.items():
+        if env_id not in gym.registry:
+            gym.register(env_id, entry_point="haptic_lab.tasks.environment:TaskEnv", kwargs={"task": task})
 
 
 def is_file(hand: object) -> bool:

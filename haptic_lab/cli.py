@@ -10,15 +10,18 @@ import argparse
 import ctypes.util
 import importlib
 import os
+import shutil
 import signal
 import sys
 from importlib import metadata
 from typing import NoReturn
 
+from haptic_lab import missing_files, without_computing
 from haptic_lab.terminal import Parser, program, refuse
 
 PROGRAM = "haptic-slam"
 COMMANDS = {
+    "demo": "watch a hand explore, in the browser",
     "explore": "let a blind hand explore a hidden object, and name it",
     "learn": "let it feel a new object, to recognise it later",
     "library": "list the objects that were learnt",
@@ -48,9 +51,48 @@ THREADS = {
     "OMP_WAIT_POLICY": "passive",
 }
 OFFSCREEN = ("picture-recording",)  # draws by MuJoCo's renderer, which asks when it is imported how
+EXAMPLES = {  # one of each, that needs nothing but what is there
+    "demo": "",
+    "explore": "--shape pyramid --sigma 5",
+    "learn": "mug1 --shape mug.stl --hand adroit",
+    "library": "objects",
+    "replay": "inspect.npz --mesh cube.stl",
+    "live": "--udp 5005 --hand two_finger",
+    "evaluate": "--sigmas 3 5 --trials 20",
+    "people": "example",
+    "figures": "figure5 --quick",
+    "fit": "example --courses example",
+    "compare": "example --courses example",
+    "design": "ideal memory --courses example",
+    "simulate": "--courses example --out a.csv",
+    "train": "--preset trained --steps 20000",
+    "study": "--list",
+    "objects": "--objects four",
+    "bench": "--quick",
+    "check-hand": "adroit",
+    "picture-recording": "--recording a.npz --mesh a.stl",
+    "scaling": "--quick",
+    "scheduling": "--quick",
+}
 EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --out out/pyramid
           haptic-slam evaluate --sigmas 3 5 --trials 20 --out out/evaluate
           haptic-slam explore --help"""
+
+
+def overview() -> str:
+    """Say what can be done: each command with an example, in a line or, where the terminal is narrow, in two.
+
+    Returns:
+        The lines.
+    """
+    told = {f"{PROGRAM} {name} {EXAMPLES[name]}".rstrip(): what for name, what in COMMANDS.items()}
+    room = max(map(len, told))
+    lines = [f"  {example:{room}}  {what}" for example, what in told.items()]
+    if max(map(len, lines)) > shutil.get_terminal_size().columns:
+        lines = [f"  {what}\n      {example}" for example, what in told.items()]
+    head = "A hand explores an object it cannot see; an observer says what it felt."
+    foot = f"Begin with {PROGRAM} demo; {PROGRAM} COMMAND --help tells all flags of a command."
+    return "\n".join([head, "", *lines, "", foot])
 
 
 def run(command: str) -> NoReturn:
@@ -60,6 +102,11 @@ def run(command: str) -> NoReturn:
         command: one of `COMMANDS`; it reads the arguments of this process.
     """
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules are loaded Ctrl-C ends it without a word
+    arguments = sys.argv[1:]
+    if arguments[:1] in (["-h"], ["--help"]):  # nothing before it is read
+        without_computing.begin()
+    elif missing := missing_files.first_missing(command, arguments):
+        refuse(missing)
     if command in ONE_CORE:
         for name, value in THREADS.items():
             os.environ.setdefault(name, value)
@@ -73,6 +120,12 @@ def run(command: str) -> NoReturn:
 def main() -> NoReturn:
     """The entry point of `haptic-slam`, and of `python -m haptic_lab`."""
     sys.argv[0] = PROGRAM
+    if len(sys.argv) == 1:
+        try:
+            print(overview(), flush=True)
+        except BrokenPipeError:  # `head` has seen enough; what is left is flushed to where nobody listens
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)
     told = "\n".join(f"  {name:18} {what}" for name, what in COMMANDS.items())
     parser = Parser(
         PROGRAM,
@@ -83,7 +136,7 @@ def main() -> NoReturn:
     )
     parser.add_argument("command", metavar="COMMAND", help=argparse.SUPPRESS)
     parser.add_argument("--version", action="version", version=f"%(prog)s {metadata.version(PROGRAM)}")
-    command = parser.parse_args(sys.argv[1:2] or ["--help"]).command
+    command = parser.parse_args(sys.argv[1:2]).command
     if command not in COMMANDS:
         from haptic_env import validate  # takes a second
 

@@ -118,7 +118,8 @@ def program(main: Callable[[], int]) -> NoReturn:
         if getattr(sys, name) is None:  # it was closed before the start
             setattr(sys, name, io.StringIO())
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # a terminal that knows no σ shall not end what it is told about
+        # A terminal that knows no σ shall not end what it is told about, and a pipe is to have each line as it comes.
+        sys.stdout.reconfigure(errors="replace", line_buffering=True)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         sys.exit(main())

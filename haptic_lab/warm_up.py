@@ -10,6 +10,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 
 from haptic_env import notice
 from haptic_env.hand import Hand
+from haptic_lab.progress import ProgressLines
 from observer import compiling, warm_up
 
 WHAT = "Compiling, once for this version on this machine"
@@ -75,4 +76,4 @@ def bars(console: Console) -> Progress:
         The bars, which do not run yet.
     """
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed} of {task.total}")
-    return Progress(*columns, TimeElapsedColumn(), console=console, transient=True)
+    return ProgressLines(*columns, TimeElapsedColumn(), console=console, transient=True)

@@ -29,6 +29,12 @@ SETS: dict[str, tuple[str, ...]] = {
         *("cube", "sphere", "pyramid", "cylinder", "ellipsoid(1, 1, 1.6)", "cuboid(1, 1, 2)", "cone(1.5)"),
         *("torus(0.4)", "prism(3)", "L", "capsule", "noise(1)"),
     ),
+    "twenty": (
+        *("cube", "sphere", "pyramid", "cylinder", "ellipsoid(1, 1, 0.6)", "ellipsoid(1, 1, 1.6)"),
+        *("cuboid(1, 1, 0.5)", "cuboid(1, 1, 2)", "cuboid(1, 1.5, 2)", "cone(1.5)", "frustum(0.5, 1)"),
+        *("torus(0.3)", "torus(0.4)", "prism(3, 1)", "prism(6, 1)", "L(0.4, 0.6)", "L(0.25, 0.4)", "capsule(2)"),
+        *("superquadric(0.3, 1)", "noise(1)"),
+    ),
     "fifty": (
         *("cube", "sphere", "pyramid", "cylinder"),
         *(f"ellipsoid(1, {y}, {z})" for y, z in ((1, 0.6), (1, 1.6), (1, 2.2), (1.5, 2))),

@@ -17,6 +17,7 @@ from matplotlib.ticker import NullFormatter
 from haptic_lab.analysis.statistics import interval
 from haptic_lab.files import atomic, write_csv
 from haptic_lab.style import OBSERVER_NAMES, OUTLINE, noise_colours
+from haptic_lab.sweeps.measures import SKIN_CELLS
 from haptic_lab.sweeps.results import labels_in, right_names
 from observer import metrics
 
@@ -126,7 +127,7 @@ def _angles(group: pd.DataFrame, what: str) -> Iterator[Line]:
 
 
 def _occupancy(group: pd.DataFrame) -> Iterator[Line]:
-    cells, said, found = (numbers_of(group[name]) for name in ("cells", "cells_predicted", "cells_observed"))  # (T, B)
+    cells, said, found = (numbers_of(group[name]) for name in SKIN_CELLS)  # (T, B)
     said, found = (np.where(cells > 0, cells * each, 0.0) for each in (said, found))
     draws = np.random.default_rng(0).integers(len(cells), size=(RESAMPLES, len(cells)))
     for b in range(cells.shape[1]):

@@ -16,7 +16,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from rich.console import Console
-from rich.progress import track
 from rich.table import Table
 
 from haptic_env import validate
@@ -25,6 +24,7 @@ from haptic_lab.benchmarks import timings
 from haptic_lab.benchmarks.recording import record
 from haptic_lab.files import write_table
 from haptic_lab.folder_lock import claimed
+from haptic_lab.progress import tracked
 from haptic_lab.style import styled
 from haptic_lab.terminal import Parser, as_path
 from observer import HapticSLAM
@@ -96,7 +96,7 @@ def measure(chosen: list[ScalingPoint], steps: int, rounds: int, console: Consol
         for around in sorted({each.around for each in chosen})
     }
     least: dict[ScalingPoint, Any] = {}
-    for turn in track(range(rounds * len(chosen)), "Measuring", console=console, transient=True):
+    for turn in tracked(range(rounds * len(chosen)), "Measuring", rounds * len(chosen), console):
         each = chosen[turn % len(chosen)]
         recording = recordings[each.around]
         hand = recording.hand

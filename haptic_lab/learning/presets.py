@@ -8,18 +8,19 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from haptic_env import reading, registration, shapes, validate
+from haptic_env import reading, registration, rotation, shapes, validate
 from haptic_lab import conditions, faults, toml_presets
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.learning import options
 from haptic_lab.learning.sweeping_motion import SweepingMotion
 from haptic_lab.terminal import as_keys
 from haptic_lab.worlds import expanded
-from observer.wrappers.belief_observation import ENTRIES
+from observer.wrappers.belief_observation import ENTRIES, USUAL
 
 FOLDER = Path(__file__).parent / "presets"
 ALGORITHMS = ("PPO", "SAC", "RecurrentPPO")
 RAW = "raw"
+TASKS = NAME, MAP = "name", "map"
 FOUR = tuple(shapes.SHAPES)
 NOISES = (*conditions.DEFAULTS, *BELIEVED)  # of a world
 
@@ -38,6 +39,8 @@ class TrainingWorld(Believed):
         size_jitter: as the environment's.
         yaw_jitter: as the environment's.
         position_jitter: as the environment's.
+        rotation_jitter: as the environment's.
+        task: "name": `DecisionReward` until a name is sure; "map": bits of the surface (`InformationGainReward`).
         observation: entries of the belief, or ("raw",) for what is felt.
         hold: control steps of an action.
         price: of `DecisionReward`.
@@ -70,7 +73,9 @@ class TrainingWorld(Believed):
     size_jitter: float = 0.2
     yaw_jitter: float = 45.0
     position_jitter: float = 0.005
-    observation: tuple[str, ...] = tuple(ENTRIES)
+    rotation_jitter: float = 0.0
+    task: str = NAME
+    observation: tuple[str, ...] = USUAL
     hold: int = 5
     price: float = 0.25
     least: float = 0.05
@@ -105,11 +110,15 @@ class TrainingWorld(Believed):
         validate.number("size_jitter", self.size_jitter, 0.0, 0.5)
         validate.number("yaw_jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
         validate.number("position_jitter", self.position_jitter, 0.0, 0.05, unit="m")
+        rotation.jitter(self.rotation_jitter, self.yaw_jitter)
+        validate.choice("task", self.task, TASKS)
         if not isinstance(self.observation, tuple) or not self.observation:
             raise ValueError(f"observation must be a list of {', '.join((*ENTRIES, RAW))}, got {self.observation!r}")
         if self.observation != (RAW,):
             for entry in self.observation:
                 validate.choice("entry of observation", entry, ENTRIES)
+        if self.task == MAP and "names" in self.observation:
+            raise ValueError('observation must be without names where the task is "map", which names nothing')
         validate.integer("hold", self.hold, 1, 1000)
         validate.number("price", self.price, 0.0, 1000.0, unit="nats a second")
         validate.number("least", self.least, 0.0, 0.1, above=0.0)
@@ -191,7 +200,7 @@ def configuration(preset: Preset) -> dict[str, Any]:
         of which runs from before there were any do not tell.
     """
     usual = asdict(TrainingWorld())
-    later = (*NOISES, "shapes")
+    later = (*NOISES, "shapes", "rotation_jitter", "task")
     world = {name: value for name, value in asdict(preset.world).items() if name not in later or value != usual[name]}
     return json.loads(json.dumps({**asdict(preset), "world": world, "steps": None}))
 

@@ -13,6 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from haptic_env import hand_of, registration
 from haptic_lab.conditions import Condition
 from haptic_lab.files import atomic
+from haptic_lab.progress import ProgressLines
 from haptic_lab.sweeps.executors import workers
 from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.provenance import versions
@@ -84,7 +85,7 @@ def progress_on(console: Console) -> Progress:
         The bars, not yet shown.
     """
     shown = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    return Progress(*shown, TextColumn("left"), TimeRemainingColumn(), console=console)
+    return ProgressLines(*shown, TextColumn("left"), TimeRemainingColumn(), console=console)
 
 
 def make_files(

@@ -6,6 +6,7 @@ Shapes: T steps, J joints, C labels, (X, Y, Z) voxels, M touched places, S place
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,7 +44,8 @@ MEASURES = (
 OF_MAPS = tuple(name for name in MEASURES if name.startswith(("surface_", "occupancy_")))
 RANKS = ("ranks_online", "ranks_lagged")
 CELLS, OF_CELLS = ("cells", "cells_predicted", "cells_observed"), ("cells", "predicted", "observed")
-HISTOGRAMS = (*RANKS, *CELLS)  # numbers with spaces
+SKIN_CELLS = tuple(f"skin_{name}" for name in CELLS)  # of voxels beside the skin, which a map can know
+HISTOGRAMS = (*RANKS, *CELLS, *SKIN_CELLS)  # numbers with spaces
 COURSES = ("course_p", "course_correct")  # likewise: the shape posterior of the truth, and whether it is the largest
 COURSE_SECONDS = 0.25  # from one of these to the next
 
@@ -122,7 +124,8 @@ def measures_of(exploration: Exploration, ground_truth: GroundTruth, trace: Beli
         **{f"skin_{what}": getattr(beside_skin, what) for what in ("ece", "brier", "log_loss")},
         "growing_f_score_1": metrics.surface_score(trace.growing, grid, solid, touched).f_score,
         "growing_brier": metrics.reliability(trace.growing, reached, beside).brier,
-        **{name: _spaced(getattr(calibration, part)) for name, part in zip(CELLS, OF_CELLS, strict=True)},
+        **_histogram(CELLS, calibration),
+        **_histogram(SKIN_CELLS, beside_skin),
     }
     for n in (1, 2):
         score = metrics.surface_score(occupancy, grid, solid, touched, n)
@@ -164,6 +167,10 @@ def measures_without_map(exploration: Exploration, trace: BeliefTrace) -> dict[s
     row |= {what: _spaced(numbers) for what, numbers in zip(COURSES, course(exploration, trace), strict=True)}
     row |= {f"correct_{after}s": correct_after(exploration, trace, after) for after in AFTER_SECONDS}
     return row | {f"p_{label}": float(p) for label, p in zip(trace.labels, trace.posterior[-1], strict=True)}
+
+
+def _histogram(names: Sequence[str], found: metrics.Reliability) -> dict[str, str]:
+    return {name: _spaced(getattr(found, part)) for name, part in zip(names, OF_CELLS, strict=True)}
 
 
 def _spaced(numbers: np.ndarray) -> str:

@@ -28,11 +28,34 @@ ENTRIES = {
     "link's frame: probability * 2 - 1, 0 where nothing is known",
     "time": "(1,) share of the episode that is left",
     "rhythm": "(6,) sine and cosine of clocks of 0.5 Hz, 1 Hz and 0.17 Hz: a network without memory keeps no rhythm",
+    "covered": "(125,) occupied voxels in each of 5 x 5 x 5 parts of the map, in units of one side of such a part",
 }
+OF_MAPS = ("occupancy", "covered")  # which need an observer that has one
+USUAL = tuple(name for name in ENTRIES if name != "covered")  # where nothing else is said
+PARTS = 5  # of the map along each axis
 SPREAD_UNIT = 0.1  # rad
 BOUND = 2.0  # of what has no bound of its own; what is beyond is clipped
 SPACING = 0.01  # m
 CLOCKS_HZ = (0.5, 1.0, 0.17)  # the last fits into no other, so that a rhythm drifts
+
+
+class BeliefSpace(gym.spaces.Box):
+    """Box (D,) of a belief as numbers, which knows what they are, and so does whatever is saved with it.
+
+    Attributes:
+        entries: of `ENTRIES`, one after the other.
+    """
+
+    def __init__(self, low: NDArray[np.float32], high: NDArray[np.float32], entries: Sequence[str]) -> None:
+        """Keep the entries.
+
+        Args:
+            low: (D,) least numbers.
+            high: (D,) largest numbers.
+            entries: of `ENTRIES`.
+        """
+        super().__init__(low, high, dtype=np.float32)
+        self.entries = tuple(entries)
 
 
 class BeliefFeatures:
@@ -50,10 +73,10 @@ class BeliefFeatures:
 
         Args:
             hand: that explores.
-            labels: (C,) names.
+            labels: (C,) names; none, where "names" are not among the entries.
             seconds: of an episode.
             control_hz: steps a second.
-            entries: some of `ENTRIES`; None: all.
+            entries: some of `ENTRIES`; None: `USUAL`, all but "covered".
 
         Raises:
             ValueError: for an unknown entry or none, and for what is out of range.
@@ -61,14 +84,16 @@ class BeliefFeatures:
         edge.world(hand=hand)
         several = (list, tuple)
         validate.instance("labels", labels, several, "a list of names")
-        validate.names("labels", labels)
         if entries is not None:
-            validate.instance("entries", entries, several, f"a list of some of {', '.join(ENTRIES)}, or None for all")
-        self.entries = tuple(ENTRIES if entries is None else entries)
+            known = f"a list of some of {', '.join(ENTRIES)}, or None for all but covered"
+            validate.instance("entries", entries, several, known)
+        self.entries = tuple(USUAL if entries is None else entries)
         for entry in self.entries:
             validate.choice("entry", entry, ENTRIES)
         if not self.entries:
             raise ValueError(f"entries must name at least one of {', '.join(ENTRIES)}")
+        if labels or "names" in self.entries:
+            validate.names("labels", labels)
         self._seconds = validate.number("seconds", seconds, 1e-6, 1e12, unit="s")
         self._step_seconds = 1.0 / validate.number("control_hz", control_hz, 1e-6, 1e6, unit="Hz")
         self._patches, self._labels = len(hand.patches), len(labels)
@@ -89,20 +114,23 @@ class BeliefFeatures:
             "occupancy": (cells, -1.0, 1.0),
             "time": (1, 0.0, 1.0),
             "rhythm": (2 * len(CLOCKS_HZ), -1.0, 1.0),
+            "covered": (PARTS**3, 0.0, BOUND),
         }
         low, high = (
             np.concatenate([np.full(bounds[entry][0], bounds[entry][side], np.float32) for entry in self.entries])
             for side in (1, 2)
         )
-        self.space = gym.spaces.Box(low, high, dtype=np.float32)
+        self.space = BeliefSpace(low, high, self.entries)
 
-    def vector(self, belief: Belief, contacts: ArrayLike, posterior: ArrayLike, step: int) -> NDArray[np.float32]:
+    def vector(
+        self, belief: Belief, contacts: ArrayLike, posterior: ArrayLike | None, step: int
+    ) -> NDArray[np.float32]:
         """Turn a belief into numbers.
 
         Args:
             belief: after that step.
             contacts: (P,) felt now.
-            posterior: (C,) of the labels.
+            posterior: (C,) of the labels; None where there are none.
             step: how many there were.
 
         Returns:
@@ -112,6 +140,8 @@ class BeliefFeatures:
             ValueError: for what is none of these.
         """
         felt = validate.binary("contacts", contacts, (self._patches,))
+        if posterior is None:
+            posterior = np.zeros(0)
         if isinstance(posterior, np.ndarray) and posterior.shape != (self._labels,):
             raise ValueError(
                 f"posterior must be of shape ({self._labels},), one for each of the labels, got shape {posterior.shape}"
@@ -130,6 +160,8 @@ class BeliefFeatures:
         }
         if "occupancy" in self.entries:  # which takes longer than all the others
             parts["occupancy"] = self._occupancy(belief)
+        if "covered" in self.entries:
+            parts["covered"] = _covered(belief)
         told = np.concatenate([np.asarray(parts[entry], dtype=np.float32) for entry in self.entries])
         return np.clip(told, self.space.low, self.space.high)
 
@@ -147,7 +179,7 @@ class BeliefFeatures:
 class BeliefObservation(gym.Wrapper, gym.utils.RecordConstructorArgs):
     """What the observer believes in place of what was felt: a flat Box, its numbers as in `ENTRIES`.
 
-    `env` is an `ObserverWrapper` with a `ShapePosterior`, or has one inside.
+    `env` is an `ObserverWrapper`, with a `ShapePosterior` for the entry "names", or has one inside.
     """
 
     def __init__(self, env: gym.Env[Any, Any], entries: Sequence[str] | None = None) -> None:
@@ -155,7 +187,7 @@ class BeliefObservation(gym.Wrapper, gym.utils.RecordConstructorArgs):
 
         Args:
             env: with an `ObserverWrapper`.
-            entries: some of `ENTRIES`; None: all.
+            entries: some of `ENTRIES`; None: `USUAL`, all but "covered".
 
         Raises:
             ValueError: for an unknown entry, or where nothing observes `env`.
@@ -193,7 +225,15 @@ class BeliefObservation(gym.Wrapper, gym.utils.RecordConstructorArgs):
         return self._told(observation, info), reward, terminated, truncated, info
 
     def _told(self, observation: Any, info: dict[str, Any]) -> NDArray[np.float32]:
-        return self.features.vector(info["belief"], observation["contacts"], info["posterior"], self._steps)
+        return self.features.vector(info["belief"], observation["contacts"], info.get("posterior"), self._steps)
+
+
+def _covered(belief: Belief) -> NDArray[np.float64]:
+    """(PARTS**3,): how many voxels of each part of the map are occupied, over those of a side of a part."""
+    shape = np.array(belief.occupancy.shape)
+    part = np.argwhere(belief.occupancy > 0.5) * PARTS // shape
+    count = np.bincount(np.ravel_multi_index(tuple(part.T), (PARTS,) * 3), minlength=PARTS**3)
+    return np.asarray(count / (shape.mean() / PARTS) ** 2)
 
 
 def labels_of(env: gym.Env[Any, Any]) -> tuple[str, ...]:
@@ -208,7 +248,7 @@ def labels_of(env: gym.Env[Any, Any]) -> tuple[str, ...]:
     Raises:
         ValueError: where nothing names the object.
     """
-    shape = env.get_wrapper_attr("shape") if env.has_wrapper_attr("shape") else None
+    shape = _namer(env)
     if shape is None:
         raise ValueError(
             f"nothing names the object in {env}; wrap it: ObserverWrapper(env, HapticSLAM(hand), ShapePosterior(hand))"
@@ -221,13 +261,19 @@ def features_of(env: gym.Env[Any, Any], entries: Sequence[str] | None = None) ->
 
     Args:
         env: with an `ObserverWrapper`.
-        entries: some of `ENTRIES`; None: all.
+        entries: some of `ENTRIES`; None: `USUAL`, all but "covered".
 
     Returns:
         The features.
 
     Raises:
-        ValueError: where nothing names the object.
+        ValueError: where "names" are asked for, and nothing names the object.
     """
     base: Any = env.unwrapped
-    return BeliefFeatures(base.hand, labels_of(env), base.episode_seconds, base.control_hz, entries)
+    nameless = entries is not None and "names" not in entries and _namer(env) is None
+    labels = () if nameless else labels_of(env)
+    return BeliefFeatures(base.hand, labels, base.episode_seconds, base.control_hz, entries)
+
+
+def _namer(env: gym.Env[Any, Any]) -> Any:
+    return env.get_wrapper_attr("shape") if env.has_wrapper_attr("shape") else None

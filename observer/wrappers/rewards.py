@@ -121,22 +121,27 @@ class DecisionReward(PotentialReward, gym.utils.RecordConstructorArgs):
 
 class InformationGainReward(PotentialReward, gym.utils.RecordConstructorArgs):
     """Reward of a step: by how many bits the entropy has fallen, of the `objective`: the posterior over names, or the
-    map, its voxels taken as independent. It needs no truth: a belief pays it to itself, also where it is wrong."""
+    map, its voxels taken as independent; of "surface" it is that of occupied voxels alone, each of which is worth up to
+    one bit, so that it grows with the surface that was covered, and not with the space that was found to be empty.
+    It needs no truth: a belief pays it to itself, also where it is wrong."""
 
     def __init__(self, env: gym.Env[Any, Any], objective: str = "class") -> None:
         """Check the arguments.
 
         Args:
-            env: with an `ObserverWrapper` that names the object.
-            objective: whose entropy: "class" or "map".
+            env: with an `ObserverWrapper`; for "class" one that names the object.
+            objective: whose entropy: "class", "map" or "surface".
 
         Raises:
-            ValueError: for an unknown objective, or where nothing names the object.
+            ValueError: for an unknown objective, where nothing observes, or names the object.
         """
         gym.utils.RecordConstructorArgs.__init__(self, objective=objective)
         gym.Wrapper.__init__(self, env)
-        self._objective = validate.choice("objective", objective, ("class", "map"))
-        labels_of(env)
+        self._objective = validate.choice("objective", objective, ("class", "map", "surface"))
+        if objective == "class":
+            labels_of(env)
+        elif not env.has_wrapper_attr("belief"):
+            raise ValueError(f"nothing observes {env}; wrap it: ObserverWrapper(env, HapticSLAM(hand))")
 
     def potential(self, info: dict[str, Any]) -> float:
         """Tell how sure one is.
@@ -150,6 +155,9 @@ class InformationGainReward(PotentialReward, gym.utils.RecordConstructorArgs):
         if self._objective == "class":
             return float(_bits(info["posterior"]).sum())
         occupied = info["belief"].occupancy
+        if self._objective == "surface":
+            occupied = occupied[occupied > 0.5]
+            return float((1.0 + _bits(occupied) + _bits(1.0 - occupied)).sum())
         return float((_bits(occupied) + _bits(1.0 - occupied)).sum())
 
 

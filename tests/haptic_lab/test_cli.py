@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
+import json
+import os
+import re
 import runpy
+import subprocess
 import sys
 from importlib import metadata
+from pathlib import Path
+from typing import Any
 
 import pytest
 
-from haptic_lab import cli
+from haptic_lab import cli, missing_files, without_computing
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def ended(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int | str | None:
@@ -19,7 +29,7 @@ def ended(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int | str | None:
     return end.value.code
 
 
-@pytest.mark.parametrize("arguments", [(), ("--help",), ("-h",)])
+@pytest.mark.parametrize("arguments", [("--help",), ("-h",)])
 def test_it_tells_what_there_is(
     arguments: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
 ) -> None:
@@ -27,6 +37,115 @@ def test_it_tells_what_there_is(
     told = capsys.readouterr().out
     assert all(f"\n  {name} " in told for name in cli.COMMANDS)
     assert "\nexamples: haptic-slam " in told
+
+
+@pytest.mark.parametrize("width", ["60", "200"])
+def test_alone_it_tells_what_can_be_done_with_an_example_each(
+    width: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    monkeypatch.setenv("COLUMNS", width)
+    assert ended(monkeypatch) == 0
+    told = capsys.readouterr().out
+    assert all(f"  haptic-slam {name} {cli.EXAMPLES[name]}".rstrip() in told for name in cli.COMMANDS)
+    assert all(what in told for what in cli.COMMANDS.values())
+    assert max(map(len, told.splitlines())) <= max(int(width), 90)
+
+
+def test_its_output_may_be_cut_short() -> None:
+    piped = f"{sys.executable} -m haptic_lab | true"
+    assert subprocess.run(["sh", "-c", piped], cwd=ROOT, capture_output=True, text=True).stderr == ""
+
+
+HELPS = """
+import contextlib, io, json, sys
+from haptic_lab import cli
+told = {}
+for name in cli.COMMANDS:
+    sys.argv = ["haptic-slam", name, "--help"]
+    with contextlib.redirect_stdout(io.StringIO()) as text, contextlib.suppress(SystemExit):
+        cli.main()
+    told[name] = text.getvalue()
+files = [name for name, each in sys.modules.items() if getattr(each, "__file__", None)]
+print(json.dumps({"told": told, "loaded": sorted({name.partition(".")[0] for name in files})}))
+"""
+
+
+@pytest.fixture(scope="module")
+def helps() -> dict[str, Any]:
+    """What a process of its own tells of each command, and which packages it loaded for that."""
+    told = {**os.environ, "COLUMNS": "100"}
+    ran = subprocess.run([sys.executable, "-c", HELPS], cwd=ROOT, env=told, capture_output=True, text=True, check=True)
+    return dict(json.loads(ran.stdout))
+
+
+def test_help_loads_nothing_that_computes(helps: dict[str, Any]) -> None:
+    assert "haptic_lab" in helps["loaded"]
+    assert without_computing.HEAVY.isdisjoint(helps["loaded"])
+
+
+@pytest.mark.parametrize("command", cli.COMMANDS)
+def test_help_says_what_the_command_says_with_all_loaded(
+    command: str, helps: dict[str, Any], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    module = importlib.import_module(f"haptic_lab.commands.{command.replace('-', '_')}")
+    monkeypatch.setattr(sys, "argv", [f"haptic-slam {command}", "--help"])
+    with pytest.raises(SystemExit):
+        module.main()
+    assert helps["told"][command] == capsys.readouterr().out
+    flags = [each for each in cli.EXAMPLES[command].split() if each.startswith("--")]
+    assert all(re.search(rf"{each}\b", helps["told"][command]) for each in flags)
+
+
+MISSING = [
+    ("explore", "--recording no.npz", "--recording: there is no file 'no.npz'"),
+    ("explore", "--seed 3 --mesh=no.STL --sigma 2", "--mesh: there is no file 'no.STL'"),
+    ("explore", "--shape no.stl", "--shape: there is no file 'no.stl'"),
+    ("replay", "no.npz --seed 3", "there is no file 'no.npz'"),
+    ("evaluate", "--shapes cube no.obj", "--shapes: there is no file 'no.obj'"),
+    ("evaluate", "--config no.toml", "--config: there is no file 'no.toml'"),
+    ("people", "~/no.csv", "there is no file '~/no.csv'"),
+    ("live", "--udp 5005 --columns no.toml", "--columns: there is no file 'no.toml'"),
+    ("check-hand", "no.toml", "there is no file 'no.toml'"),
+]
+
+
+@pytest.mark.parametrize(("command", "flags", "told"), MISSING, ids=[" ".join(each[:2]) for each in MISSING])
+def test_a_file_that_is_not_there_is_told_before_the_command_is_loaded(
+    command: str, flags: str, told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(importlib, "import_module", lambda *_: pytest.fail("it was loaded"))
+    assert ended(monkeypatch, command, *flags.split()) == 2
+    assert capsys.readouterr().err == f"haptic-slam {command}: error: {told}\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "flags"),
+    [
+        ("explore", "--out no.csv --seed 3"),
+        ("explore", "--save-mesh no.ply"),
+        ("explore", "--shape cube --objects four"),
+        ("explore", "--mesh there.stl"),
+        ("live", "no.npz"),
+        ("people", "example"),
+        ("fit", "there.csv --model floor=no.npz"),
+        ("evaluate", "--shapes there.stl@0.001 noise(4,0.3)"),
+    ],
+)
+def test_what_may_be_right_is_left_to_the_command(
+    command: str, flags: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there.stl").touch()
+    (tmp_path / "there.csv").touch()
+    assert missing_files.first_missing(command, flags.split()) is None
+
+
+def test_errors_are_told_while_nothing_that_computes_is_loaded() -> None:
+    look = "import sys; from haptic_lab import cli; print(sorted(sys.modules))"
+    ran = subprocess.run([sys.executable, "-c", look], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert without_computing.HEAVY.isdisjoint(ast.literal_eval(ran.stdout))
 
 
 def test_it_tells_its_version(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:

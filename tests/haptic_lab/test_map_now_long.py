@@ -1,4 +1,4 @@
-"""What a map is worth in mid-trial: the table of docs/observer.md.
+"""What a map is worth in mid-trial: the table of docs/notes/maps.md.
 
     python -m pytest -m statistical -s tests/haptic_lab/test_map_now_long.py
 
@@ -22,7 +22,7 @@ from observer.brackets import DeadReckoning, TruePose
 SEEDS = range(63000, 63040)  # nothing was tuned on them
 SIGMA = 5.0
 AFTER = (2.0, 5.0, 10.0)  # s
-LEAST = 0.80  # closure after 5 s; 0.85 was hoped for (docs/observer.md says what is missing)
+LEAST = 0.80  # closure after 5 s; 0.85 was hoped for (docs/notes/maps.md says what is missing)
 CERTAIN = {"bias_deg": 0.01}  # with an offset to find, contact with a certain solid tells the pose for good
 DRAWS = 4000  # of the bootstrap
 

@@ -1,4 +1,4 @@
-"""What observers make of felt angles that are biased or drift: the tables of docs/observer.md.
+"""What observers make of felt angles that are biased or drift: the tables of docs/notes/pose.md.
 
     python -m pytest -m statistical -s tests/haptic_lab/test_offsets_long.py
 

@@ -159,6 +159,7 @@ QUICK = {  # the command lines, in turn, and the files that each leaves in the e
         *(f"kept/{name}" for name in EXPLORED),
     ],
     "library shelf": [],
+    "demo --seconds 0.3 --no-browser": [],
 }
 SLOW = {
     "bench --quick --rounds 1 --json fast.json": ["fast.json"],

@@ -1,4 +1,4 @@
-"""What hands that rest, move slowly or explore come to believe in two minutes: the tables of docs/observer.md.
+"""What hands that rest, move slowly or explore come to believe in two minutes: the tables of docs/notes/naming.md.
 
     python -m pytest -m statistical -s tests/observer/test_still_hand_long.py
 

@@ -12,9 +12,14 @@ from haptic_lab.sweeps import options
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
-DOCUMENTS = [README, *sorted((ROOT / "docs").glob("*.md"))]
+DOCUMENTS = [README, *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"(<!-- not run: [^\n]+ -->\n)?^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 LINK = re.compile(r"\]\(([^)\s]*)\)")
+
+
+def name_of(document: Path) -> str:
+    """Where a document lies in the repository."""
+    return document.relative_to(ROOT).as_posix()
 
 
 def examples(document: Path) -> list[str]:
@@ -60,9 +65,7 @@ def flags(command: str) -> frozenset[str]:
     if command == "live":
         text += (place / "believed.py").read_text()
     if command in ("explore", "live"):
-        text += (place / "view" / "options.py").read_text()
-    if command == "explore":
-        text += (place / "exploration" / "learnt.py").read_text()
+        text += (place / "view" / "options.py").read_text() + (place / "exploration" / "learnt.py").read_text()
     if command == "people":
         text += (place / "people" / "table_flags.py").read_text()
     if command in ("compare", "design", "fit", "simulate"):

@@ -30,14 +30,14 @@ NEW = {  # files that a reader may add
     "observer/classifiers/mine.py",
     "haptic_lab/figures/mine.py",
 }
-ELSEWHERE = {"--logdir", "--nthreads", "--nworkers"}  # of TensorBoard and of dask worker
-FOREIGN = {"Box", "RecordEpisodeStatistics", "VecNormalize"}  # classes of Gymnasium and Stable-Baselines3
+ELSEWHERE = {"--logdir", "--nthreads", "--nworkers", "--array", "--cpus-per-task", "--time"}  # TensorBoard, dask, Slurm
+FOREIGN = {"Box", "RecordEpisodeStatistics", "RecordVideo", "VecNormalize"}  # Gymnasium's and Stable-Baselines3's
 FOLDERS = r"(?:scripts|tests|haptic_lab|observer|haptic_env|agents|docs)/"
 WITH_EXAMPLES = [each for each in DOCUMENTS if documents.examples(each)]
-each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=documents.name_of)
 
 
-@pytest.mark.parametrize("document", WITH_EXAMPLES, ids=lambda path: path.name)
+@pytest.mark.parametrize("document", WITH_EXAMPLES, ids=documents.name_of)
 def test_every_example_runs(document: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
@@ -46,8 +46,9 @@ def test_every_example_runs(document: Path, tmp_path: Path, monkeypatch: pytest.
 
 
 def test_the_documents_that_say_how_things_are_used_have_examples() -> None:
-    names = {each.name for each in WITH_EXAMPLES}
+    names = {documents.name_of(each).removeprefix("docs/") for each in WITH_EXAMPLES}
     assert {"README.md", "environment.md", "belief.md", "policies.md", "learning.md", "recordings.md"} <= names
+    assert {"tutorials/people.md", "tutorials/policies.md", "howto/noise.md"} <= names
 
 
 def test_the_sweep_in_toml_is_one(tmp_path: Path) -> None:
@@ -88,7 +89,7 @@ def test_the_columns_of_a_sweep_and_the_arrays_of_an_exploration_are_explained()
 
 
 def test_every_variant_of_the_ablation_is_explained() -> None:
-    rows = documents.table("observer.md", "variant | what is changed")
+    rows = documents.table("notes/ablation.md", "variant | what is changed")
     assert [name.strip("`") for name in rows] == list(ABLATION[1:])
 
 

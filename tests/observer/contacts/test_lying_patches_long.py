@@ -1,4 +1,4 @@
-"""What patches that lie do to pose, map and name, believed and not: the table of docs/observer.md.
+"""What patches that lie do to pose, map and name, believed and not: the table of docs/notes/contacts.md.
 
     python -m pytest -m statistical -s tests/observer/contacts/test_lying_patches_long.py
 

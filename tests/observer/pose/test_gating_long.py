@@ -1,4 +1,4 @@
-"""What a joint that is told 2π too much costs: the figures of docs/observer.md.
+"""What a joint that is told 2π too much costs: the figures of docs/notes/pose.md.
 
 python -m pytest -m statistical -s tests/observer/pose/test_gating_long.py
 """

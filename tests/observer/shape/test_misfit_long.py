@@ -1,4 +1,4 @@
-"""How well contacts that fit no candidate are told from those that do: the table of docs/observer.md.
+"""How well contacts that fit no candidate are told from those that do: the table of docs/notes/contacts.md.
 
 python -m pytest -m statistical -s tests/observer/shape/test_misfit_long.py
 """

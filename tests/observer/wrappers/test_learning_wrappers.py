@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
+from types import SimpleNamespace
 
 import gymnasium as gym
 import mujoco
@@ -26,7 +28,8 @@ from observer import (
     PoseOnly,
     ShapePosterior,
 )
-from observer.wrappers.belief_observation import ENTRIES
+from observer.belief import Belief
+from observer.wrappers.belief_observation import ENTRIES, USUAL
 from tests.observer.hands import pointer
 
 WRAPPERS = {
@@ -135,7 +138,8 @@ def test_the_entries_are_what_they_say(two_fingers):
     for _ in range(20):
         observation, *_, info = env.step(close_hand(env))
     sizes = {"pose": 8, "spread": 8, "motion": 8, "contacts": 50, "names": 4, "occupancy": 54, "time": 1, "rhythm": 6}
-    assert list(sizes) == list(ENTRIES)
+    assert tuple(sizes) == USUAL == features.entries == env.observation_space.entries
+    assert set(ENTRIES) == {*USUAL, "covered"}
     parts = dict(zip(sizes, np.split(observation, np.cumsum(list(sizes.values()))[:-1]), strict=True))
     belief = info["belief"]
     low, high = hand.joint_limits.T
@@ -150,6 +154,34 @@ def test_the_entries_are_what_they_say(two_fingers):
     np.testing.assert_allclose(parts["rhythm"], expected, rtol=1e-5)
     assert parts["occupancy"].min() < -0.9, "where the fingers have been is air"
     assert features.space == env.observation_space
+
+
+def as_if(belief: Belief, probability: np.ndarray) -> Belief:
+    """The same belief with another map."""
+    return dataclasses.replace(belief, snapshot=SimpleNamespace(value=lambda: probability))
+
+
+def test_covered_counts_the_occupied_voxels_of_each_part_of_the_map(two_fingers):
+    features = BeliefObservation(two_fingers, ["covered"]).features
+    _, info = two_fingers.reset(seed=0)
+    probability = np.random.default_rng(0).random((32, 32, 32)) ** 4
+    observation = features.vector(as_if(info["belief"], probability), np.zeros(50), info["posterior"], 0)
+    ends = [int(np.ceil(32 * part / 5)) for part in range(6)]
+    parts = [slice(*ends[part : part + 2]) for part in range(5)]
+    expected = [(probability[x, y, z] > 0.5).sum() / 6.4**2 for x in parts for y in parts for z in parts]
+    np.testing.assert_allclose(observation, np.clip(expected, 0.0, 2.0), rtol=1e-6)
+    assert max(expected) > 1.0
+
+
+def test_the_surface_pays_for_occupied_voxels_alone(two_fingers):
+    env = InformationGainReward(two_fingers, "surface")
+    _, info = two_fingers.reset(seed=0)
+    map = np.full((32, 32, 32), 0.5)
+    map[:10] = 0.001  # found to be empty
+    assert env.potential({"belief": as_if(info["belief"], map)}) == 0.0
+    map[20, 20, 20], map[21, 20, 20] = 1.0, 0.9
+    worth = 1.0 + 1.0 + 0.9 * np.log2(0.9) + 0.1 * np.log2(0.1)
+    assert env.potential({"belief": as_if(info["belief"], map)}) == pytest.approx(worth)
 
 
 def test_occupancy_is_that_of_the_cells_about_the_fingertips(two_fingers):
