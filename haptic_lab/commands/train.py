@@ -19,6 +19,7 @@ from typing import Any
 from joblib import cpu_count
 
 from haptic_env import reading, validate
+from haptic_env.extras import how_to_install
 from haptic_lab import believed, conditions
 from haptic_lab.files import write_json
 from haptic_lab.folder_lock import claimed
@@ -67,7 +68,7 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     given = parser.parse_args(arguments)
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
-        parser.error(f"training needs {', '.join(missing)}: pip install 'haptic-slam[train]'")
+        parser.error(f"training needs {', '.join(missing)}: {how_to_install('train')}")
     try:
         validate.integer("--jobs", given.jobs, 1, 1024)
         preset = presets.read(given.preset)

@@ -52,6 +52,7 @@ LOOSEST = 0.05  # m: tolerance with which distances are told apart as far as a t
 WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
 TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # with jitter the latter: what fits best of many solids fits too well
+MANY = 8  # labels, beyond which `repr` only counts them
 TEMPER_ANY_WAY = 0.3  # with rotation jitter: modes are searched for, so that each solid fits as well as it can
 
 
@@ -156,6 +157,12 @@ class ShapePosterior:
         self._lengths = np.array([link.length for link in hand.links])
         self._parts = parts_of(hand)
         self.reset()
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{label} {p:.0%}" for label, p in zip(self.labels, self.posterior, strict=True))
+        return (
+            f"<ShapePosterior of {self.hand.name}: {told if len(self.labels) <= MANY else f'{len(self.labels)} names'}>"
+        )
 
     def reset(self, seed: int | None = None) -> Array:
         """Start a trial.

@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
@@ -90,6 +91,16 @@ def test_all_that_is_read_is_in_it(told: dict, site: Path) -> None:
     assert all(told["typed"])
     assert all(told["gloves"])
     assert sorted(told["presets"]) == ["PPO", "PPO", "RecurrentPPO", "SAC"]
+
+
+def test_an_editable_install_is_a_path_that_type_checkers_follow(site: Path, tmp_path: Path) -> None:
+    sources = site.parent / "sources"
+    build = f"from setuptools import build_meta; build_meta.build_editable({str(tmp_path)!r})"
+    subprocess.run([sys.executable, "-c", build], cwd=sources, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as content:
+        (path,) = (name for name in content.namelist() if ".dist-info/" not in name)  # and no hook that finds modules
+        assert content.read(path).decode().split() == [str(sources)]
 
 
 @pytest.mark.parametrize("command", COMMANDS)
