@@ -5,12 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 
-ENDINGS = (".csv", ".npz", ".obj", ".parquet", ".ply", ".stl", ".toml", ".tsv", ".txt", ".xdf", ".zarr", ".zip")
+ENDINGS = (".csv", ".npz", ".obj", ".parquet", ".pkl", ".ply", ".stl", ".toml", ".tsv", ".txt", ".xdf", ".zarr", ".zip")
 FLAGS = frozenset(
     ("--columns", "--config", "--courses", "--glove-calibration", "--hand", "--mesh", "--objects", "--policy")
-    + ("--recording", "--recordings", "--shape", "--shapes", "--trial-table")
+    + ("--normalize", "--policies", "--recording", "--recordings", "--shape", "--shapes", "--trial-table")
 )
-ALONE = ("check-hand", "compare", "fit", "people", "replay", "study")  # commands of which a file is told without a flag
+ALONE = (
+    "check-hand",
+    "compare",
+    "export",
+    "fit",
+    "people",
+    "replay",
+    "study",
+)  # commands of which a file is told without a flag
 
 
 def first_missing(command: str, arguments: Sequence[str]) -> str | None:
