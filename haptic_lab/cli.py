@@ -64,7 +64,7 @@ EXAMPLES = {  # one of each, that needs nothing but what is there
     "fit": "example --courses example",
     "compare": "example --courses example",
     "design": "ideal memory --courses example",
-    "simulate": "--courses example --out a.csv",
+    "simulate": "--courses example --sigma 5 --out a.csv",
     "train": "--preset trained --steps 20000",
     "study": "--list",
     "objects": "--objects four",
