@@ -5,13 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 
-ENDINGS = (".csv", ".npz", ".obj", ".parquet", ".ply", ".stl", ".toml", ".tsv", ".txt", ".xdf", ".zarr", ".zip")
+ENDINGS = (".csv", ".npz", ".obj", ".parquet", ".pkl", ".ply", ".stl", ".toml", ".tsv", ".txt", ".xdf", ".zarr", ".zip")
 FLAGS = frozenset(
-    ("--columns", "--config", "--courses", "--glove-calibration", "--hand", "--objects", "--policy")
-    + ("--recording", "--recordings", "--shape", "--shapes", "--trial-table")
+    ("--columns", "--config", "--courses", "--glove-calibration", "--hand", "--normalize", "--objects", "--policies")
+    + ("--policy", "--recording", "--recordings", "--shape", "--shapes", "--trial-table")
 )  # not --mesh: where there is no such file it is written
 ALWAYS = frozenset(("--columns", "--config", "--glove-calibration", "--recording"))  # of which no value is a name
-ALONE = ("check-hand", "compare", "fit", "people", "replay", "study")  # commands of which a file is told without a flag
+ALONE = (
+    "check-hand",
+    "compare",
+    "export",
+    "fit",
+    "people",
+    "replay",
+    "study",
+)  # commands of which a file is told without a flag
 
 
 def first_missing(command: str, arguments: Sequence[str]) -> str | None:

@@ -138,7 +138,9 @@ QUICK = {  # the command lines, in turn, and the files that each leaves in the e
     f"explore --policy trained {SHORT} --out felt": [f"felt/{name}" for name in EXPLORED],
     "replay felt/recording.npz --particles 2 --out again": [f"again/{name}" for name in EXPLORED],
     f"evaluate {SHORT} --shapes cube sphere --sigmas 3 --trials 1 --exemplars 1 --observers floor haptic_slam --jobs 1 "
-    "--out swept": [f"swept/{name}" for name in ("config.json", "evaluate.png", "summary.csv", "trials.csv")],
+    "--out swept": [
+        f"swept/{name}" for name in ("against_floor.csv", "config.json", "evaluate.png", "summary.csv", "trials.csv")
+    ],
     "figures confusion pose_error --trials-of swept --out drawn": [
         f"drawn/{name}.{kind}" for name in ("confusion", "pose_error") for kind in ("csv", "pdf", "png")
     ],
@@ -178,6 +180,10 @@ SLOW = {
         "learnt/best_model.npz",
         "learnt/model.npz",
         "learnt/training.json",
+    ],
+    "export learnt/model.zip --trust --out passed.npz": ["passed.npz", "passed.json"],
+    "benchmark --tasks Map --policies random_torque --worlds 1 --jobs 1 --out held": [
+        f"held/{name}" for name in ("benchmark.csv", "benchmark.md", "benchmark.png", "config.json", "trials.csv")
     ],
     f"explore --policy learnt/model.npz {SHORT} --out used": [f"used/{name}" for name in EXPLORED],
     "figures figure2 figure6 --trials 1 --seconds 0.2 --show-seconds 0.4 --jobs 1 --out drawn": [
