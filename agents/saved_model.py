@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from agents.network import Memory
 from agents.normalization import Normalization
 from agents.training import of_spaces
+from haptic_env.extras import how_to_install
 
 WHY = (
     "a model that Stable-Baselines3 has saved holds pickles, which can run any code when they are read. If you made it "
@@ -39,6 +40,11 @@ class SavedModel:
         self.normalization: Normalization | None = None
         if normalize is not None:
             self.normalization = Normalization.of(normalize, self.observation_space, trust=True)
+
+    @property
+    def policy(self) -> Any:
+        """The network of Stable-Baselines3, or sb3-contrib."""
+        return self._network
 
     def predict(
         self, observation: Any, memory: Memory, began: bool, deterministic: bool, rng: np.random.Generator
@@ -80,7 +86,7 @@ def _load(path: Path) -> tuple[Any, dict[str, Any]]:
         from stable_baselines3.common.save_util import load_from_zip_file
     except ImportError as error:
         raise ImportError(
-            "models that Stable-Baselines3 has saved need it, and it is not installed: pip install 'haptic-slam[train]'"
+            f"models that Stable-Baselines3 has saved need it, and it is not installed: {how_to_install('train')}"
         ) from error
     try:
         data, parameters, _ = load_from_zip_file(path, device="cpu")

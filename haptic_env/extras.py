@@ -3,8 +3,41 @@
 from __future__ import annotations
 
 import importlib.util
+import json
+from importlib import metadata
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
+
+PROJECT = "haptic-slam"
+
+
+def how_to_install(extra: str) -> str:
+    """Say how an extra is installed, of the checkout that this comes from or, where there is none, by name.
+
+    Args:
+        extra: of this project.
+
+    Returns:
+        A line for the shell.
+    """
+    place, editable = _checkout()
+    named = PROJECT if place is None else "." if place == Path.cwd() else str(place)
+    return f"pip install {'-e ' if editable else ''}'{named}[{extra}]'"
+
+
+def _checkout() -> tuple[Path | None, bool]:
+    """Where the sources are that this was installed from, if they are there, and whether they are what runs."""
+    here = Path(__file__).resolve().parents[1]
+    if (here / "pyproject.toml").is_file():
+        return here, True
+    try:
+        told = json.loads(metadata.distribution(PROJECT).read_text("direct_url.json") or "{}")
+        place = Path(url2pathname(urlsplit(told["url"]).path)) if "dir_info" in told else None
+    except (metadata.PackageNotFoundError, ValueError, KeyError, TypeError):
+        return None, False
+    return (place if place is not None and (place / "pyproject.toml").is_file() else None), False
 
 
 def folder(module: str, extra: str, what: str) -> Path:
@@ -23,7 +56,7 @@ def folder(module: str, extra: str, what: str) -> Path:
     """
     found = importlib.util.find_spec(module)
     if found is None or found.origin is None:
-        raise ImportError(f"{what} needs the package {module!r}: pip install 'haptic-slam[{extra}]'")
+        raise ImportError(f"{what} needs the package {module!r}: {how_to_install(extra)}")
     return Path(found.origin).parent
 
 

@@ -61,6 +61,10 @@ class Hand:
     opening: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     source: str = ""
 
+    def __repr__(self) -> str:
+        counts = f"{len(self.rest_pose)} joints, {len(self.links)} links, {len(self.patches)} patches"
+        return f"<Hand {self.name}: {counts}{self.source and f', of {self.source}'}>"
+
     @cached_property
     def model(self) -> mujoco.MjModel:
         """The compiled hand alone: shared and never to be changed; take `copy.copy` to set options."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
+import logging
 import os
 import pickle
 import sys
@@ -30,6 +31,7 @@ from numba.core.dispatcher import Dispatcher
 
 from haptic_env import cache
 
+LOG = logging.getLogger("haptic_slam")
 VERSIONS = sys.version, numba.__version__, llvmlite.__version__, np.__version__
 
 
@@ -59,11 +61,13 @@ class KernelCache(_Cache):
             payload = pickle.loads(self._place(sig).read_bytes())
             return CompileResult._rebuild(target_context, *payload)
         except FileNotFoundError:
-            return None
+            pass
         except (OSError, EOFError, pickle.UnpicklingError, ValueError):  # cut off, or unreadable: compiled anew
-            return None
+            pass
         except (ImportError, AttributeError, Warning):  # it names a module that was moved since: likewise
-            return None
+            pass
+        _tell()
+        return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled version; where that fails, it is compiled again in the next process.
@@ -100,6 +104,12 @@ class KernelCache(_Cache):
 
     def flush(self) -> None:
         """Nothing: what is kept stays right."""
+
+
+@functools.cache
+def _tell() -> None:
+    """Say, once in a process, that something is compiled, whoever asked for it."""
+    LOG.warning("Compiling what this version has not run on this machine yet; it is kept, so that this is once …")
 
 
 def folder() -> Path:

@@ -125,6 +125,11 @@ class Belief:
     lagged_unmeasured: NDArray[np.bool_] | None = None
     unfit: float | None = None
 
+    def __repr__(self) -> str:
+        pose = f"{len(self.joint_angles)} joints ± {np.rad2deg(self.joint_std.mean()):.2f}°, lag {self.lag_steps} steps"
+        map_of = f"{' × '.join(map(str, self.grid.shape))} voxels of {1e3 * self.grid.resolution:g} mm"
+        return f"<Belief: {pose}, Neff {self.n_eff:.3g} of {len(self.weights)}, {map_of}>"
+
     @property
     def occupancy(self) -> Array:
         """(X, Y, Z) posterior probability that each voxel is occupied; 0.5 where the hand never came near.

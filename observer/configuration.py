@@ -179,3 +179,7 @@ class Configured(TracksPose):
         }
         self._told = {name: value if name == "solids" else copy.deepcopy(value) for name, value in told.items()}
         self.needs = (*compiling.USUAL, *(f"observer.warming:{name}" for name, needed in also.items() if needed))
+
+    def _in_words(self) -> list[str]:
+        voxels = f"{' × '.join(map(str, self.grid.shape))} voxels of {1e3 * self.grid.resolution:g} mm"
+        return [f"{self.n_particles} particles", *super()._in_words(), voxels]

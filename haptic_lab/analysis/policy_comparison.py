@@ -6,6 +6,7 @@ Where a trial ends undecided its time to decision is only known to be longer, so
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from haptic_lab.analysis.statistics import bootstrapped, interval, median
+from haptic_lab.analysis.statistics import FEW, bootstrapped, interval, median, told_of_trials
 from haptic_lab.conditions import factors_in
 from haptic_lab.files import write_table
 from haptic_lab.style import OUTLINE, noise_colours
@@ -29,6 +30,10 @@ COLUMNS = {
     NAMED: "right after 10 s",
 }
 
+NOTHING = "no trial lasted so long"
+LATER = "undecided ▸"
+OPEN = 1.25  # an interval without an end is drawn so many times as far as the last one begins
+AT_THE_RIGHT: Any = {"ha": "right", "va": "center", "fontsize": 8, "bbox": {"color": "white", "pad": 0.5}}
 WORLD = ["shape", "seed"]
 ESTIMATES = ["value", "low", "high", "trials", "decided"]
 
@@ -156,6 +161,8 @@ def draw(lines: pd.DataFrame) -> Figure:
             cells = mine[(mine["measure"] == measure) & (mine["sigma_deg"] == noise)].set_index("policy")
             offset = 0.3 * ((index + 0.5) / len(noises) - 0.5)
             _draw_rows(axes, cells.reindex(policies), offset, colours[noise], f"σ = {noise:g}°")
+        if mine.loc[mine["measure"] == measure, "value"].isna().all():
+            axes.text(0.5, 0.5, NOTHING, transform=axes.transAxes, ha="center", va="center", color="#777777")
         axes.set_title(heading)
         axes.set_xlim(left=0)
         axes.tick_params(axis="y", length=0)
@@ -168,7 +175,7 @@ def draw(lines: pd.DataFrame) -> Figure:
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     trials = int(mine["trials"].max())
     figure.suptitle(
-        f"How soon is the object known? {trials} explorations a policy and noise, 95 % intervals "
+        f"How soon is the object known? {trials} explorations a policy and noise, {told_of_trials(trials)} "
         "(left: less is better)",
         fontsize=11,
         fontweight="bold",
@@ -177,15 +184,20 @@ def draw(lines: pd.DataFrame) -> Figure:
 
 
 def _draw_rows(axes: Axes, cells: pd.DataFrame, offset: float, colour: str, label: str) -> None:
-    top = axes.get_xlim()[1]
+    last = cells.loc[np.isfinite(cells["low"]), "low"].max()
     for place, (_, cell) in enumerate(cells.iterrows()):
-        high = cell["high"] if np.isfinite(cell["high"]) else top
-        axes.plot([cell["low"], high], [place + offset] * 2, color=colour, linewidth=2)
+        if cell["trials"] >= FEW and np.isfinite(cell["low"]):
+            high = cell["high"] if np.isfinite(cell["high"]) else OPEN * last
+            axes.plot([cell["low"], high], [place + offset] * 2, color=colour, linewidth=2)
+        if np.isinf(cell["value"]):
+            axes.text(0.99, place + offset, LATER, color=colour, transform=axes.get_yaxis_transform(), **AT_THE_RIGHT)
     axes.plot(cells["value"], np.arange(len(cells)) + offset, "o", color=colour, markersize=6, label=label)
     axes.axvline(0, color=OUTLINE, linewidth=1)
 
 
 def _cell(line: pd.Series, measure: str) -> str:
+    if np.isnan(line["value"]):
+        return "–"
     if measure == DECISION:
         return " ".join((_seconds(line["value"]), f"[{_seconds(line['low'])}–{_seconds(line['high'])}]"))
     return f"{line['value']:.0%} [{100 * line['low']:.0f}–{100 * line['high']:.0f}]"

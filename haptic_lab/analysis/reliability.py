@@ -34,7 +34,8 @@ def curves(rows: pd.DataFrame) -> pd.DataFrame:
     """Compare how sure beliefs were with how often they were right.
 
     Angles: how often the central interval of that probability holds the truth (interval: Student's t over trials).
-    Occupancy: cells of about that probability (bootstrap over trials). Name: labels of about it (Wilson).
+    Occupancy: of the voxels that the skin swept or that share a face with one, those of about that probability, and
+    whether the object reached into them (bootstrap over trials). Name: labels of about it (Wilson).
 
     Args:
         rows: of the table of trials.
@@ -87,7 +88,7 @@ def draw(lines: pd.DataFrame, rows: pd.DataFrame) -> Figure:
     for column, (what, title, axis) in enumerate(
         [
             (LAGGED, "Joint angles: does the interval hold the truth?", "probability of the interval"),
-            (OCCUPANCY, "Voxels: are they occupied as often as said?", "probability that a voxel is occupied"),
+            (OCCUPANCY, "Voxels at the skin: is the object in them?", "probability that the object reaches into it"),
             (NAME, "Name: is it right as often as said?", "probability of a name"),
         ]
     ):

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+FEW = 5  # trials: of fewer the interval of a share covers most of what there is, and tells nothing
+
 
 def interval(values: np.ndarray) -> tuple[float, float, float, int]:
     """Estimate a mean.
@@ -25,6 +27,19 @@ def interval(values: np.ndarray) -> tuple[float, float, float, int]:
         return mean, math.nan, math.nan, count
     half = float(stats.t.ppf(0.975, count - 1) * values.std(ddof=1) / math.sqrt(count))
     return mean, mean - half, mean + half, count
+
+
+def told_of_trials(trials: int, intervals: str = "95 % intervals") -> str:
+    """Say what intervals a picture has.
+
+    Args:
+        trials: that a mean is of.
+        intervals: what they are, where there are any.
+
+    Returns:
+        That, or that there are too few trials for it.
+    """
+    return intervals if trials >= FEW else f"too few for intervals, which begin at {FEW}"
 
 
 def share_interval(count: int, whole: int) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from haptic_lab.analysis.statistics import interval
+from haptic_lab.analysis.statistics import FEW, interval, told_of_trials
 from haptic_lab.conditions import factors_in
 from haptic_lab.faults import FAULTS, as_faults
 from haptic_lab.files import atomic, part_of_name
@@ -23,6 +23,7 @@ from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES, titles_of
 from observer import metrics
 
 ALL = "all"
+NOT_MADE = "has none"  # of a bar that is not there: an observer without a map, say
 FLOOR, SLAM, CEILING = "floor", "haptic_slam", "ceiling"
 TITLES = {
     "pose_error_lagged_deg": "Pose error, lagged (degrees)",
@@ -37,9 +38,15 @@ TITLES = {
     "name_ece": "Calibration error of the name that is given",
     **{f"correct_{n}s": f"Named right by the shape posterior after {n} s" for n in (2, 5, 10)},
     "shape_likelihood_correct": "Named right by the shape likelihood of the last map",
-    "overlap_nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Jaccard, touched voxels)",
-    "squared_nearest_neighbour_correct": "Named right by one-shot nearest neighbour (squared distance)",
-    "nearest_neighbour_correct": "Named right by one-shot nearest neighbour (Hamming)",
+    "overlap_nearest_neighbour_correct": "Named right by the one learnt map whose touched voxels overlap most",
+    "squared_nearest_neighbour_correct": "Named right by the one learnt map with the nearest probabilities",
+    "nearest_neighbour_correct": "Named right by the one learnt map with most voxels alike (p > 0.5, the paper's)",
+}
+NAMERS = {  # what names the object, in a few words
+    "nearest_neighbour": "one learnt map,\nvoxels alike (paper's)",
+    "overlap_nearest_neighbour": "one learnt map,\ntouched voxels alike",
+    "shape_likelihood": "one learnt map,\nits likelihood",
+    "shape_posterior": "known shapes,\nall that was felt",
 }
 
 
@@ -104,17 +111,19 @@ def save_picture(summary: pd.DataFrame, namers: Sequence[str], chance: float, fo
         figure.savefig(place)
 
 
-def print_report(lines: pd.DataFrame, console: Console) -> None:
+def print_report(lines: pd.DataFrame, console: Console, names_first: bool = False) -> None:
     """Print the measures of `TITLES`, a table each, the observers side by side.
 
     Args:
         lines: what `summarise` returns.
         console: to print to.
+        names_first: whether what is named comes before poses and maps.
     """
-    for measure, title in TITLES.items():
+    order = sorted(TITLES, key=lambda measure: "correct" not in measure) if names_first else TITLES
+    for measure in order:
         mine = lines[lines["measure"] == measure]
         if len(mine) and mine["trials"].max() > 0:
-            console.print(_table(mine, measure, title))
+            console.print(_table(mine, measure, TITLES[measure]))
 
 
 def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:
@@ -134,15 +143,24 @@ def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:
     for unused in panels[1 + len(namers) :]:
         unused.axis("off")
     overall = summary[summary["shape"] == ALL]
-    draw_pose(panels[0], overall[overall["measure"] == "pose_error_lagged_deg"])
+    pose = overall[overall["measure"] == "pose_error_lagged_deg"]
+    if pose["sigma_deg"].nunique() > 1:
+        draw_pose(panels[0], pose)
+    else:  # one point on an axis that begins at 0 leaves it empty
+        _draw_bars(panels[0], pose, "Pose error, lagged")
+        panels[0].set(ylabel="RMS error (degrees)")
     for axes, namer in zip(panels[1:], namers, strict=False):
         measure = f"{namer}_correct"
-        _draw_bars(axes, overall[overall["measure"] == measure], f"Named right: {namer.replace('_', ' ')}", chance)
+        title = NAMERS.get(namer, namer.replace("_", " ")).replace("\n", " ")
+        _draw_bars(axes, overall[overall["measure"] == measure], f"Named right: {title}")
+        axes.axhline(chance, color="#777777", linestyle=":", linewidth=1)
+        axes.set(ylabel="share named right", ylim=(0, 1.02))
     handles, labels = panels[1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     trials = int(overall["trials"].max())
-    what = "replays with simulated contacts" if "recording" in summary else "explorations"
-    figure.suptitle(f"{trials} {what} for each noise, 95 % intervals; dotted: chance", fontsize=12, fontweight="bold")
+    what = "replays with simulated contacts" if "recording" in summary else f"exploration{'s'[: trials != 1]}"
+    told = told_of_trials(trials)
+    figure.suptitle(f"{trials} {what} for each noise, {told}; dotted: chance", fontsize=12, fontweight="bold")
     return figure
 
 
@@ -184,8 +202,20 @@ def draw_curve(axes: Axes, line: pd.DataFrame, **style: Any) -> None:
         line: one measure, observer and shape of a summary.
         **style: of matplotlib's `errorbar`.
     """
-    errors = [line["mean"] - line["low"], line["high"] - line["mean"]]
-    axes.errorbar(line["sigma_deg"], line["mean"], errors, marker="o", **style)
+    axes.errorbar(line["sigma_deg"], line["mean"], errors_of(line), marker="o", **style)
+
+
+def errors_of(line: pd.DataFrame) -> np.ndarray:
+    """Say how far intervals reach.
+
+    Args:
+        line: of a summary.
+
+    Returns:
+        (2, n) below and above the means; NaN, which is not drawn, of what too few trials tell of.
+    """
+    errors = np.array([line["mean"] - line["low"], line["high"] - line["mean"]], dtype=np.float64)
+    return np.where(line["trials"] >= FEW, np.maximum(errors, 0.0), np.nan)
 
 
 def draw_pose(axes: Axes, lines: pd.DataFrame) -> None:
@@ -203,7 +233,7 @@ def draw_pose(axes: Axes, lines: pd.DataFrame) -> None:
     axes.set_ylim(bottom=0)
 
 
-def _draw_bars(axes: Axes, lines: pd.DataFrame, title: str, chance: float) -> None:
+def _draw_bars(axes: Axes, lines: pd.DataFrame, title: str) -> None:
     observers = list(dict.fromkeys(lines["observer"]))
     noises = sorted(set(lines["sigma_deg"]))
     width = 0.8 / len(observers)
@@ -214,17 +244,17 @@ def _draw_bars(axes: Axes, lines: pd.DataFrame, title: str, chance: float) -> No
             place,
             line["mean"],
             0.9 * width,
-            yerr=[line["mean"] - line["low"], line["high"] - line["mean"]],
+            yerr=errors_of(line),
             color=OBSERVER_COLOURS.get(observer, "#882255"),
             error_kw={"capsize": 2, "ecolor": "#D55E00", "linewidth": 1},
             label=OBSERVER_NAMES.get(observer, observer),
         )
-    axes.axhline(chance, color="#777777", linestyle=":", linewidth=1)
+        for where in place[line["mean"].isna()]:
+            axes.text(where, 0.02, NOT_MADE, rotation=90, ha="center", va="bottom", color="#777777", fontsize=8)
     axes.set(
         title=title,
         xlabel="σ of the joint noise (degrees)",
-        ylabel="share named right",
-        ylim=(0, 1.02),
         xticks=range(len(noises)),
         xticklabels=[f"{each:g}" for each in noises],
     )
+    axes.set_xlim(-0.6, len(noises) - 0.4)

@@ -1,10 +1,11 @@
 """Measure the observer between its brackets over many trials: every combination of noises, policies and durations.
 
 Writes to --out: trials.csv (one row for each trial and observer, with all that is needed to run it again),
-summary.csv and evaluate.png; with --ablation ablation.csv and ablation.png instead of the latter, with --calibration
-also calibration.csv and a picture for each observer, with several policies also policies.csv and policies.png, which
-compare them. Where more than sigma varies, pictures stand in a folder for each combination. The same command goes on
-where it was stopped.
+summary.csv and evaluate.png, with the floor among the observers also against_floor.csv (differences to it in the same
+explorations, and closures, with their intervals); with --ablation ablation.csv and ablation.png instead of
+evaluate.png, with --calibration also calibration.csv and a picture for each observer, with several policies also
+policies.csv and policies.png, which compare them. Where more than sigma varies, pictures stand in a folder for each
+combination. The same command goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from pathlib import Path
 import pandas as pd
 from rich.console import Console
 
-from haptic_lab.analysis import ablation, novelty, policy_comparison, reliability
-from haptic_lab.analysis.summary import parts, print_report, save_picture, summarise
+from haptic_lab.analysis import ablation, against, novelty, policy_comparison, reliability
+from haptic_lab.analysis.summary import FLOOR, parts, print_report, save_picture, summarise
 from haptic_lab.files import write_csv
 from haptic_lab.folder_lock import claimed
 from haptic_lab.people.studies.naming import name_objects
@@ -28,7 +29,8 @@ from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.worker import run_trials
 from haptic_lab.terminal import make_console
 
-FILES = ("config.json", "trials.csv", "summary.csv", "evaluate.png")
+AGAINST = "against_floor.csv"
+FILES = ("config.json", "trials.csv", "summary.csv", "evaluate.png", AGAINST)
 MOST_PARTS = 24  # combinations with pictures of their own: people's trials may last as many times as there are
 
 
@@ -81,7 +83,7 @@ def report(plan: SweepPlan, results: Results, console: Console) -> None:
         else:
             labels = rows[[f"p_{label}" for label in settings.labels]].notna().any().sum()  # of this recording, say
             save_picture(summaries[-1], settings.namers, 1.0 / max(1, labels), folder)
-            print_report(summaries[-1], console)
+            print_report(summaries[-1], console, names_first=plan.cells is not None or bool(settings.names_only))
             names = ["evaluate.png"]
         if plan.calibration:
             names += reliability.save(rows, folder)
@@ -92,6 +94,11 @@ def report(plan: SweepPlan, results: Results, console: Console) -> None:
             written += [str(Path(name, each)) for each in policy_comparison.save(rows, folder)]
             policy_comparison.print_table(folder / "policies.csv", console)
     write_csv(table.parent / "summary.csv", pd.concat(summaries))
+    if FLOOR in {*all_rows["observer"]} and all_rows["observer"].nunique() > 1 and len(combinations) <= MOST_PARTS:
+        gaps = against.compare(all_rows, [*MEASURES, *(f"{namer}_correct" for namer in settings.namers)])
+        write_csv(table.parent / AGAINST, gaps)
+        against.print_table(gaps, console)
+        written.append(AGAINST)
     if len(combinations) > MOST_PARTS:
         console.print(f"Pictures are made of {MOST_PARTS} combinations at most; these are {len(combinations)}")
     console.print(f"Written: {', '.join(written)}", highlight=False)

@@ -2,9 +2,10 @@
 
 Each is written to --out as PNG and PDF, with its data as CSV beside it (the film also as GIF). One sweep of trials, in
 --out/trials, feeds figure6, confusion, time_course, pose_error and reliability. pose_error also shows the Kalman filter
-and the smoother, of the same explorations but without maps, in --out/poses. offsets has a sweep of its own, with bias
-and drift, in --out/noises. figure2, figure4, figure5 and film show single explorations, kept in --out/explorations. The
-same command goes on where it was stopped.
+and the smoother, of the same explorations but without maps, in --out/poses, and figure6 the paper's own recursion, of
+the first of them, in --out/paper. offsets has a sweep of its own, with bias and drift, in --out/noises. figure2,
+figure4, figure5 and film show single explorations, kept in --out/explorations. The same command goes on where it was
+stopped.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from haptic_lab.figures import plan as plans
 from haptic_lab.figures.explorations import ShownExploration, file_of, read, run_shown_explorations
 from haptic_lab.figures.paper_figure import KINDS, PRINT
 from haptic_lab.figures.plan import DEFAULTS as DEFAULTS
-from haptic_lab.figures.plan import POSE, FiguresPlan
+from haptic_lab.figures.plan import NAMES, POSE, FiguresPlan
 from haptic_lab.folder_lock import claimed
 from haptic_lab.style import styled
 from haptic_lab.sweeps import options
@@ -112,8 +113,10 @@ def trials(
         raise ValueError(f"the trials of {folder} vary in more than sigma; a figure shows no more")
     if SLAM not in set(rows["observer"]):
         raise ValueError(f"the trials of {folder} are without the observer {SLAM}, which figures are about")
+    more = {POSE: plan.poses, NAMES: plan.papers}
     for name in names:
-        own = [_read(_swept(plan.poses, tables, console))] if name == POSE and plan.poses else []
+        also = more.get(name)
+        own = [] if also is None else [_read(_swept(also, tables, console))]
         yield name, FROM_TRIALS[name](pd.concat([rows, *own]))
 
 

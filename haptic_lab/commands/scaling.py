@@ -31,6 +31,7 @@ from observer import HapticSLAM
 
 EXAMPLE = "example: haptic-slam scaling --rounds 5 --out out/scaling"
 ENV = "HapticSLAM/TwoFinger-v0"
+NOISE, FLAT = 0.1, "no longer with more"  # of the time itself: so much is the machine's
 VOXEL = 0.004  # metres; a larger grid reaches further
 AXES = {
     "particles": "particles N",
@@ -113,7 +114,7 @@ def measure(chosen: list[ScalingPoint], steps: int, rounds: int, console: Consol
 
 
 def draw(rows: pd.DataFrame) -> Figure:
-    """Draw the times, with the line of least squares.
+    """Draw the times, with the line of least squares, or their mean where they do not grow.
 
     Args:
         rows: what `measure` returns.
@@ -127,7 +128,11 @@ def draw(rows: pd.DataFrame) -> Figure:
         mine = rows[rows["axis"] == axis]
         slope, start = np.polyfit(mine["value"], mine["ms"], 1)
         ends = np.array([0, mine["value"].max()])
-        panel.plot(ends, start + slope * ends, color="#999999", linewidth=1)
+        if slope * np.ptp(mine["value"]) > NOISE * start:
+            panel.plot(ends, start + slope * ends, color="#999999", linewidth=1)
+        else:  # times that fall where more is done are those of a machine that has other work
+            panel.axhline(mine["ms"].mean(), color="#999999", linewidth=1, linestyle="--")
+            panel.text(0.5, 0.1, FLAT, transform=panel.transAxes, ha="center", color="#777777", style="italic")
         panel.plot(mine["value"], mine["ms"], "o", color="#0072B2", markersize=5)
         panel.set(xlabel=label, ylim=(0, 1.1 * mine["ms"].max()), xlim=(0, 1.08 * mine["value"].max()))
     panels[0].set_ylabel("a step with contact (ms)")

@@ -19,6 +19,7 @@ from typing import Any
 from joblib import cpu_count
 
 from haptic_env import reading, validate
+from haptic_env.extras import how_to_install
 from haptic_lab import believed, conditions
 from haptic_lab.files import write_json
 from haptic_lab.folder_lock import claimed
@@ -57,7 +58,8 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     add("--steps", type=int, help="of the environment, in all (default: the preset's)")
     add("--seed", type=int, help="default: the preset's")
     add("--envs", type=int, help="environments side by side (default: the preset's)")
-    add("--jobs", type=int, default=cpu_count(), help="1: all in one process, else each in its own (default: cores)")
+    stepped = "threads that step environments; above 4: a process for each (default: cores)"
+    add("--jobs", type=int, default=cpu_count(), help=stepped)
     explored = "what is explored, and the candidates, shapes or sets (default: the preset's, the four shapes)"
     add("--shapes", nargs="+", type=typed_shape, metavar="SHAPE", help=explored)
     add("--objects", type=as_path, metavar="SET", help=f"or all objects of a set: {SETS}")
@@ -67,7 +69,7 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     given = parser.parse_args(arguments)
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
-        parser.error(f"training needs {', '.join(missing)}: pip install 'haptic-slam[train]'")
+        parser.error(f"training needs {', '.join(missing)}: {how_to_install('train')}")
     try:
         validate.integer("--jobs", given.jobs, 1, 1024)
         preset = presets.read(given.preset)

@@ -23,6 +23,7 @@ from haptic_lab.style import FREE, HAND, OCCUPANCY, OUTLINE, TRUTH
 
 SHAPE, SIGMA = "sphere", 5.0
 POSES = 150
+NOTHING = "nothing felt to be solid yet"
 
 
 def wanted(shapes: Sequence[str]) -> Wanted:
@@ -111,10 +112,13 @@ def _most_touched(showing: ShownExploration) -> int:
 
 
 def _section(axes: Axes, occupancy: np.ndarray, showing: ShownExploration) -> None:
-    """The slice across y in which most was touched, three voxels thick: a finger is no thinner."""
+    """The slice across y in which most was touched, or through the object's middle where nothing was, three voxels
+    thick: a finger is no thinner."""
     grid, solid = showing.grid, showing.solid
-    solid_voxels = np.convolve((occupancy > 0.5).sum(axis=(0, 2)), np.ones(3), mode="same")
-    layer = int(np.clip(np.argmax(solid_voxels), 1, grid.shape[1] - 2))
+    felt = occupancy > 0.5
+    solid_voxels = np.convolve(felt.sum(axis=(0, 2)), np.ones(3), mode="same")
+    middle = round((solid.position[1] - grid.origin[1]) / grid.resolution - 0.5)
+    layer = int(np.clip(np.argmax(solid_voxels) if felt.any() else middle, 1, grid.shape[1] - 2))
     near = occupancy[:, layer - 1 : layer + 2]
     highest = near.max(axis=1)
     empty = (near < EMPTY).any(axis=1) & (highest <= 0.5)
@@ -127,8 +131,9 @@ def _section(axes: Axes, occupancy: np.ndarray, showing: ShownExploration) -> No
     x, z = ((centres[..., axis] - grid.centre[axis]) * MM for axis in (0, 2))
     axes.contour(x, z, solid.signed_distance(centres), levels=[0.0], colors=[OUTLINE], linewidths=1.2)
     y = (grid.centres()[0, layer, 0, 1] - grid.centre[1]) * MM
+    what = "where the object is" if felt.any() else NOTHING
     axes.set(
-        title=f"(d) where the object is: section at y = {y:.0f} mm",
+        title=f"(d) {what}: section at y = {y:.0f} mm",
         xlabel="x (mm)",
         ylabel="z (mm)",
         xticks=TICKS,

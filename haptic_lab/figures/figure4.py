@@ -10,9 +10,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_lab.figures import isometric
-from haptic_lab.figures.figure2 import map_table
+from haptic_lab.figures.explorations import ShownExploration
+from haptic_lab.figures.figure2 import NOTHING, map_table
 from haptic_lab.figures.isometric_view import NEAR
 from haptic_lab.figures.paper_figure import WIDTH, Find, PaperFigure, Wanted
 from haptic_lab.style import OCCUPANCY
@@ -48,17 +50,29 @@ def draw(wanted: Wanted, find: Find, hand: Hand) -> PaperFigure:
     figure = Figure(figsize=(WIDTH, 4.3), layout="constrained")
     panels = figure.subplots(2, 3)
     tables = []
-    for axes, moment in zip(panels.ravel(), MOMENTS, strict=True):
-        seconds = moment * showing.seconds[-1]
+    for axes, seconds in zip(panels.ravel(), _moments(showing), strict=True):
         frame = showing.frame_at(seconds)
         occupancy = showing.occupancy[frame].astype(float)
         scale = 20.0 if axes is panels[0, 0] else 0.0
         isometric.draw_scene(axes, occupancy, showing.grid, showing.solid, NEAR, f"{seconds:.3g} s", scale)
+        if not (occupancy > 0.5).any():
+            axes.text(0.5, 0.92, NOTHING, transform=axes.transAxes, ha="center", color="#777777", fontsize=7)
         shown = map_table(occupancy, occupancy > 0.5, showing)
         tables.append(shown.assign(seconds=showing.seconds[showing.step[frame] - 1]))
     probability_bar(figure, panels)
     figure.suptitle(f"The contact map grows (σ = {showing.sigma_deg:g}°)", fontsize=9, fontweight="bold")
     return PaperFigure(figure, pd.concat(tables))
+
+
+def _moments(showing: ShownExploration) -> Array:
+    """Seconds of the panels: `MOMENTS` of the exploration, or of what is left of it once a map holds anything."""
+    end = float(showing.seconds[-1])
+    solid = np.flatnonzero((showing.occupancy > 0.5).any(axis=(1, 2, 3)))
+    first = float(showing.seconds[showing.step[solid[0]] - 1]) if len(solid) else 0.0
+    moments = np.array(MOMENTS)
+    if first <= moments[0] * end:
+        return moments * end
+    return np.round(first + (moments - moments[0]) / (1.0 - moments[0]) * (end - first), 1)
 
 
 def probability_bar(figure: Figure, panels: np.ndarray) -> None:

@@ -13,7 +13,7 @@ from joblib import cpu_count
 from haptic_env import shapes, validate
 from haptic_lab import believed, conditions
 from haptic_lab.figures import FIGURES, FROM_NOISES, FROM_TRIALS, offsets, pose_error
-from haptic_lab.figures.figure6 import TITLES
+from haptic_lab.figures.figure6 import AS_THE_PAPER, PAPER, TITLES
 from haptic_lab.sweeps import options
 from haptic_lab.sweeps.measures import COURSE_SECONDS
 from haptic_lab.sweeps.plan import SweepPlan
@@ -41,7 +41,8 @@ DEFAULTS: dict[str, Any] = {  # of the sweep; flags of evaluate.py
     **conditions.DEFAULTS,
     **dict.fromkeys(believed.BELIEVED),
 }
-POSE = "pose_error"  # also has trials of its own
+POSE, NAMES = "pose_error", "figure6"  # also have trials of their own
+PAPER_TRIALS = 12  # the paper's recursion takes some 6 s of a core for each, ten times as long as this project's
 QUICK = {
     "sigmas": [1.0, 3.0, 5.0],
     "trials": 2,
@@ -66,6 +67,7 @@ class FiguresPlan:
         sweep: what `haptic-slam evaluate` makes of the flags of the trials, which explorations have too.
         poses: the sweep of observers without maps; None where it is not needed.
         noises: the sweep of other noises; None where it is not needed.
+        papers: the sweep of the paper's own recursion; None where it is not needed.
     """
 
     names: tuple[str, ...]
@@ -76,12 +78,17 @@ class FiguresPlan:
     sweep: SweepPlan
     poses: SweepPlan | None
     noises: SweepPlan | None
+    papers: SweepPlan | None
 
     @property
     def sweeps(self) -> list[SweepPlan]:
         """Those that are run."""
         of_trials = self.trials_of is None and any(name in FROM_TRIALS for name in self.names)
-        return [each for each in (self.sweep if of_trials else None, self.poses, self.noises) if each is not None]
+        return [
+            each
+            for each in (self.sweep if of_trials else None, self.poses, self.noises, self.papers)
+            if each is not None
+        ]
 
 
 def parse(description: str | None, arguments: list[str] | None) -> FiguresPlan:
@@ -104,6 +111,8 @@ def parse(description: str | None, arguments: list[str] | None) -> FiguresPlan:
     add("--sigmas", nargs="+", type=float, help="noise of the sweep, SD in degrees (default 1 2 3 4 5)")
     add("--trials", type=int, help="explorations of the sweep for each shape and sigma (default 72, the paper's)")
     add("--seconds", type=float, help="of an exploration of the sweep (default 10, the paper's)")
+    few = f"of these that the paper's own recursion repeats for figure6 (default {PAPER_TRIALS}); 0: none"
+    add("--paper-trials", type=int, metavar="TRIALS", default=PAPER_TRIALS, help=few)
     add("--first-seed", type=int, help="seed of its first trial (default 30000)")
     add("--exemplars", type=int, help="draws over which one-shot learning is averaged (default 5)")
     add("--observers", nargs="+", help=f"of the sweep (default {' '.join(DEFAULTS['observers'])})")
@@ -140,6 +149,7 @@ def parse(description: str | None, arguments: list[str] | None) -> FiguresPlan:
         for sigma in given.offset_sigmas:
             validate.number("--offset-sigmas", sigma, high=90.0, above=0.0, unit="degrees")
         validate.integer("--seed", given.seed, 0, 2**32 - 1)
+        validate.integer("--paper-trials", given.paper_trials, 0, 100_000)
         validate.number("--show-seconds", given.show_seconds, 0.0, 3600.0, above=0.0, unit="s")
         if given.trials_of is None and "time_course" in names:
             validate.number("--seconds (of time_course)", sweep.conditions[0].seconds, COURSE_SECONDS, 3600.0, unit="s")
@@ -151,6 +161,11 @@ def parse(description: str | None, arguments: list[str] | None) -> FiguresPlan:
     if given.trials_of is None and POSE in names and {"kalman", "smoother"}.isdisjoint(given.observers):
         own = {"observers": [pose_error.SMOOTHER], "classifiers": [], "out": str(out / "poses")}
         poses = options.check_values(told | own, trust=given.trust)
+    papers = None
+    repeated = min(given.paper_trials, given.trials)
+    if given.trials_of is None and NAMES in names and repeated and PAPER not in given.observers:
+        own = {"observers": [PAPER], "classifiers": [AS_THE_PAPER], "trials": repeated, "out": str(out / PAPER)}
+        papers = options.check_values(told | own, trust=given.trust)
     noises = None
     if given.trials_of is None and any(name in FROM_NOISES for name in names):
         own = {"observers": list(offsets.OBSERVERS), "classifiers": [], "out": str(out / "noises")}
@@ -162,7 +177,7 @@ def parse(description: str | None, arguments: list[str] | None) -> FiguresPlan:
         except ValueError as error:
             refuse(f"--offsets: {error}")
         noises = replace(noises, conditions=some)
-    return FiguresPlan(names, out, given.seed, given.show_seconds, given.trials_of, sweep, poses, noises)
+    return FiguresPlan(names, out, given.seed, given.show_seconds, given.trials_of, sweep, poses, noises, papers)
 
 
 def _told(value: Any) -> str:

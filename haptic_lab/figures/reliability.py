@@ -1,4 +1,5 @@
-"""Reliability diagrams of the occupancy: how often voxels are occupied against the probability of the map."""
+"""Reliability diagrams of the map: of the voxels beside the skin, into how many the object reaches against what the map
+says. (A map of what was touched is one of surfaces: whether a voxel has its centre inside it cannot know.)"""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES, OUTLINE, noise_co
 
 
 def draw(rows: pd.DataFrame) -> PaperFigure:
-    """Draw how often voxels are occupied against the probability of the map.
+    """Draw into how many voxels the object reaches against the probability of the map.
 
     Args:
         rows: of the table of trials.
@@ -40,9 +41,9 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
     ]
     _column(panels[:, 0], "Haptic SLAM", left)
     _column(panels[:, 1], f"Between the brackets, σ = {sigmas[-1]:g}°", right)
-    panels[0, 0].set_ylabel("voxels that are solid (%)")
+    panels[0, 0].set_ylabel("voxels that the object\nreaches into (%)")
     panels[1, 0].set_ylabel("voxels")
-    panels[0, 0].text(98, 12, "less often than said", ha="right", color="#777777", style="italic")
+    panels[0, 0].text(98, 30, "less often than said", ha="right", color="#777777", style="italic")
     panels[0, 0].text(2, 92, "more often than said", color="#777777", style="italic")
     return PaperFigure(figure, data)
 
@@ -59,4 +60,4 @@ def _column(panels: Iterable[Axes], title: str, curves: list[tuple[pd.DataFrame,
         below.plot(100 * line["said"], line["voxels"], "o-", color=colour, markersize=3, linewidth=1.2)
     above.set(title=title, xlim=(-2, 102), ylim=(-2, 102))
     below.set(xlabel="the map says (%)", yscale="log")
-    above.legend(loc="center left", bbox_to_anchor=(0.0, 0.66), fontsize=7)
+    above.legend(loc="lower right", fontsize=7)

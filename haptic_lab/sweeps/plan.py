@@ -14,6 +14,7 @@ from typing import Any
 import agents
 from agents.sb3 import Sb3
 from haptic_env import hand_of, registration, shapes, validate
+from haptic_env.extras import how_to_install
 from haptic_env.hand import Hand
 from haptic_lab.conditions import CONTACTS, FACTORS, RECORDED, Condition, check_contacts, check_policy
 from haptic_lab.exploration.learnt import refuse_varied
@@ -141,7 +142,7 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     if given.ablation and FULL not in given.observers:
         raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")
     if given.cluster is not None and importlib.util.find_spec("distributed") is None:
-        raise ValueError("--cluster needs dask.distributed, which is not installed: pip install 'haptic-slam[cluster]'")
+        raise ValueError(f"--cluster needs dask.distributed, which is not installed: {how_to_install('cluster')}")
     for policy in policies:
         _check_fit(settings, policy)
     if settings.none:

@@ -27,11 +27,21 @@ class TracksPose:
     Attributes:
         hand: whose pose it is, with P patches.
         pose: the source, of J joints.
+        lag: steps.
     """
 
     hand: Hand
     pose: PoseSource
+    lag: int
     _reports: ContactFilter | None  # None: contacts are what is reported
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.hand.name}: {', '.join(self._in_words())}>"
+
+    def _in_words(self) -> list[str]:
+        """What `repr` says of it besides its name and its hand's."""
+        low, high = np.min(self.sigma_deg), np.max(self.sigma_deg)
+        return [f"σ = {low:.3g}°" if low == high else f"σ = {low:.3g}° to {high:.3g}°", f"lag {self.lag} steps"]
 
     @classmethod
     def for_env(cls, env: gym.Env[Any, Any], **keywords: Any) -> Self:

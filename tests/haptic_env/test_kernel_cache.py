@@ -152,3 +152,18 @@ def test_where_nothing_can_be_kept_it_still_runs(tmp_path, monkeypatch):
 
 def _full(*_):
     raise OSError("no space left on device")
+
+
+def test_what_compiles_says_so_once_whoever_calls_it(tmp_path, monkeypatch, caplog):
+    monkeypatch.setenv(cache.VARIABLE, str(tmp_path))
+    kernel_cache._tell.cache_clear()
+    made = _made(STEP + CALLER, FACTOR=2.0, TABLE=np.zeros(2))
+    assert not caplog.records, "nothing is compiled before it is called"
+    made.double(1.0)
+    made.double(1)
+    (record,) = caplog.records
+    assert record.getMessage().startswith("Compiling ")
+    caplog.clear()
+    kernel_cache._tell.cache_clear()
+    _made(STEP + CALLER, FACTOR=2.0, TABLE=np.zeros(2)).double(1.0)
+    assert not caplog.records, "nothing is said of what is kept"

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 
+from haptic_env.extras import how_to_install
 from haptic_lab.commands import evaluate
 from haptic_lab.sweeps import cluster, provenance
 from tests.haptic_lab.workers import in_this_process
@@ -172,4 +173,4 @@ def test_without_the_package_it_says_what_to_install(
     with pytest.raises(SystemExit) as ended:
         run(tmp_path, "--cluster", "tcp://127.0.0.1:9")
     assert ended.value.code == 2
-    assert "pip install 'haptic-slam[cluster]'" in capsys.readouterr().err
+    assert how_to_install("cluster") in capsys.readouterr().err

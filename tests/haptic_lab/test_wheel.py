@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
@@ -92,6 +93,16 @@ def test_all_that_is_read_is_in_it(told: dict, site: Path) -> None:
     assert sorted(told["presets"]) == ["PPO", "PPO", "RecurrentPPO", "SAC"]
 
 
+def test_an_editable_install_is_a_path_that_type_checkers_follow(site: Path, tmp_path: Path) -> None:
+    sources = site.parent / "sources"
+    build = f"from setuptools import build_meta; build_meta.build_editable({str(tmp_path)!r})"
+    subprocess.run([sys.executable, "-c", build], cwd=sources, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as content:
+        (path,) = (name for name in content.namelist() if ".dist-info/" not in name)  # and no hook that finds modules
+        assert content.read(path).decode().split() == [str(sources)]
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_helps_with_an_example(command: str, told: dict) -> None:
     text = told["commands"][command]
@@ -127,7 +138,9 @@ QUICK = {  # the command lines, in turn, and the files that each leaves in the e
     f"explore --policy trained {SHORT} --out felt": [f"felt/{name}" for name in EXPLORED],
     "replay felt/recording.npz --particles 2 --out again": [f"again/{name}" for name in EXPLORED],
     f"evaluate {SHORT} --shapes cube sphere --sigmas 3 --trials 1 --exemplars 1 --observers floor haptic_slam --jobs 1 "
-    "--out swept": [f"swept/{name}" for name in ("config.json", "evaluate.png", "summary.csv", "trials.csv")],
+    "--out swept": [
+        f"swept/{name}" for name in ("against_floor.csv", "config.json", "evaluate.png", "summary.csv", "trials.csv")
+    ],
     "figures confusion pose_error --trials-of swept --out drawn": [
         f"drawn/{name}.{kind}" for name in ("confusion", "pose_error") for kind in ("csv", "pdf", "png")
     ],
@@ -167,6 +180,10 @@ SLOW = {
         "learnt/best_model.npz",
         "learnt/model.npz",
         "learnt/training.json",
+    ],
+    "export learnt/model.zip --trust --out passed.npz": ["passed.npz", "passed.json"],
+    "benchmark --tasks Map --policies random_torque --worlds 1 --jobs 1 --out held": [
+        f"held/{name}" for name in ("benchmark.csv", "benchmark.md", "benchmark.png", "config.json", "trials.csv")
     ],
     f"explore --policy learnt/model.npz {SHORT} --out used": [f"used/{name}" for name in EXPLORED],
     "figures figure2 figure6 --trials 1 --seconds 0.2 --show-seconds 0.4 --jobs 1 --out drawn": [

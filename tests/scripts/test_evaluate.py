@@ -183,8 +183,9 @@ def test_variants_are_observers_too(tmp_path: Path, capsys: pytest.CaptureFixtur
         assert counts.sum() == 15 * 8
         middle = counts[2:38].sum() / counts.sum()
         assert middle == pytest.approx(row["coverage_90_lagged"])
-        cells, said, found = (np.array(row[name].split(), dtype=float) for name in measures.HISTOGRAMS[2:])
-        assert np.nansum(np.abs(said - found) * cells) / cells.sum() == pytest.approx(row["occupancy_ece"], rel=1e-3)
+        for names, measure in ((measures.CELLS, "occupancy_ece"), (measures.SKIN_CELLS, "skin_ece")):
+            cells, said, found = (np.array(row[name].split(), dtype=float) for name in names)
+            assert np.nansum(np.abs(said - found) * cells) / cells.sum() == pytest.approx(row[measure], rel=1e-3)
 
 
 def test_an_ablation_needs_the_full_observer(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:

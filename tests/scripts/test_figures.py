@@ -92,6 +92,8 @@ def test_means_are_those_of_the_trials(drawn: Path, rows: pd.DataFrame, name: st
     data = pd.read_csv(drawn / f"{name}.csv")
     if name == "pose_error":
         data = data[~data["observer"].isin(["kalman", "smoother"])]
+    else:
+        rows = pd.concat([rows, pd.read_csv(drawn / "paper" / "trials.csv")])
     assert {"cube", "sphere", "all"} == set(data["shape"])
     for _, line in data.iterrows():
         mine = rows[(rows["observer"] == line["observer"]) & (rows["sigma_deg"] == line["sigma_deg"])]
@@ -162,7 +164,24 @@ def test_figure_6_has_each_way_to_name_between_its_brackets(drawn: Path) -> None
     data = pd.read_csv(drawn / "figure6.csv")
     namers = {"nearest_neighbour", "overlap_nearest_neighbour", "shape_likelihood", "shape_posterior"}
     assert set(data["measure"]) == {f"{namer}_correct" for namer in namers}
-    assert {"floor", "haptic_slam", "ceiling"} == set(data["observer"])
+    assert {"floor", "haptic_slam", "ceiling", "paper"} == set(data["observer"])
+    paper = data[data["observer"] == "paper"]
+    assert set(paper["measure"]) == {"nearest_neighbour_correct", "shape_posterior_correct"}
+
+
+@pytest.mark.parametrize(
+    ("asked", "trials"),
+    [([], 12), (["--trials", "3"], 3), (["--paper-trials", "40"], 40), (["--paper-trials", "0"], None)],
+)
+def test_the_papers_recursion_repeats_the_first_explorations(asked: list[str], trials: int | None) -> None:
+    plan = figures.parse(["figure6", *asked])
+    assert (None if plan.papers is None else plan.papers.trials) == trials
+    if plan.papers is not None:
+        assert plan.papers.settings.observers == ("paper",)
+        assert plan.papers.settings.first_seed == plan.sweep.settings.first_seed
+        assert plan.papers.conditions == plan.sweep.conditions
+    assert figures.parse(["figure5", *asked]).papers is None
+    assert figures.parse(["figure6", *asked, "--observers", "haptic_slam", "paper"]).papers is None
 
 
 def test_confusions_add_up_and_agree_with_the_accuracy(drawn: Path, rows: pd.DataFrame) -> None:
@@ -239,7 +258,7 @@ def test_reliability_counts_every_voxel_once(drawn: Path, rows: pd.DataFrame) ->
     data = pd.read_csv(drawn / "reliability.csv")
     for (sigma, observer), line in data.groupby(["sigma_deg", "observer"]):
         mine = rows[(rows["sigma_deg"] == sigma) & (rows["observer"] == observer)]
-        assert line["voxels"].sum() == sum(int(each) for text in mine["cells"] for each in text.split())
+        assert line["voxels"].sum() == sum(int(each) for text in mine["skin_cells"] for each in text.split())
     assert ((data["low"] <= data["found"] + 1e-9) & (data["found"] <= data["high"] + 1e-9)).all()
     assert len(reliability.draw(rows).data) == len(data)
 
@@ -285,7 +304,7 @@ def test_the_trials_of_another_sweep(
     assert figures.main([*FROM_TRIALS, "--trials-of", str(drawn / "trials"), "--out", str(tmp_path)]) == 0
     for name in FROM_TRIALS:
         here, there = (pd.read_csv(folder / f"{name}.csv") for folder in (tmp_path, drawn))
-        if name == "pose_error":  # there it has trials of its own as well
+        if name in ("pose_error", "figure6"):  # there it has trials of its own as well
             there = there[there["observer"].isin(here["observer"])].reset_index(drop=True)
         pd.testing.assert_frame_equal(here, there)
     assert not (tmp_path / "trials").exists()

@@ -10,6 +10,7 @@ from importlib import util
 from pathlib import Path
 
 import pytest
+import yaml
 
 from tests.properties.registry import ENTRIES, MODULES
 from tests.properties.test_registry import _names_of
@@ -49,6 +50,14 @@ def test_no_equation_is_left_as_it_was_typed(site: Path) -> None:
     left = [page for page in site.rglob("*.html") if 'class="arithmatex"' in page.read_text()]
     assert not left
     assert "<math" in (site / "observer.html").read_text()
+
+
+def test_what_is_published_is_what_make_builds() -> None:
+    steps = yaml.safe_load((ROOT / ".github/workflows/docs.yml").read_text())["jobs"]["publish"]["steps"]
+    assert "make docs" in [step.get("run") for step in steps]
+    (place,) = (step["with"]["path"] for step in steps if "upload-pages-artifact" in step.get("uses", ""))
+    assert f"site_dir: {place}\n" in (ROOT / "mkdocs.yml").read_text()
+    assert re.search(r"^docs: .*\n\t.*mkdocs build$", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
 
 
 @pytest.fixture(scope="module")
