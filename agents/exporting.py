@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import copy
+import hashlib
+import json
 import os
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
 from agents.layers import ACTIVATIONS, Array, Cell, Layer
-from agents.network import Memory, Network
+from agents.network import Memory, Network, describe
 from agents.normalization import Normalization
+from agents.saved_model import WHY, SavedModel
 from agents.training import training_of
 from haptic_env import validate
 from haptic_env.files import atomic
@@ -52,6 +56,63 @@ def export(
     network = network_of(model, normalize, entries, hold)
     with atomic(path) as place:
         network.write(place)
+
+
+def export_saved(
+    saved: str | os.PathLike[str],
+    path: str | os.PathLike[str],
+    normalize: Any = None,
+    *,
+    trust: bool = False,
+    entries: Sequence[str] | None = None,
+    hold: int | None = None,
+) -> dict[str, Any]:
+    """Write the policy of a model that Stable-Baselines3 has saved to a file as `export` does, and beside it, in
+    *.json, what it is for.
+
+    Args:
+        saved: path of the .zip.
+        path: of the file, *.npz.
+        normalize: the `VecNormalize` under which it was trained, or the file where that was saved, a pickle likewise.
+        trust: whether these may run what they like, for they hold pickles.
+        entries: as `export`'s.
+        hold: as `export`'s.
+
+    Returns:
+        What the JSON says: the network's description, and the file with its SHA-256.
+
+    Raises:
+        ValueError: as `export`, where the file is no model, and where it is not to be trusted.
+        ImportError: without Stable-Baselines3.
+        OSError: where it cannot be written.
+    """
+    target, source = validate.path("path", path), validate.path("saved", saved)
+    if target.suffix != ".npz" or source.suffix != ".zip":
+        raise ValueError(f"a .zip is made an .npz, got {str(source)!r} and {str(target)!r}")
+    if not os.path.isfile(source):
+        raise ValueError(f"{str(source)!r} must be a file that exists")
+    if not validate.boolean("trust", trust):
+        raise ValueError(f"{source} is not read: {WHY}")
+    model = SavedModel(source, normalize)
+    policy = model.policy
+    network = network_of(
+        SimpleNamespace(
+            policy=policy,
+            observation_space=model.observation_space,
+            action_space=model.action_space,
+            predict=policy.predict,
+            exploration=model.told,
+        ),
+        None,
+        entries,
+        hold,
+    )
+    with atomic(target) as place:
+        replace(network, normalization=model.normalization).write(place)
+    said = {"file": target.name, "sha256": hashlib.sha256(target.read_bytes()).hexdigest(), **describe(target)}
+    with atomic(target.with_suffix(".json")) as place:
+        place.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+    return said
 
 
 def network_of(

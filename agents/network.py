@@ -214,6 +214,22 @@ def read(path: Path) -> Network:
         raise ValueError(f"{path} is no policy that `agents.export` has written: {told_in_a_line}") from error
 
 
+def describe(path: Path) -> dict[str, Any]:
+    """Tell what a file of `Network.write` says of its network.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        Its description: what it sees, what it does, how it was trained.
+
+    Raises:
+        ValueError: as `read`.
+    """
+    read(path)
+    return dict(json.loads(str(reading.npz(path, LARGEST)["description"])))
+
+
 def _restore(told: dict[str, Any], arrays: _Arrays) -> Network:
     observation, action = (spaces_json.restore(told[name], name) for name in ("observation", "action"))
     if not isinstance(action, gym.spaces.Box):

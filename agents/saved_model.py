@@ -41,6 +41,11 @@ class SavedModel:
         if normalize is not None:
             self.normalization = Normalization.of(normalize, self.observation_space, trust=True)
 
+    @property
+    def policy(self) -> Any:
+        """The network of Stable-Baselines3, or sb3-contrib."""
+        return self._network
+
     def predict(
         self, observation: Any, memory: Memory, began: bool, deterministic: bool, rng: np.random.Generator
     ) -> tuple[NDArray[np.float32], Memory]:

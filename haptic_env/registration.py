@@ -29,7 +29,12 @@ def register() -> None:
             gym.register(env_id, entry_point="haptic_env.explore:ExploreEnv", kwargs=told)
     for env_id, task in TASKS.items():
         if env_id not in gym.registry:
-            gym.register(env_id, entry_point="haptic_lab.tasks.environment:TaskEnv", kwargs={"task": task})
+            gym.register(
+                env_id,
+                entry_point="haptic_lab.tasks.environment:TaskEnv",
+                vector_entry_point="haptic_lab.tasks.vector:make_vector",
+                kwargs={"task": task},
+            )
 
 
 def is_file(hand: object) -> bool:

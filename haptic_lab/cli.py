@@ -35,6 +35,8 @@ COMMANDS = {
     "design": "say how many trials tell two observers apart",
     "simulate": "let simulated people answer",
     "train": "train a policy to name what the hand touches",
+    "export": "make a trained model one that runs nothing when it is read",
+    "benchmark": "hold policies against each other in the worlds of the tasks",
     "study": "do an experiment with the observers that was done with people",
     "objects": "compare objects with what physics can touch of them",
     "bench": "measure how fast it is",
@@ -43,7 +45,7 @@ COMMANDS = {
     "scaling": "measure how the time of a step grows",
     "scheduling": "measure what a sweep costs beyond its trials",
 }
-ONE_CORE = ("train",)  # each of its processes computes on one core: environments run side by side
+ONE_CORE = ("benchmark", "train")  # each of its processes computes on one core: environments run side by side
 THREADS = {
     "NUMBA_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
@@ -51,12 +53,12 @@ THREADS = {
     "OMP_WAIT_POLICY": "passive",
 }
 OFFSCREEN = ("picture-recording",)  # draws by MuJoCo's renderer, which asks when it is imported how
-EXAMPLES = {  # one of each, that needs nothing but what is there
+EXAMPLES = {  # one of each; most need nothing but what is there
     "demo": "",
     "explore": "--shape pyramid --sigma 5",
-    "learn": "mug1 --shape mug.stl --hand adroit",
+    "learn": "can --shape cylinder",
     "library": "objects",
-    "replay": "inspect.npz --mesh cube.stl",
+    "replay": "out/explore/recording.npz",
     "live": "--udp 5005 --hand two_finger",
     "evaluate": "--sigmas 3 5 --trials 20",
     "people": "example",
@@ -64,8 +66,10 @@ EXAMPLES = {  # one of each, that needs nothing but what is there
     "fit": "example --courses example",
     "compare": "example --courses example",
     "design": "ideal memory --courses example",
-    "simulate": "--courses example --out a.csv",
+    "simulate": "--courses example --sigma 5 --out a.csv",
     "train": "--preset trained --steps 20000",
+    "export": "model.zip --trust",
+    "benchmark": "--quick",
     "study": "--list",
     "objects": "--objects four",
     "bench": "--quick",

@@ -6,6 +6,7 @@ Add a variant as a line of keywords for `HapticSLAM`. Names joined by "+" change
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any
 
 from haptic_env import validate
@@ -39,12 +40,13 @@ ABLATION = (FULL, *VARIANTS, "paper", *(f"{name}+no_scan_matching" for name in B
 NAMES = (*OBSERVERS, *VARIANTS, *WITHOUT_MAP)
 
 
-def check(what: str, name: str) -> str:
+def check(what: str, name: str, also: Collection[str] = ()) -> str:
     """Check the name of an observer.
 
     Args:
         what: the argument it is given for.
         name: of an observer or a variant, or several that add up.
+        also: what else may be added to any observer.
 
     Returns:
         The name.
@@ -53,9 +55,9 @@ def check(what: str, name: str) -> str:
         ValueError: for any other, listing what there is.
     """
     base, *changes = name.split("+") if isinstance(name, str) else [name]
-    validate.choice(what, base, (*WITH_PARTICLES, *VARIANTS) if changes else NAMES)
+    validate.choice(what, base, (*WITH_PARTICLES, *VARIANTS) if {*changes} - {*also} else NAMES)
     for change in changes:
-        validate.choice(what, change, VARIANTS)
+        validate.choice(what, change, (*VARIANTS, *also))
     return name
 
 

@@ -111,17 +111,19 @@ def save_picture(summary: pd.DataFrame, namers: Sequence[str], chance: float, fo
         figure.savefig(place)
 
 
-def print_report(lines: pd.DataFrame, console: Console) -> None:
+def print_report(lines: pd.DataFrame, console: Console, names_first: bool = False) -> None:
     """Print the measures of `TITLES`, a table each, the observers side by side.
 
     Args:
         lines: what `summarise` returns.
         console: to print to.
+        names_first: whether what is named comes before poses and maps.
     """
-    for measure, title in TITLES.items():
+    order = sorted(TITLES, key=lambda measure: "correct" not in measure) if names_first else TITLES
+    for measure in order:
         mine = lines[lines["measure"] == measure]
         if len(mine) and mine["trials"].max() > 0:
-            console.print(_table(mine, measure, title))
+            console.print(_table(mine, measure, TITLES[measure]))
 
 
 def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:

@@ -19,6 +19,7 @@ from haptic_lab.folder_lock import claimed
 from haptic_lab.people import compare_report, fit_report, options
 from haptic_lab.people.comparing import check_models, compare, recoveries, recovery_table
 from haptic_lab.people.models import MODELS
+from haptic_lab.people.trial_columns import DEADLINE
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, progress_on
 from haptic_lab.terminal import Parser, as_path, make_console, refuse
@@ -52,11 +53,15 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         if given.recovery is not None:
             validate.integer("--recovery", given.recovery, 1, 10_000)
         table = options.read_table(given)
-        courses, ranges = options.read_courses(given.courses, given.observer), options.ranges_of(given)
-        given.models = [options.model_of(each, courses, ranges) for each in given.models]
+        ranges = options.ranges_of(given)
+        courses = options.read_courses(given.courses, given.observer, given.standard)
+        given.models = [options.model_of(each, courses, ranges, given.standard) for each in given.models]
         check_models(given.models)
         given.tables = options.by_subject(table, given.models)
         given.asked = sorted(set(table["seconds"]))
+        if given.models[0].timed:
+            last = float(courses.seconds[-1])
+            given.asked = sorted(set(table[DEADLINE].fillna(last))) if DEADLINE in table else [last]
         given.trials = round(float(table.groupby("subject").size().median()))
     except (ValueError, OSError) as error:
         parser.error(str(error))
@@ -95,9 +100,10 @@ def main(arguments: list[str] | None = None) -> int:
         table = pd.concat(parts, ignore_index=True)
         table = table[["subject", *(column for column in table if column != "subject")]]
         compare_report.tell(table, console)
-        best = table.groupby("subject", sort=False)["log_likelihood"].max()
+        best = table.groupby("subject", sort=False)["nats"].max()
         chance = fit_report.chance_of(given.models[0].courses)
-        if guessed := list(best.index[best < chance]):
+        guessed = [] if given.models[0].timed else list(best.index[best < chance])
+        if guessed:
             console.print(f"note: {fit_report.worse_than_guesses(guessed, chance)}", highlight=False)
         recovery = recovery_table(recovered, names) if recovered else None
         written = write_table(out, "compare", table, compare_report.picture(table, recovery))

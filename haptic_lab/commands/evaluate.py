@@ -83,7 +83,7 @@ def report(plan: SweepPlan, results: Results, console: Console) -> None:
         else:
             labels = rows[[f"p_{label}" for label in settings.labels]].notna().any().sum()  # of this recording, say
             save_picture(summaries[-1], settings.namers, 1.0 / max(1, labels), folder)
-            print_report(summaries[-1], console)
+            print_report(summaries[-1], console, names_first=plan.cells is not None or bool(settings.names_only))
             names = ["evaluate.png"]
         if plan.calibration:
             names += reliability.save(rows, folder)

@@ -16,6 +16,7 @@ from haptic_lab.folder_lock import claimed
 from haptic_lab.people import fit_report, options
 from haptic_lab.people.fitting import fit
 from haptic_lab.people.models import MODELS, Model
+from haptic_lab.people.predictions import predicted
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, progress_on
 from haptic_lab.terminal import Parser, as_path, make_console, refuse
@@ -46,7 +47,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     try:
         options.check_draws(given)
         table = options.read_table(given)
-        courses = options.read_courses(given.courses, given.observer)
+        courses = options.read_courses(given.courses, given.observer, given.standard)
         given.model = Model.named(given.model, courses, options.ranges_of(given))
         given.tables = options.by_subject(table, [given.model])
     except (ValueError, OSError) as error:
@@ -80,7 +81,7 @@ def main(arguments: list[str] | None = None) -> int:
         for note in fit_report.notes(fits):
             console.print(f"note: {note}", highlight=False)
         write_table(out, "fit", found, fit_report.picture(fits))
-        write_csv(out / "predicted.csv", fit_report.predicted(fits))
+        write_csv(out / "predicted.csv", predicted(fits))
         write_json(out / "fit.json", fit_report.content(fits, given.draws, given.seed))
         console.print(f"Written: {', '.join(str(out / each) for each in fit_report.FILES)}", highlight=False)
     return 0

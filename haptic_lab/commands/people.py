@@ -79,6 +79,12 @@ def parse(arguments: list[str] | None) -> tuple[argparse.Namespace, pd.DataFrame
         metavar="SHAPE",
         help="objects of which “no” is the right answer",
     )
+    add(
+        "--standard",
+        type=as_shape,
+        metavar="SHAPE",
+        help="of 2afc: what the other interval had, so that observers can be asked as people were",
+    )
     add("--level", metavar="COLUMN", help="column with the level of the stimulus (default: what varies in the objects)")
     add("--observers", nargs="+", type=as_path, default=[], metavar="FOLDER",
         help="results of haptic-slam evaluate in the same objects and seconds, or .npz files of courses")  # fmt: skip
@@ -89,7 +95,7 @@ def parse(arguments: list[str] | None) -> tuple[argparse.Namespace, pd.DataFrame
     try:
         validate.number("--floor", given.floor, 0.0, 1.0)
         table = read_tables([shipped("table", each) for each in given.tables], given)
-        design = design_of(table, given.design, given.candidates, given.absent)
+        design = design_of(table, given.design, given.candidates, given.absent, given.standard or "")
         observers = [each for path in given.observers for each in read_observers(shipped("courses", str(path)))]
     except (ValueError, OSError) as error:
         parser.error(str(error))

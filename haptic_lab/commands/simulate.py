@@ -38,9 +38,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     options.add_courses(parser)
-    options.add_ranges(parser, "(default: the ideal's; --sigma must be told)")
-    add("--stop-at", type=float, help="answer when the best name is as probable as this (default: when asked)")
-    add("--price", type=float, help="answer when a second more is not worth this share of a right answer")
+    options.add_ranges(parser, "(default: the ideal's; --sigma must be told)", without=())
     add("--subjects", type=int, default=1, help="how many (default 1)")
     add("--trials", type=int, default=300, help="of each subject (default 300)")
     add("--seconds", nargs="+", type=float, help="when they are asked (default: five times)")
@@ -59,7 +57,6 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         given.courses = options.read_courses(given.courses, given.observer)
         given.model = Model("simulated", given.courses, (), ranges)
         given.seconds = options.seconds_of(given.seconds, given.courses)
-        subject_of({"sigma_deg": ranges["sigma_deg"][0], **_rule(given)})
     except (ValueError, OSError) as error:
         parser.error(str(error))
     return given
@@ -80,7 +77,7 @@ def main(arguments: list[str] | None = None) -> int:
         with progress_on(console) as progress:
             for number in progress.track(range(given.subjects), description="subjects"):
                 values = {name: grid.drawn(rng) for name, grid in given.model.grids.items()}
-                subject, name = subject_of({**values, **_rule(given)}), NAME.format(number + 1)
+                subject, name = subject_of(values), NAME.format(number + 1)
                 tables.append(simulate(given.courses, subject, given.trials, given.seconds, rng, name=name))
     except ValueError as error:
         refuse(str(error))
@@ -90,7 +87,3 @@ def main(arguments: list[str] | None = None) -> int:
     told = f"{given.subjects} simulated subjects, {given.trials} trials each, {right:.0%} right"
     console.print(f"{told}: {given.out}", highlight=False)
     return 0
-
-
-def _rule(given: argparse.Namespace) -> dict[str, float]:
-    return {name: value for name in ("stop_at", "price") if (value := getattr(given, name)) is not None}

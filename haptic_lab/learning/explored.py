@@ -87,7 +87,7 @@ def explored(world: TrainingWorld, held_out: bool = False, render_mode: str | No
     if names:
         coarse = {name: getattr(world, name) for name in ("variants", "samples", "temper")}
         candidates = None if world.shapes == FOUR else world.shapes
-        shape = ShapePosterior(base.hand, candidates, stride=stride, **coarse, **_jitter(world))
+        shape = ShapePosterior(base.hand, candidates, stride=stride, **coarse, **jitter(world))
     env = ObserverWrapper(DomainRandomisation(env, observer, world, held_out), observer, shape)
     if names:
         env = DecisionReward(DecideWhenSure(env, world.threshold, world.sure_seconds), world.price, world.least)
@@ -109,9 +109,17 @@ def unobserved(world: TrainingWorld, render_mode: str | None = None) -> gym.Env[
     """
     shapes.allow(world.shapes)  # which whoever asked for it has imported too
     kept: dict[str, Any] = {"episode_seconds": world.seconds, "reveal_truth": True, "render_mode": render_mode}
-    return registration.make(world.env, **kept, **_jitter(world), **world.noise)
+    return registration.make(world.env, **kept, **jitter(world), **world.noise)
 
 
-def _jitter(world: TrainingWorld) -> dict[str, Any]:
+def jitter(world: TrainingWorld) -> dict[str, Any]:
+    """Say how much the object varies.
+
+    Args:
+        world: that is explored.
+
+    Returns:
+        Keyword arguments of an environment, and of a `ShapePosterior`.
+    """
     names = ("size_jitter", "yaw_jitter", "position_jitter", "rotation_jitter")
     return {name: getattr(world, name) for name in names}

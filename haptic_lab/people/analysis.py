@@ -14,7 +14,7 @@ from haptic_env import validate
 from haptic_lab.people import curves, observer_pictures, pictures, sensitivity_tables, summaries
 from haptic_lab.people.agreement import FLOOR
 from haptic_lab.people.matching import Match, cells_of, match, unknown_to
-from haptic_lab.people.observed import Observed
+from haptic_lab.people.observed import Cell, Observed, in_two_intervals
 from haptic_lab.people.pictures import MOST_OBSERVERS, MOST_PANELS
 from haptic_lab.people.scoring import Design
 from haptic_lab.people.summaries import PEOPLE, Group, over_all_times
@@ -114,11 +114,15 @@ def analyse(
 
 def _matched(table: pd.DataFrame, design: Design, observers: Sequence[Observed]) -> tuple[list[Match], list[str]]:
     if observers and design.kind == "2afc":
-        return [], ["Observers explore one object in a trial: in a design of two intervals people are told of alone."]
+        if not design.standard:
+            return [], ["Observers are left out: nobody knows what the other of two intervals had (--standard)."]
+        observers = [in_two_intervals(each, design.standard) for each in observers]
     if observers and not design.scored:
         return [], ["Observers are left out: nobody knows of which objects they should say “no” (--absent)."]
     taken = {PEOPLE, *table["subject"]}
-    matches, notes = [], []
+    matches: list[Match] = []
+    strangers: dict[tuple[str, ...], list[str]] = {}  # observers, by the names that they did not know
+    gaps: dict[tuple[Cell, ...], list[str]] = {}  # and by what they did not explore
     for each in observers:
         label = each.label
         while label in taken:  # as two folders of one sweep would have it
@@ -126,13 +130,18 @@ def _matched(table: pd.DataFrame, design: Design, observers: Sequence[Observed])
         taken.add(label)
         unknown = unknown_to(each, design)
         if unknown and set(unknown) & set(table["object"]):
-            notes.append(f"{label} is left out: it did not know of {validate.listed(unknown)}: an easier task.")
+            strangers.setdefault(tuple(unknown), []).append(label)
             continue
         mine = match(table, design, each._replace(label=label))
         if mine.missing:
-            notes.append(_of_missing(table, mine))
+            gaps.setdefault(mine.missing, []).append(label)
         if len(mine.answers):
             matches.append(mine)
+    notes = [
+        f"Left out, as they did not know of {validate.listed(unknown)}, an easier task: {_several(labels)}."
+        for unknown, labels in strangers.items()
+    ]
+    notes += [_of_missing(table, missing, labels) for missing, labels in gaps.items()]
     if observers and not matches:
         raise ValueError(
             f"no observer explored what people did: {notes[0]} Explore it with haptic-slam evaluate, with the objects, "
@@ -141,15 +150,20 @@ def _matched(table: pd.DataFrame, design: Design, observers: Sequence[Observed])
     return matches, notes
 
 
-def _of_missing(table: pd.DataFrame, mine: Match) -> str:
-    gone = set(mine.missing)
+def _several(labels: Sequence[str]) -> str:
+    """Observers by name, or of many the first and how many there are."""
+    return validate.listed(labels) if len(labels) <= 2 else f"{labels[0]} and {len(labels) - 1} more observers"
+
+
+def _of_missing(table: pd.DataFrame, missing: Sequence[Cell], labels: Sequence[str]) -> str:
+    gone = set(missing)
     trials = sum(each in gone for each in cells_of(table))
     told = [
         f"{cell.object} for {cell.seconds:g} s{f' ({cell.condition})' if cell.condition else ''}"
-        for cell in mine.missing[:TOLD]
+        for cell in missing[:TOLD]
     ]
     more = f" and {len(gone) - TOLD} more" if len(gone) > TOLD else ""
-    what = f"{mine.label} did not explore {', '.join(told)}{more}"
+    what = f"{_several(labels)} did not explore {', '.join(told)}{more}"
     return f"{what}: {trials} of {len(table)} trials are left out."
 
 

@@ -31,7 +31,7 @@ def tell(table: pd.DataFrame, console: Console) -> None:
         unknown = best or math.isnan(row.difference_low)
         ends = "" if unknown else f"{-row.difference_high:.4f} to {-row.difference_low:.4f}"
         below = "" if best else f"{-row.difference:.4f}"
-        shown.add_row(row.subject, row.model, f"{row.log_likelihood:.4f}", below, ends, str(row.trials))
+        shown.add_row(row.subject, row.model, f"{row.nats:.4f}", below, ends, str(row.trials))
     console.print(shown)
 
 

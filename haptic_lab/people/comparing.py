@@ -38,7 +38,7 @@ class Comparison:
         """Put down how well each model explains the subject.
 
         Returns:
-            A row for each model, the best first: `log_likelihood` of a trial that it was not told of, nats; the
+            A row for each model, the best first: `nats`, log likelihood of a trial that it was not told of; the
             `difference` from the best with its 95 % interval (Student's t, over trials); `log_evidence` of all trials;
             `parameters` that were found.
         """
@@ -49,7 +49,7 @@ class Comparison:
             rows.append(
                 {
                     "model": name,
-                    "log_likelihood": float(each.cross_validated.mean()),
+                    "nats": float(each.cross_validated.mean()),
                     "difference": difference,
                     "difference_low": low,
                     "difference_high": high,
@@ -94,6 +94,9 @@ def check_models(models: Sequence[Model]) -> None:
     names = [model.name for model in models]
     if len(set(names)) < len(names):
         raise ValueError(f"models must have names of their own, got {', '.join(names)}")
+    if len({model.timed for model in models}) > 1:
+        timed, asked = (validate.listed(each.name for each in models if each.timed is told) for told in (True, False))
+        raise ValueError(f"models tell when a subject answers ({timed}) or wait until it is asked ({asked}): not both")
     for model in models[1:]:
         if set(model.courses.names) != set(models[0].courses.names):
             told = f"{', '.join(models[0].courses.names)} of {names[0]}, {', '.join(model.courses.names)}"

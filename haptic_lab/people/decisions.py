@@ -9,13 +9,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import softmax
 
 from haptic_env import validate
 from haptic_env.arrays import Array
-from haptic_lab.people import evidence, stopping
+from haptic_lab.people import evidence
 from haptic_lab.people.courses import Courses
+from haptic_lab.people.stopping import Stopping
 
 TIE = 1e-9  # nats, by which two names may differ that are equally probable
 
@@ -94,13 +94,16 @@ class Decision:
         validate.integer("cell", cell, 0, len(courses.objects) - 1)
         (until,) = evidence.check_times(courses, [validate.seconds("seconds", seconds)])
         levels = evidence.between(courses.sigmas, [validate.number("sigma", sigma, above=0.0, unit="degrees")])
-        asked = evidence.times(courses)
-        asked = np.append(asked[asked < until - evidence.LATE], until) if self.stops else np.array([until])
         held, at = evidence.held(courses, self.memory_seconds), evidence.times(courses)
-        mine = evidence.asked(held, at, np.full(len(asked), cell), asked)  # (n, S, R, C)
-        chosen = choices(mine, self.decision_noise)
         if self.stops:
-            chosen = chosen * self._stopped(courses, held, mine, asked)[..., None]
+            stopping = Stopping(held, at, until)
+            asked, mine = stopping.seconds, stopping.held[cell]  # (n,), (n, S, R, C)
+            bound = math.inf if self.stop_at is None else self.stop_at
+            chosen = choices(mine, self.decision_noise) * stopping.first(bound, self.price)[cell][..., None]
+        else:
+            asked = np.array([until])
+            mine = evidence.asked(held, at, np.array([cell]), asked)
+            chosen = choices(mine, self.decision_noise)
         there = ~np.isnan(mine[-1]).any(axis=-1)  # (S, R) repeats that were that long
         if not there.any(axis=1).all():
             raise ValueError(f"no repeat of {courses.objects[cell]} lasts {until:g} s")
@@ -108,18 +111,6 @@ class Decision:
         answered = np.einsum("s,nsc->nc", levels[0], each)
         guess = np.full(len(courses.names), 1.0 / len(courses.names))
         return asked, (1.0 - self.lapse) * answered + self.lapse * answered.sum(axis=1, keepdims=True) * guess
-
-    def _stopped(self, courses: Courses, held: Array, mine: Array, asked: Array) -> NDArray[np.bool_]:
-        """(n, S, R) whether it answers at each time, the last at the latest."""
-        best = softmax(mine, axis=-1).max(axis=-1)
-        if self.stop_at is not None:
-            return stopping.first_beyond(best, np.full(best.shape[:2], self.stop_at))
-        cells = len(courses.objects)
-        every = evidence.asked(
-            held, evidence.times(courses), np.repeat(np.arange(cells), len(asked)), np.tile(asked, cells)
-        )
-        beliefs = softmax(every, axis=-1).max(axis=-1).reshape(cells, len(asked), *every.shape[1:3])
-        return stopping.first_beyond(best, stopping.worthwhile(np.moveaxis(beliefs, 1, -1), asked, self.price))
 
 
 def choices(held: Array, decision_noise: float) -> Array:

@@ -18,17 +18,21 @@ from haptic_lab.analysis.statistics import share_interval
 from haptic_lab.people.courses import Courses
 from haptic_lab.people.fitting import Fit
 from haptic_lab.people.models import LOGARITHMIC, UNITS, Model
+from haptic_lab.people.predictions import predicted
 from haptic_lab.style import BETTER, WORSE, as_drawn
 
 FILES = ("fit.csv", "predicted.csv", "fit.json", "fit.png")
 FEW = 4.0  # draws that count: below it the repeats are too few for as many trials
 CUT = 0.5  # of its maximum: a posterior that is as high at the end of its range goes on beyond
-NO_LIMIT_LOW, NO_LIMIT_HIGH = ("lapse", "decision_noise"), ("memory_seconds",)  # ends at which there is no such limit
+# Ends of ranges at which there is no such limit.
+NO_LIMIT_LOW, NO_LIMIT_HIGH = ("lapse", "decision_noise", "price"), ("memory_seconds", "stop_at")
 LISTED = 12  # subjects that a picture names
 LABELS = {
     "sigma_deg": "σ (degrees)",
     "memory_seconds": "memory (s)",
     "decision_noise": "decision noise (nats)",
+    "stop_at": "answers at a probability of",
+    "price": "price (per s)",
     "lapse": "lapse rate",
 }
 
@@ -66,41 +70,6 @@ def table(fits: Mapping[str, Fit]) -> pd.DataFrame:
             )
     columns = ["subject", "model", "parameter", "unit", "estimate", "low", "high", "best", "trials"]
     return pd.DataFrame(rows, columns=[*columns, "log_likelihood", "log_evidence", "effective_draws"])
-
-
-def predicted(fits: Mapping[str, Fit]) -> pd.DataFrame:
-    """Put down what the models expect beside what was answered.
-
-    Args:
-        fits: by subject.
-
-    Returns:
-        A row for each subject, object, condition and time that has a right answer: `trials`; `right`, the share of
-        right answers, with its 95 % interval (Wilson); and `expected`, the model's.
-    """
-    rows = []
-    for subject, each in fits.items():
-        answers, courses = each.answers, each.model.courses
-        trials = np.bincount(answers.question, answers.count, len(answers.cells))
-        for question in np.flatnonzero(answers.right >= 0):
-            cell, right, whole = answers.cells[question], answers.right[question], round(float(trials[question]))
-            count = round(float(answers.count[right]))
-            low, high = share_interval(count, whole)
-            rows.append(
-                {
-                    "subject": subject,
-                    "object": courses.objects[cell],
-                    "condition": courses.conditions[cell],
-                    "seconds": float(answers.seconds[question]),
-                    "trials": whole,
-                    "right": count / whole,
-                    "low": low,
-                    "high": high,
-                    "expected": float(each.expected[right]),
-                }
-            )
-    columns = ["subject", "object", "condition", "seconds", "trials", "right", "low", "high", "expected"]
-    return pd.DataFrame(rows, columns=columns)
 
 
 def content(fits: Mapping[str, Fit], draws: int, seed: int) -> dict[str, Any]:
@@ -169,8 +138,11 @@ def notes(fits: Mapping[str, Fit]) -> list[str]:
     Returns:
         Notes on subjects whom guesses explain better, and on posteriors that only the range of a parameter ends.
     """
-    chance = chance_of(next(iter(fits.values())).model.courses)
-    guessed = [subject for subject, each in fits.items() if each.log_likelihood / each.trials < chance]
+    model = next(iter(fits.values())).model
+    chance = chance_of(model.courses)
+    guessed = [
+        subject for subject, each in fits.items() if not model.timed and each.log_likelihood / each.trials < chance
+    ]
     told = [worse_than_guesses(guessed, chance)] if guessed else []
     cut: dict[str, list[str]] = {}
     for subject, each in fits.items():
@@ -245,12 +217,12 @@ def picture(fits: Mapping[str, Fit]) -> Figure:
     axes[0].set_ylabel("posterior / its maximum")
     if names and 1 < len(fits) <= LISTED:
         axes[0].legend(fontsize=6)
-    _draw_predicted(axes[-1], predicted(fits))
+    _draw_predicted(axes[-1], predicted(fits), model.timed)
     figure.suptitle(f"What the answers say of {'each subject' if len(fits) > 1 else 'the subject'} (▼ the estimate)")
     return figure
 
 
-def _draw_predicted(axis: Any, found: pd.DataFrame) -> None:
+def _draw_predicted(axis: Any, found: pd.DataFrame, timed: bool) -> None:
     groups = found.groupby(["condition", "seconds"], sort=True)
     rows = [
         (condition, seconds, (part["right"] * part["trials"]).sum(), (part["expected"] * part["trials"]).sum(),
@@ -271,5 +243,6 @@ def _draw_predicted(axis: Any, found: pd.DataFrame) -> None:
         )
         drawn = WORSE if len(conditions) == 1 else colour
         axis.plot(seconds, [e / w for _, _, _, e, w in mine], "-", lw=1.3, color=drawn, label=f"{named}expected")
-    axis.set(xlabel="seconds explored", ylabel="share right", ylim=(0.0, 1.02))
+    told = "answered rightly by then" if timed else "share right"
+    axis.set(xlabel="seconds explored", ylabel=told, ylim=(0.0, 1.02))
     axis.legend(fontsize=6, loc="lower right")

@@ -1,25 +1,29 @@
 """Find the parameters of a model from a subject's answers: the posterior on a grid, which misses no second maximum.
 
-Shapes: as in `haptic_lab.people.likelihood`: J answers, B draws of repeats, F × Q × N × L values of four parameters.
+Shapes: as in `haptic_lab.people.likelihood`: J answers, B draws of repeats, F × Q × N × X × P × L values of parameters.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.special import logsumexp
+from scipy.special import gammaln, logsumexp
 
 from haptic_env import validate
 from haptic_env.arrays import Array
+from haptic_lab.people import answers as counting
 from haptic_lab.people import likelihood, repeats
-from haptic_lab.people.likelihood import Answers
+from haptic_lab.people.answers import Answers
+from haptic_lab.people.likelihood import Predicted
 from haptic_lab.people.models import PARAMETERS, Model
 
 DRAWS = 32
+OF_REPEATS = 0.5  # of the repeats, as which what is known of answers with times counts: those of several times are few
 SHARES = (0.025, 0.5, 0.975)
 
 
@@ -82,7 +86,7 @@ def fit(
     *,
     draws: int = DRAWS,
     seed: int = 0,
-    predicted: NDArray[np.float32] | None = None,
+    predicted: Predicted | None = None,
 ) -> Fit:
     """Fit a model to one subject.
 
@@ -101,24 +105,28 @@ def fit(
     """
     validate.integer("draws", draws, 0, 10_000)
     validate.seed(seed)
-    answers = table if isinstance(table, Answers) else likelihood.answers_of(table, model.courses)
+    answers = table if isinstance(table, Answers) else counting.answers_of(table, model.courses, model.timed)
     if predicted is None:
-        predicted = likelihood.predicted(model, answers, repeats.draws(model.courses, draws, seed))
+        predicted = _predicted(model, answers, draws, seed)
     count = answers.count.astype(np.float32)
+    strength = OF_REPEATS * model.courses.repeats if answers.timed else None
     size = tuple(len(grid.values) for grid in model.grids.values())
     prior = 1.0 / np.prod(size)
-    total = np.empty(len(predicted))
-    posterior = np.empty((len(predicted), *size))
-    expected, inverse = (np.empty((len(predicted), len(count))) for _ in range(2))
+    sures, guesses = predicted
+    total = np.empty(len(sures))
+    posterior = np.empty((len(sures), *size))
+    expected, inverse = (np.empty((len(sures), len(count))) for _ in range(2))
     most, best = -np.inf, np.zeros(len(size), dtype=np.intp)
-    for draw, sure in enumerate(predicted):
+    for draw, sure in enumerate(sures):
         fits, tops = np.empty(size), np.empty(size[0])
         sums = np.empty((2, size[0], len(count)))
-        for level, probability in enumerate(likelihood.probabilities(model, sure)):  # one sigma: to fit into a cache
-            fits[level] = np.log(probability) @ count
+        for level, probability in enumerate(
+            likelihood.probabilities(model, sure, None if guesses is None else guesses[draw])
+        ):  # one sigma: to fit into a cache
+            fits[level] = _log_likelihood(probability, answers, strength)
             tops[level] = fits[level].max()
             each, flat = probability.reshape(-1, len(count)), np.exp(fits[level] - tops[level]).astype(np.float32)
-            sums[:, level] = flat.reshape(-1) @ each, flat.reshape(-1) @ (1.0 / each)
+            sums[:, level] = flat.reshape(-1) @ each, flat.reshape(-1) @ (1.0 / _told_others(each, answers, strength))
         if (largest := float(tops.max())) > most:
             most, best = largest, np.array(np.unravel_index(int(np.argmax(fits)), size))
         weights = np.exp(fits - largest)
@@ -146,6 +154,34 @@ def fit(
     )
 
 
+def _predicted(model: Model, answers: Answers, draws: int, seed: int) -> Predicted:
+    """What is predicted, of draws of the repeats; of answers with times these are averaged over in closed form."""
+    return likelihood.predicted(model, answers, repeats.draws(model.courses, 0 if answers.timed else draws, seed))
+
+
+def _log_likelihood(probability: NDArray[np.float32], answers: Answers, strength: float | None) -> Array:
+    """Nats of all trials, of (…, J) probabilities."""
+    if strength is None:
+        return np.asarray(np.log(probability) @ answers.count.astype(np.float32))
+    given = np.flatnonzero(answers.count)
+    count, known = answers.count[given], strength * probability[..., given].astype(np.float64)
+    whole = np.bincount(answers.question, answers.count)
+    # Averaged over all shares that may be behind those of so many repeats, which are of Dirichlet's distribution.
+    return np.asarray(
+        (gammaln(known + count) - gammaln(known)).sum(axis=-1) - (gammaln(strength + whole) - gammaln(strength)).sum()
+    )
+
+
+def _told_others(probability: NDArray[np.float32], answers: Answers, strength: float | None) -> NDArray[Any]:
+    """(…, J) probability of an answer to whoever is told all other trials, which tell of the shares too."""
+    if strength is None:
+        return probability
+    whole = np.bincount(answers.question, answers.count)[answers.question]
+    return np.asarray(
+        (strength * probability + np.maximum(answers.count - 1.0, 0.0)) / (strength + np.maximum(whole - 1.0, 0.0))
+    )
+
+
 class Prepared:
     """A model that is fitted to one subject after the other, asked at the same times."""
 
@@ -162,8 +198,8 @@ class Prepared:
             ValueError: for times that the courses do not have.
         """
         self.model = model
-        self.answers = likelihood.every_answer(model.courses, seconds)
-        self.predicted = likelihood.predicted(model, self.answers, repeats.draws(model.courses, draws, seed))
+        self.answers = counting.every_answer(model.courses, seconds, model.timed)
+        self.predicted = _predicted(model, self.answers, draws, seed)
 
     def fit(self, table: pd.DataFrame) -> Fit:
         """Fit it to one subject.
@@ -177,4 +213,4 @@ class Prepared:
         Raises:
             ValueError: for a trial of another time.
         """
-        return fit(self.model, likelihood.counted(self.answers, table, self.model.courses), predicted=self.predicted)
+        return fit(self.model, counting.counted(self.answers, table, self.model.courses), predicted=self.predicted)

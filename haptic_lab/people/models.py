@@ -14,11 +14,31 @@ from haptic_lab.people.courses import Courses
 from observer.shape import fading
 
 AT_LONGEST = 3.0  # times the longest course: a memory beyond that cannot be told from none that fades
-USUAL: dict[str, float] = {"memory_seconds": math.inf, "decision_noise": 0.0, "lapse": 0.0}  # the ideal's
-UNITS = {"sigma_deg": "degrees", "memory_seconds": "s", "decision_noise": "nats", "lapse": ""}
-STEPS = {"sigma_deg": 40, "memory_seconds": 22, "decision_noise": 14, "lapse": 25}
-RANGES = {"memory_seconds": (0.3, math.nan), "decision_noise": (0.2, 20.0), "lapse": (0.0, 0.3)}
-LOGARITHMIC = ("sigma_deg", "memory_seconds", "decision_noise")  # equally probable beforehand in proportion
+USUAL: dict[str, float] = {  # the ideal's, who waits until it is asked
+    "memory_seconds": math.inf,
+    "decision_noise": 0.0,
+    "stop_at": math.inf,
+    "price": 0.0,
+    "lapse": 0.0,
+}
+UNITS = {
+    "sigma_deg": "degrees",
+    "memory_seconds": "s",
+    "decision_noise": "nats",
+    "stop_at": "",
+    "price": "per s",
+    "lapse": "",
+}
+STEPS = {"sigma_deg": 40, "memory_seconds": 22, "decision_noise": 14, "stop_at": 30, "price": 20, "lapse": 25}
+RANGES = {
+    "memory_seconds": (0.3, math.nan),
+    "decision_noise": (0.2, 20.0),
+    "stop_at": (math.nan, 1.0),  # from a guess
+    "price": (0.003, 1.0),
+    "lapse": (0.0, 0.3),
+}
+RULES = ("stop_at", "price")  # of when it answers: with one of them models tell of times
+LOGARITHMIC = ("sigma_deg", "memory_seconds", "decision_noise", "price")  # equally probable beforehand in proportion
 PARAMETERS = tuple(UNITS)
 MODELS: dict[str, tuple[str, ...]] = {
     "ideal": ("sigma_deg",),
@@ -26,7 +46,8 @@ MODELS: dict[str, tuple[str, ...]] = {
     "noise": ("sigma_deg", "decision_noise"),
     "lapse": ("sigma_deg", "lapse"),
     "limits": ("sigma_deg", "memory_seconds", "lapse"),
-    "all": PARAMETERS,
+    "all": ("sigma_deg", "memory_seconds", "decision_noise", "lapse"),
+    "stop_at": ("sigma_deg", "stop_at", "lapse"),
 }
 
 
@@ -120,7 +141,8 @@ class Model:
     def __post_init__(self) -> None:
         for each in (*self.free, *self.ranges):
             validate.choice("parameter", each, PARAMETERS)
-        _ = self.grids
+        if self.timed and all(self.grids[name] != Grid(USUAL[name], USUAL[name], 1, False) for name in RULES):
+            raise ValueError("either stop_at or price says when a subject answers, and not both")
 
     @classmethod
     def named(cls, kind: str, courses: Courses, ranges: Mapping[str, tuple[float, float]] | None = None) -> Model:
@@ -149,6 +171,11 @@ class Model:
         """Those that are found."""
         return tuple(name for name, grid in self.grids.items() if not grid.fixed)
 
+    @property
+    def timed(self) -> bool:
+        """Whether it tells when a subject answers, which is then explained as well."""
+        return any(grid.values[0] != USUAL[name] for name, grid in self.grids.items() if name in RULES)
+
     def _grid(self, name: str) -> Grid:
         low, high = _ends(name, self.ranges.get(name, self._usual(name)), self.courses)
         return Grid(low, high, 1 if low == high else STEPS[name], low != high and name in LOGARITHMIC)
@@ -159,6 +186,8 @@ class Model:
         if name not in self.free:
             return USUAL[name], USUAL[name]
         low, high = RANGES[name]
+        if name == "stop_at":
+            return 1.0 / len(self.courses.names), high
         return low, AT_LONGEST * float(self.courses.seconds[-1]) if math.isnan(high) else high
 
 
@@ -181,4 +210,6 @@ def _end(told: str, name: str, value: float, courses: Courses) -> float:
         return validate.number(f"{told}, where there are courses,", value, first, last, unit="degrees")
     if name == "memory_seconds":
         return fading.check(value)
-    return validate.number(told, value, 0.0, 1.0 if name == "lapse" else 1e6)
+    if name == "stop_at":
+        return value if value == math.inf else validate.number(told, value, high=1.0, above=0.0)
+    return validate.number(told, value, 0.0, 1.0 if name == "lapse" else 1e3 if name == "price" else 1e6)

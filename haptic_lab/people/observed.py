@@ -12,16 +12,20 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.special import expit
 
 from haptic_env import reading, validate
 from haptic_env.arrays import Array
 from haptic_lab.conditions import factors_in
 from haptic_lab.people.courses import Courses
+from haptic_lab.people.intervals import difference
+from haptic_lab.people.scoring import NO, YES
 from haptic_lab.people.sweep_courses import condition_of
 from haptic_lab.style import OBSERVER_NAMES
 from haptic_lab.sweeps import log_courses
 from observer import metrics
 
+LEAST = 1e-300  # of a probability
 NEAR = 1.05  # times as long an observer may have explored, or people
 TABLE = "trials.csv"
 DECIDED = "time_to_decision"
@@ -126,6 +130,35 @@ def of_table(rows: pd.DataFrame) -> list[Observed]:
         label = ", ".join([OBSERVER_NAMES.get(observer, observer), *(_said(*each) for each in told.items())])
         found.append(Observed(validate.plain(label), names, _in_table(mine, columns)))
     return found
+
+
+def in_two_intervals(observer: Observed, standard: str) -> Observed:
+    """Let an observer choose between two intervals, the comparison and the standard, each an exploration of its own.
+
+    Args:
+        observer: that names objects.
+        standard: what one of the intervals has; of a cell the object is the comparison.
+
+    Returns:
+        The observer that answers "yes" where it names the right interval; it does not tell when it is sure.
+    """
+
+    def find(cell: Cell) -> Found | None:
+        if not {cell.object, standard} <= {*observer.names}:
+            return None
+        felt = [observer.find(each) for each in (cell, cell._replace(object=standard, recording=""))]
+        ours, theirs = (None if each is None else _against(each.posterior, cell.object) for each in felt)
+        if ours is None or theirs is None or min(len(ours), len(theirs)) < 2:
+            return None
+        count = min(len(ours), len(theirs))
+        told = difference(ours[:count, None], theirs[:count, None])[:, 0]
+        return Found(np.stack([expit(told), expit(-told)], axis=1), np.full(count, math.inf))
+
+    def _against(posterior: Array, name: str) -> Array:
+        ours, theirs = (np.maximum(posterior[:, observer.names.index(each)], LEAST) for each in (name, standard))
+        return np.asarray(np.log(ours / theirs))
+
+    return Observed(observer.label, (YES, NO), find)
 
 
 def _table(path: Path) -> pd.DataFrame:

@@ -4,24 +4,30 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 import pandas as pd
 from rich.console import Console
 
 from haptic_env import validate
-from haptic_lab.people import evidence, likelihood
+from haptic_lab.people import evidence
+from haptic_lab.people.answers import answers_of
 from haptic_lab.people.courses import Courses
 from haptic_lab.people.fitting import DRAWS
+from haptic_lab.people.intervals import in_two_intervals, two_intervals
 from haptic_lab.people.models import LOGARITHMIC, MODELS, USUAL, Model
+from haptic_lab.people.scoring import NO, YES
 from haptic_lab.people.table_flags import add_table_flags, read_tables
 from haptic_lab.terminal import as_path
+from haptic_lab.worlds import as_shape
 
 FLAGS = {
     "sigma_deg": "--sigma",
     "memory_seconds": "--memory-seconds",
     "decision_noise": "--decision-noise",
+    "stop_at": "--stop-at",
+    "price": "--price",
     "lapse": "--lapse",
 }
 SEED = "what chance starts from (default 0)"
@@ -40,6 +46,10 @@ def add_trials(parser: argparse.ArgumentParser) -> None:
     add("table", type=as_path, metavar="TABLE", help=f"trials, .csv or .tsv; {EXAMPLE!r}: the simulated ones that ship")
     add_table_flags(parser)
     add("--subjects", nargs="+", metavar="NAME", help="these alone (default: all of the table)")
+    told = (
+        "of choices of two intervals, yes for the right one: what the other interval had; the object is the comparison"
+    )
+    add("--standard", type=as_shape, metavar="SHAPE", help=told)
 
 
 def read_table(given: argparse.Namespace) -> pd.DataFrame:
@@ -58,7 +68,16 @@ def read_table(given: argparse.Namespace) -> pd.DataFrame:
     table = read_tables([shipped("table", given.table)], given)
     for subject in given.subjects or []:
         validate.choice("--subjects", subject, sorted(set(table["subject"])))
-    return table if given.subjects is None else table[table["subject"].isin(given.subjects)].reset_index(drop=True)
+    if given.subjects is not None:
+        table = table[table["subject"].isin(given.subjects)].reset_index(drop=True)
+    if given.standard is not None:
+        return in_two_intervals(table, given.standard)
+    if {*table["response"]} & {YES, NO}:
+        raise ValueError(
+            f"answers of yes and no are explained where they choose between two intervals ({YES} for the right one): "
+            "say what the other interval had, as in --standard sphere. Other answers must be names that courses have"
+        )
+    return table
 
 
 def by_subject(table: pd.DataFrame, models: Iterable[Model]) -> dict[str, pd.DataFrame]:
@@ -77,7 +96,7 @@ def by_subject(table: pd.DataFrame, models: Iterable[Model]) -> dict[str, pd.Dat
     tables = {str(name): trials for name, trials in table.groupby("subject", sort=False)}
     for trials in tables.values():
         for model in models:
-            likelihood.answers_of(trials, model.courses)
+            answers_of(trials, model.courses, model.timed)
     return tables
 
 
@@ -93,12 +112,13 @@ def add_courses(parser: argparse.ArgumentParser) -> None:
     add("--observer", default="haptic_slam", help="whose courses, of a folder (default haptic_slam)")
 
 
-def read_courses(path: str, observer: str) -> Courses:
+def read_courses(path: str, observer: str, standard: str | None = None) -> Courses:
     """Read courses of belief.
 
     Args:
         path: of a file, or of the folder of a sweep; or `EXAMPLE`.
         observer: whose, of a folder.
+        standard: of choices of two intervals, what the other interval had; None: objects are named.
 
     Returns:
         The courses.
@@ -110,7 +130,8 @@ def read_courses(path: str, observer: str) -> Courses:
     place = Path(shipped("courses", path))
     if not place.exists():
         raise ValueError(f"there is no file or folder of courses {path!r}")
-    return Courses.of_sweep(place, observer=observer) if place.is_dir() else Courses.load(place)
+    courses = Courses.of_sweep(place, observer=observer) if place.is_dir() else Courses.load(place)
+    return courses if standard is None else two_intervals(courses, standard)
 
 
 def shipped(what: str, path: str) -> str:
@@ -150,20 +171,25 @@ def check_draws(given: argparse.Namespace) -> None:
     validate.seed(given.seed)
 
 
-def add_ranges(parser: argparse.ArgumentParser, usual: str) -> None:
+def add_ranges(parser: argparse.ArgumentParser, usual: str, without: Collection[str] = ("price",)) -> None:
     """Let a command take ranges of parameters.
 
     Args:
         parser: of the command.
         usual: what they are otherwise, for the help.
+        without: parameters that it does not know; the price of time is simulated, and not found (docs/people.md).
     """
     said = {
         "sigma_deg": "degrees, noise of felt angles",
         "memory_seconds": "s, the time constant with which evidence fades",
         "decision_noise": "nats, the temperature of the choice",
+        "stop_at": "probability of the best name at which it answers; of times of answers",
+        "price": "what a second costs, as a share of a right answer; of times of answers",
         "lapse": "share of trials answered by a guess",
     }
     for name, flag in FLAGS.items():
+        if name in without:
+            continue
         told = f"{said[name]}: a value, or a least and a largest one {usual}"
         parser.add_argument(flag, dest=name, nargs="+", type=float, metavar="VALUE", help=told)
 
@@ -182,7 +208,7 @@ def ranges_of(given: argparse.Namespace) -> dict[str, tuple[float, float]]:
     """
     found = {}
     for name, flag in FLAGS.items():
-        values = getattr(given, name)
+        values = getattr(given, name, None)
         if values is None:
             continue
         if len(values) > 2 or any(math.isnan(value) for value in values):
@@ -191,13 +217,14 @@ def ranges_of(given: argparse.Namespace) -> dict[str, tuple[float, float]]:
     return found
 
 
-def model_of(text: str, courses: Courses, ranges: dict[str, tuple[float, float]]) -> Model:
+def model_of(text: str, courses: Courses, ranges: dict[str, tuple[float, float]], standard: str | None = None) -> Model:
     """Make the model that a command was told.
 
     Args:
         text: a name of `MODELS`, or "NAME=FILE": an ideal observer of other courses, by a name of its own.
         courses: of the models.
         ranges: of parameters, those that the model finds; of the others they are not heeded.
+        standard: as of `read_courses`.
 
     Returns:
         The model.
@@ -210,7 +237,7 @@ def model_of(text: str, courses: Courses, ranges: dict[str, tuple[float, float]]
     kind = "ideal" if equals else validate.choice("model", text, MODELS)
     if equals and (not name.strip() or not path.strip()):
         raise ValueError(f"model must be one of {', '.join(MODELS)}, or like floor=FILE, got {validate.shown(text)}")
-    other = read_courses(path, name) if equals else courses
+    other = read_courses(path, name, standard) if equals else courses
     mine = {key: value for key, value in ranges.items() if key in MODELS[kind]}
     return Model(name, other, MODELS[kind], mine)
 

@@ -31,6 +31,10 @@ GRID = {
 }  # at the full one of psignifit a fit takes 9 s
 
 
+class NoThreshold(ValueError):
+    """Answers that no threshold follows from: of too few levels, or all alike."""
+
+
 class Estimate(NamedTuple):
     """A number with its 95 % credible interval.
 
@@ -90,7 +94,8 @@ def fit_psychometric(
         The function.
 
     Raises:
-        ValueError: for what is none of these, fewer than three levels, or answers that are all alike.
+        NoThreshold: for fewer than three levels, or answers that are all alike.
+        ValueError: for what is none of these.
         ImportError: where psignifit is missing.
     """
     x = validate.numbers("levels", levels, 1)
@@ -101,14 +106,9 @@ def fit_psychometric(
     if alternatives is not None:
         validate.integer("alternatives", alternatives, 2, 1000)
     x, k, n = x[n > 0], k[n > 0], n[n > 0]
-    different = len(np.unique(x))
-    if different < LEAST_LEVELS:
-        raise ValueError(f"levels must be {LEAST_LEVELS} different ones at least, that were tried, got {different}")
-    if k.sum() in (0.0, n.sum()):
-        raise ValueError(f"counted must differ between trials, got {k.sum():g} of {n.sum():g}: no level is a threshold")
-    falls = (
-        alternatives is None and np.average((x - np.average(x, weights=n)) * (k / n - k.sum() / n.sum()), weights=n) < 0
-    )
+    trials_in_all = max(float(n.sum()), 1.0)
+    slope = (x - n @ x / trials_in_all) @ (k - n * k.sum() / trials_in_all)
+    falls = alternatives is None and bool(slope < 0.0)
     sigmoid = "neg_gauss" if falls else "norm"
     found = fitted(
         np.column_stack([x, k, n]),
@@ -124,7 +124,7 @@ def fitted(counts: Array, what: str, **how: Any) -> Any:
     """Let psignifit fit.
 
     Args:
-        counts: (L, 3) levels, trials that are counted, and all trials.
+        counts: (L, 3) levels, trials that are counted, and all trials, one at least.
         what: it is needed for, for the message where it is missing.
         **how: keyword arguments of psignifit.
 
@@ -132,9 +132,15 @@ def fitted(counts: Array, what: str, **how: Any) -> Any:
         What it found.
 
     Raises:
+        NoThreshold: for fewer than three levels, or answers that are all alike.
         ValueError: for data that it cannot take.
         ImportError: where it is missing.
     """
+    different, (counted, whole) = len(np.unique(counts[:, 0])), counts[:, 1:].sum(axis=0)
+    if different < LEAST_LEVELS:
+        raise NoThreshold(f"levels must be {LEAST_LEVELS} different ones at least, that were tried, got {different}")
+    if counted in (0.0, whole):
+        raise NoThreshold(f"counted must differ between trials, got {counted:g} of {whole:g}: no level is a threshold")
     psignifit = extras.load("psignifit", "people", what)
     try:
         return psignifit.psignifit(counts, verbose=False, **how)

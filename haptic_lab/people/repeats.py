@@ -23,6 +23,7 @@ from haptic_lab.people import evidence
 from haptic_lab.people.courses import Courses
 
 BORROWED = 30.0  # repeats as which the other objects' count
+LENT = 0.7  # of what is known of answers with times: they are so many that an object's own repeats tell little of each
 SHARPNESS = np.geomspace(0.05, 4.0, 24)  # exponents of the posterior, among which the calibrated one is found
 
 
@@ -91,6 +92,33 @@ def weighed(courses: Courses, cells: NDArray[np.intp], seconds: Array, drawn: Ar
             alone = drawn[:, own[0]] * there[:, None]  # (S, B, R)
             found.append(Weighed(np.array([question]), own, time, _normalised(alone, courses, own[0], time)[None]))
     return [each for each in found if each.questions.size]
+
+
+def when_stopped(part: Weighed, named: NDArray[np.intp], courses: Courses, believed: Array) -> NDArray[np.float32]:
+    """Weigh explorations by what was believed when each was stopped.
+
+    Args:
+        part: questions and explorations of one time and condition.
+        named: (k,) the cells of its questions.
+        courses: of the ideal observer.
+        believed: (c, S, R, C) nats, when explorations were stopped, by whatever rule.
+
+    Returns:
+        (k, S, 1, c·R) weights as those of the part, which stay as they are where nothing can be borrowed.
+    """
+    if len(part.cells) != len(courses.names):
+        return part.weights
+    there = ~np.isnan(believed[..., 0]).transpose(1, 0, 2)  # (S, C, R)
+    posterior = _calibrated(np.nan_to_num(believed), there)
+    weights = np.empty((len(named), len(there), 1, there[0].size), dtype=np.float32)
+    for row, cell in enumerate(named):
+        name = int(np.flatnonzero(part.cells == cell)[0])
+        own = np.zeros(there.shape)
+        own[:, name] = there[:, name] / np.maximum(there[:, name].sum(axis=1, keepdims=True), 1)
+        lent = there * posterior[..., name]
+        lent /= np.maximum(lent.sum(axis=(1, 2), keepdims=True), 1e-300)
+        weights[row] = ((1.0 - LENT) * own + LENT * lent).reshape(len(there), 1, -1)
+    return weights
 
 
 def _named(courses: Courses, condition: str) -> NDArray[np.intp] | None:

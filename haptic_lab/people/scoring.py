@@ -24,11 +24,13 @@ class Design:
             intervals it was, with "yes" for the right one.
         answers: (C,) that there were to choose from.
         absent: of a yes–no design, objects of which "no" is right; where there are none, nobody knows what is right.
+        standard: of two intervals, what the other one had; "": it is not said.
     """
 
     kind: str
     answers: tuple[str, ...]
     absent: frozenset[str] = frozenset()
+    standard: str = ""
 
     @property
     def scored(self) -> bool:
@@ -61,7 +63,11 @@ class Design:
 
 
 def design_of(
-    table: pd.DataFrame, kind: str | None = None, candidates: Collection[str] = (), absent: Collection[str] = ()
+    table: pd.DataFrame,
+    kind: str | None = None,
+    candidates: Collection[str] = (),
+    absent: Collection[str] = (),
+    standard: str = "",
 ) -> Design:
     """Find out what was asked.
 
@@ -71,6 +77,7 @@ def design_of(
         candidates: that people could choose from; "none" is right of other objects. Nothing: all objects and answers
             of the table.
         absent: objects of which "no" is right.
+        standard: of two intervals, what the other one had, for observers to be asked as people were.
 
     Returns:
         The design.
@@ -93,6 +100,8 @@ def design_of(
         raise ValueError(f"responses of design {found!r} must be {wanted}, got {validate.listed(answers[:5])}")
     if absent and found != "yes-no":
         raise ValueError(f"absent objects are those of yes and no; the design is {found!r}")
+    if standard and found != "2afc":
+        raise ValueError(f"a standard is that of two intervals; the design is {found!r}")
     if candidates and found != "identification":
         raise ValueError(f"candidates are those of identification; the design is {found!r}")
     for name in absent:
@@ -100,7 +109,7 @@ def design_of(
     if absent and not set(objects) - {*absent}:
         raise ValueError(f"absent objects must not be all that there are, got {validate.listed(absent)}")
     if found != "identification":
-        return Design(found, (YES, NO), frozenset(absent))
+        return Design(found, (YES, NO), frozenset(absent), standard)
     strangers = [each for each in answers if each not in {*candidates, NONE}]
     if candidates and strangers:
         raise ValueError(f"candidates must have all responses in them, got responses {validate.listed(strangers)}")

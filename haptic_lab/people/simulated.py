@@ -5,6 +5,7 @@ A subject explores as the repeats of the courses did, each of which is dealt onc
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,10 +17,12 @@ from scipy.special import softmax
 
 from haptic_env import validate
 from haptic_env.arrays import Array
-from haptic_lab.people import evidence, stopping
+from haptic_lab.people import evidence
 from haptic_lab.people.courses import Courses
 from haptic_lab.people.decisions import Decision, choices
-from haptic_lab.people.models import PARAMETERS, Model
+from haptic_lab.people.models import PARAMETERS, RULES, Model
+from haptic_lab.people.stopping import Stopping, first_beyond
+from haptic_lab.people.trial_columns import DEADLINE
 
 NAME = "simulated {}"
 TRUTH = "true_{}"  # a column for each parameter
@@ -40,7 +43,8 @@ class Subject:
     @property
     def truth(self) -> dict[str, float]:
         """Of each parameter of the models."""
-        return {"sigma_deg": self.sigma_deg} | {name: getattr(self.decision, name) for name in PARAMETERS[1:]}
+        told = {"sigma_deg": self.sigma_deg} | {name: getattr(self.decision, name) for name in PARAMETERS[1:]}
+        return {name: value for name, value in told.items() if name not in RULES or self.decision.stops}
 
 
 def subject_of(values: Mapping[str, float]) -> Subject:
@@ -56,6 +60,8 @@ def subject_of(values: Mapping[str, float]) -> Subject:
         ValueError: for a value out of its range.
     """
     others = {name: value for name, value in values.items() if name != "sigma_deg"}
+    if others.get("stop_at") == math.inf:  # of a model that tells of no such bound
+        del others["stop_at"]
     return Subject(validate.number("sigma_deg", values["sigma_deg"], above=0.0, unit="degrees"), Decision(**others))
 
 
@@ -112,7 +118,7 @@ def simulate(
         courses: of the ideal observer.
         subject: who answers.
         trials: n; cells and times come equally often, in an order by chance.
-        seconds: s, after which it is asked; one that stops by itself answers then at the latest.
+        seconds: s, after which it is asked; one that stops by itself answers then at the latest (`deadline`).
         rng: of chance.
         name: of the subject.
 
@@ -128,21 +134,22 @@ def simulate(
         raise ValueError("seconds must name one time at least")
     level = evidence.between(courses.sigmas, [subject.sigma_deg])[0]
     decision, at = subject.decision, evidence.times(courses)
-    held = np.einsum("s,msrtc->mrtc", level, np.nan_to_num(evidence.held(courses, decision.memory_seconds)))
+    held = np.nan_to_num(evidence.held(courses, decision.memory_seconds))
+    felt = np.flatnonzero(level)  # of a sigma between two of the courses: each in its share of the trials
     there = ~np.asarray(np.isnan(courses.log_posterior[..., 0][:, level > 0.0]).any(axis=1))  # (M, R, T)
     cells, times = _design(len(courses.objects), asked_at, trials, rng)
     decks = _Decks(there, courses, rng)
-    bounds = _bounds(held, at, asked_at, decision) if decision.stops else None
+    bounds = {float(time): _bounds(held, at, float(time), decision) for time in asked_at if decision.stops}
     rows: list[dict[str, Any]] = []
     for trial, (cell, time) in enumerate(zip(cells, times, strict=True), 1):
-        course = held[cell, decks.deal(cell, time)]  # (T, C)
+        at_sigma = int(felt[0] if len(felt) == 1 else rng.choice(felt, p=level[felt]))
+        course = held[cell, at_sigma, decks.deal(cell, time)]  # (T, C)
         moments = np.append(at[at < time - evidence.LATE], time) if decision.stops else np.array([time])
         believed = np.stack([np.interp(moments, at, course[:, name]) for name in range(course.shape[1])], axis=1)
         last = 0
-        if bounds is not None:
-            limit = bounds[time][:, None] if decision.price else np.full((len(moments), 1), decision.stop_at)
+        if decision.stops:
             best = softmax(believed, axis=1).max(axis=1)
-            last = int(np.argmax(stopping.first_beyond(best[:, None, None], limit)[:, 0, 0]))
+            last = int(np.argmax(first_beyond(best[:, None, None], bounds[time][:, [at_sigma]])[:, 0, 0]))
         chosen = choices(believed[last], decision.decision_noise)
         guess = rng.random() < decision.lapse
         response = int(rng.choice(len(chosen), p=None if guess else chosen / chosen.sum()))
@@ -156,7 +163,7 @@ def simulate(
             "confidence": round(confidence, 4),
         }
         if decision.stops:
-            row["response_time"] = row["seconds"]
+            row |= {"response_time": row["seconds"], DEADLINE: round(float(time), 6)}
         rows.append(row | {"trial": trial, **{TRUTH.format(key): value for key, value in subject.truth.items()}})
     table = pd.DataFrame(rows)
     return table if any(courses.conditions) else table.drop(columns="condition")
@@ -171,18 +178,11 @@ def _design(cells: int, seconds: Array, trials: int, rng: np.random.Generator) -
     return np.array([cell for cell, _ in chosen], dtype=np.intp)[order], np.array([time for _, time in chosen])[order]
 
 
-def _bounds(held: Array, at: Array, asked_at: Array, decision: Decision) -> dict[float, Array]:
-    """Of each time at which it is asked: how sure it must be to answer before, at the times of the courses."""
-    if not decision.price:
-        return {float(time): np.empty(0) for time in asked_at}
-    found = {}
-    best = softmax(held, axis=-1).max(axis=-1)[:, None]  # (M, 1, R, T)
-    for time in asked_at:
-        before = int((at < time - evidence.LATE).sum())
-        moments = np.append(at[:before], time)
-        beliefs = best[..., : before + 1]
-        found[float(time)] = stopping.worthwhile(beliefs, moments, decision.price)[:, 0]
-    return found
+def _bounds(held: Array, at: Array, deadline: float, decision: Decision) -> Array:
+    """(n, S) how sure it must be to answer before it is asked."""
+    return Stopping(held, at, deadline).bounds(
+        math.inf if decision.stop_at is None else decision.stop_at, decision.price
+    )
 
 
 class _Decks:

@@ -1,17 +1,107 @@
 """When a subject stops exploring and answers.
 
-Shapes: M cells, S sigmas, R repeats; n times at which it may answer.
+Shapes: M cells, S sigmas, R repeats, T times, C names; n times at which it may answer.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import softmax
 from sklearn.isotonic import IsotonicRegression
 
 from haptic_env.arrays import Array
+from haptic_lab.people import evidence
 
 PROBABILITIES = np.linspace(0.0, 1.0, 501)  # among which a bound is looked for
+# Times of answers are told apart by these shares of the longest course, and whether it was asked for.
+SHARES = np.geomspace(1.0 / 32.0, 1.0, 11)
+BINS = len(SHARES) + 1
+
+
+def bin_of(seconds: ArrayLike, deadline: float, last: float) -> NDArray[np.intp]:
+    """Say which times of answers count alike.
+
+    Args:
+        seconds: (…) s, of answers.
+        deadline: s, when they are asked for.
+        last: s, of the longest course.
+
+    Returns:
+        (…) their bins, the last of which is of answers that were asked for.
+    """
+    told = np.asarray(seconds)
+    bins = np.searchsorted(last * SHARES, told - evidence.LATE)
+    return np.where(told >= deadline - evidence.LATE, BINS - 1, np.minimum(bins, BINS - 2))
+
+
+class Stopping:
+    """Explorations of which a subject may stop each when it likes, until it is asked."""
+
+    def __init__(self, held: Array, at: Array, deadline: float) -> None:
+        """Take what is held for evidence.
+
+        Args:
+            held: (M, S, R, T, C) nats, as `evidence.held` has it.
+            at: (T,) s, its times.
+            deadline: s, when the answer is asked for.
+        """
+        self.seconds = np.append(at[at < deadline - evidence.LATE], deadline)
+        cells, count = len(held), len(self.seconds)
+        told = evidence.asked(held, at, np.repeat(np.arange(cells), count), np.tile(self.seconds, cells))
+        self.held = told.reshape(cells, count, *told.shape[1:])  # (M, n, S, R, C)
+        self.best = softmax(self.held, axis=-1).max(axis=-1)  # (M, n, S, R)
+
+    def bounds(self, stop_at: float, price: float) -> Array:
+        """Say how probable the best name must be for an answer.
+
+        Args:
+            stop_at: the probability itself; inf: it is not said.
+            price: what a second costs; 0: nothing.
+
+        Returns:
+            (n, S) probabilities; infinite: it waits until it is asked.
+        """
+        if price > 0.0:
+            return worthwhile(np.moveaxis(self.best, 1, -1), self.seconds, price)
+        return np.full((len(self.seconds), self.best.shape[2]), stop_at)
+
+    def first(self, stop_at: float, price: float) -> NDArray[np.bool_]:
+        """Say when it answers.
+
+        Args:
+            stop_at: as of `bounds`.
+            price: likewise.
+
+        Returns:
+            (M, n, S, R) whether it does at each time.
+        """
+        bounds = self.bounds(stop_at, price)
+        return np.stack([first_beyond(best, bounds) for best in self.best])
+
+    def when(self, stop_at: float, price: float) -> NDArray[np.intp]:
+        """Say when it answers.
+
+        Args:
+            stop_at: as of `bounds`.
+            price: likewise.
+
+        Returns:
+            (M, S, R) which of the times that is.
+        """
+        return self.first(stop_at, price).argmax(axis=1)
+
+    def at(self, when: NDArray[np.intp], cells: NDArray[np.intp]) -> Array:
+        """Take what is held at some times.
+
+        Args:
+            when: (c, S, R) which of the times.
+            cells: (c,) of which cells.
+
+        Returns:
+            (c, S, R, C) nats.
+        """
+        return np.take_along_axis(self.held[cells], when[:, None, ..., None], axis=1)[:, 0]
 
 
 def first_beyond(best: Array, bounds: Array) -> NDArray[np.bool_]:

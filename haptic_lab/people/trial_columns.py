@@ -11,12 +11,15 @@ from typing import Any
 from haptic_env import reading, validate
 
 REQUIRED = ("subject", "object", "response", "seconds")
-OPTIONAL = ("condition", "confidence", "response_time", "recording", "trial")
+DEADLINE = "deadline"  # when an answer was asked for, of a subject that may give it before
+OPTIONAL = ("condition", "confidence", "response_time", DEADLINE, "recording", "trial")
+CONSTANT = ("seconds", DEADLINE)  # which may be the same in every trial
 COLUMNS = (*REQUIRED, *OPTIONAL)
 ALSO = {"subject": "participant_id", "object": "trial_type", "seconds": "duration"}  # as BIDS calls them
 UNITS: dict[str, dict[str, float]] = {  # of each column that has one, how many make one of ours
     "seconds": {"s": 1.0, "ms": 1e3, "min": 1 / 60},
     "response_time": {"s": 1.0, "ms": 1e3, "min": 1 / 60},
+    DEADLINE: {"s": 1.0, "ms": 1e3, "min": 1 / 60},
     "confidence": {"share": 1.0, "percent": 1e2},
 }
 CONTENT = ("columns", "units", "names")
@@ -27,7 +30,7 @@ class TrialColumns:
     """What the columns of a table of trials mean.
 
     Attributes:
-        columns: of ours, what the table calls it; of `seconds` also a number, where every trial took as long.
+        columns: of ours, what the table calls it; of `seconds` and `deadline` also a number, where all trials have one.
         units: of ours that have one, by their names in `UNITS`.
         names: what the table calls objects and responses, and what they are: shapes, "none", "yes" or "no".
     """
@@ -46,8 +49,8 @@ class TrialColumns:
             validate.instance(what, getattr(self, what), Mapping, "names and what they mean")
         for name, column in self.columns.items():
             validate.choice("column", name, COLUMNS)
-            if name == "seconds" and not isinstance(column, str):
-                validate.seconds("column seconds, if it is a number,", column)
+            if name in CONSTANT and not isinstance(column, str):
+                validate.seconds(f"column {name}, if it is a number,", column)
             elif not isinstance(column, str) or not column.strip():
                 raise ValueError(f"column {name} must be a name of a column, got {validate.shown(column)}")
         for name, unit in self.units.items():
@@ -92,7 +95,7 @@ def typed(
 
     Args:
         file: a TOML file, as `read_trial_columns` takes it.
-        columns: each "OURS=THEIRS"; "seconds=5" is a number.
+        columns: each "OURS=THEIRS"; "seconds=5" is a number, and so is "deadline=6".
         units: each "OURS=UNIT".
         names: each "THEIRS=SHAPE".
 
@@ -105,7 +108,7 @@ def typed(
     """
     told = TrialColumns() if file is None else read_trial_columns(file)
     mapped: dict[str, str | float] = {
-        ours: _as_constant(theirs) if ours == "seconds" else theirs
+        ours: _as_constant(theirs) if ours in CONSTANT else theirs
         for ours, theirs in _pairs("--column", "seconds=duration", columns).items()
     }
     return TrialColumns(

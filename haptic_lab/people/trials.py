@@ -1,8 +1,9 @@
 """Tables of what people answered, a row for each trial: CSV and TSV, and events as BIDS has them.
 
 Of M trials: `subject`, `object` (as `--shapes` says it), `response` (an object, "none", "yes" or "no"), `seconds` (s,
-the time explored), and where there are any `condition`, `confidence` (0 to 1), `response_time` (s), `recording` (path)
-and `trial` (a number of its own within a subject, made where absent). Columns beyond these are kept after them.
+the time explored), and where there are any `condition`, `confidence` (0 to 1), `response_time` (s), `deadline` (s, when
+whoever answers by itself is asked), `recording` (path) and `trial` (a number of its own within a subject, made where
+absent). Columns beyond these are kept after them.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from haptic_env import reading, validate
 from haptic_lab.files import atomic
 from haptic_lab.people import trial_checks as checks
 from haptic_lab.people.trial_checks import Source
-from haptic_lab.people.trial_columns import ALSO, COLUMNS, OPTIONAL, REQUIRED, UNITS, TrialColumns
+from haptic_lab.people.trial_columns import ALSO, COLUMNS, DEADLINE, OPTIONAL, REQUIRED, UNITS, TrialColumns
 
 SEPARATORS = {".csv": ",", ".tsv": "\t"}
 BIDS = re.compile(r"sub-([0-9a-zA-Z]+)_")  # begins the name of a file of one subject
@@ -104,6 +105,8 @@ def write_trials(table: pd.DataFrame, path: Path | str) -> None:
 def _rows(path: Path) -> tuple[pd.DataFrame, list[int]]:
     """The cells of a file as texts, and the line at which each row ends."""
     suffix = validate.choice("ending of a table", path.suffix.lower(), SEPARATORS)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: there is no such file; a table of trials is a .csv or .tsv")
     try:
         text = reading.text(path)
         first = next((line for line in text.splitlines() if line.strip()), "")
@@ -208,7 +211,7 @@ def _checked(source: Source, named: pd.DataFrame, meaning: TrialColumns, free: b
         renamed = cells.map(lambda cell: meaning.names.get(cell, cell))
         words = checks.WORDS if name == "response" else ()
         result[name] = checks.shapes_of(source, name, renamed, words=words, free=free)
-    for name in ("seconds", "confidence", "response_time"):
+    for name in ("seconds", "confidence", "response_time", DEADLINE):
         if name in named:
             result[name] = _measured(source, name, named[name], meaning.units.get(name))
     for name in ("condition", "recording"):

@@ -19,7 +19,7 @@ from haptic_lab.believed import Believed
 from haptic_lab.conditions import Condition
 from haptic_lab.exploration.learnt import JITTER
 from haptic_lab.files import part_of_name
-from haptic_lab.limits import LIMITED, Limits, plain
+from haptic_lab.limits import LIMITED, Limits
 from haptic_lab.sweeps.results import Key
 from observer import variants
 from observer.classifiers import CLASSIFIERS
@@ -102,7 +102,7 @@ class SweepSettings(Believed):
             shapes.default_size(shapes.check("--candidates", name), self.scale)
         validate.number("--none", self.none or 0.0, 0.0, 0.99)
         for name in self.observers:
-            variants.check("--observers", plain(name))
+            variants.check("--observers", name, also=(LIMITED.removeprefix("+"),))
         self._check_limits()
         for what, given, valid in (
             ("shape", self.shapes, self.shapes or tuple(shapes.SHAPES)),

@@ -4,7 +4,7 @@ exemplars."""
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -180,9 +180,33 @@ def run_trials(bundle: Sequence[SweepTask], *exemplars: Exemplars) -> list[list[
     """
     exploration, traces = explore(bundle, naming=True)
     ground_truth = GroundTruth.of(exploration, next(iter(traces[bundle[0]].values())).belief.grid)
+    return rows_of(
+        bundle, exemplars, exploration, traces, lambda trace: measures_of(exploration, ground_truth, trace)
+    )
+
+
+def rows_of(
+    bundle: Sequence[SweepTask],
+    exemplars: Sequence[Exemplars],
+    exploration: Exploration,
+    traces: Mapping[SweepTask, Mapping[str, BeliefTrace]],
+    measure: Callable[[BeliefTrace], dict[str, Any]],
+) -> list[list[dict[str, Any]]]:
+    """Make the rows of trials from what observers made of an exploration.
+
+    Args:
+        bundle: tasks of the exploration.
+        exemplars: for each task the maps from which its classifiers learn.
+        exploration: what happened.
+        traces: for each task those of all observers, by name.
+        measure: says what there is to measure of a trace.
+
+    Returns:
+        For each task a row for each observer.
+    """
     # An observer that does not feel the noise has one trace for the whole bundle.
     distinct = {id(trace): trace for each in traces.values() for trace in each.values()}
-    measured = {key: measures_of(exploration, ground_truth, trace) for key, trace in distinct.items()}
+    measured = {key: measure(trace) for key, trace in distinct.items()}
     settings = bundle[0].settings
     if settings.courses:
         for key, trace in distinct.items():

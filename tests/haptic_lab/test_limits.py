@@ -122,6 +122,7 @@ def test_each_finger_has_its_turn_for_as_long(hand: str) -> None:
         (["--observers", "floor+limited"], "floor+limited of --observers has no limits"),
         (["--observers", "haptic_slam+limited", "--memory-seconds", "0"], "memory_seconds must be"),
         (["--observers", "haptic_slam+limited", "--attention-seconds", "nan"], "attention_seconds must be"),
+        (["--observers", "haptic_slam+limitd"], "(did you mean 'limited'?); choose from limited, no_caution"),
         (["--observers", "nobody+limited", "--memory-seconds", "1"], "unknown --observers 'nobody'"),
     ],
 )

@@ -181,6 +181,10 @@ SLOW = {
         "learnt/model.npz",
         "learnt/training.json",
     ],
+    "export learnt/model.zip --trust --out passed.npz": ["passed.npz", "passed.json"],
+    "benchmark --tasks Map --policies random_torque --worlds 1 --jobs 1 --out held": [
+        f"held/{name}" for name in ("benchmark.csv", "benchmark.md", "benchmark.png", "config.json", "trials.csv")
+    ],
     f"explore --policy learnt/model.npz {SHORT} --out used": [f"used/{name}" for name in EXPLORED],
     "figures figure2 figure6 --trials 1 --seconds 0.2 --show-seconds 0.4 --jobs 1 --out drawn": [
         f"drawn/{name}.{kind}" for name in ("figure2", "figure6") for kind in ("csv", "pdf", "png")

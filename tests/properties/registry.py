@@ -147,6 +147,7 @@ LEFT_OUT: dict[str, str] = {
     "haptic_lab.people.detection.Sensitivity": BUILT,
     "haptic_lab.people.detection.efficiency": "of what yes_no and forced_choice make, which have entries",
     "haptic_lab.people.detection.group_draws": "of what efficiency has checked",
+    "haptic_lab.people.psychometric.NoThreshold": "an error, which fit_psychometric raises",
     "haptic_lab.people.psychometric.Estimate": BUILT,
     "haptic_lab.people.psychometric.Psychometric": BUILT,
     "haptic_lab.people.psychometric.estimate": "of what psignifit found",

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 
 from haptic_env.arrays import Array
-from haptic_lab.people.psychometric import GRID, LEAST_LEVELS, estimate, fitted
+from haptic_lab.people.psychometric import GRID, NoThreshold, estimate, fitted
 from haptic_lab.people.studies.presets import Published, Study
 
 GROUPS = ["condition", "observer", "seconds", "sigma_deg"]
@@ -134,11 +134,12 @@ def _fit(distance: Array, correct: Array, trials: Array, alternatives: int) -> t
     """The threshold and the ends of its interval (3,), and the rate of lapses; NaN where there is none."""
     # d' grows as the distance does, or nearly: of a choice among two the share of right answers is then Weibull's
     # function to 0.01, which no Gaussian of the distance, or of its log, is.
-    if len(distance) < LEAST_LEVELS or correct.sum() in (0, trials.sum()):
-        return np.full(3, math.nan), math.nan
     data = np.column_stack([np.log(distance), correct, trials])
     how = {"sigmoid": "gumbel", "experiment_type": f"{alternatives}AFC", "grid_steps": {**GRID, "gamma": 1}}
-    found = fitted(data, "a threshold", **how)  # which is Weibull's of the distance
+    try:
+        found = fitted(data, "a threshold", **how)  # which is Weibull's of the distance
+    except NoThreshold:
+        return np.full(3, math.nan), math.nan
     return np.exp(estimate(found, "threshold")), estimate(found, "lambda").value
 
 

@@ -12,12 +12,10 @@ from typing import Any
 from haptic_env.hand import Hand
 from haptic_lab.limits import NONE as NO_LIMITS
 from haptic_lab.limits import Limits, plain
-from haptic_lab.records import BeliefTrace
-from haptic_lab.sweeps import log_courses
 from haptic_lab.sweeps.measures import measures_without_map
-from haptic_lab.sweeps.rows import Exemplars, row_of
+from haptic_lab.sweeps.rows import Exemplars
 from haptic_lab.sweeps.tasks import SweepTask
-from haptic_lab.sweeps.worker import explore
+from haptic_lab.sweeps.worker import explore, rows_of
 from haptic_lab.trial import make_observers
 from observer.brackets import WHITE_ONLY
 from observer.pose.raw_angles import RawAngles
@@ -92,15 +90,4 @@ def name_objects(
         For each task a row for each observer.
     """
     exploration, traces = explore(bundle, naming=True, moves=moves, make=make_without_maps)
-    settings = bundle[0].settings
-
-    def measured(trace: BeliefTrace) -> dict[str, Any]:
-        row = measures_without_map(exploration, trace)
-        if settings.courses:
-            row[log_courses.COLUMN] = log_courses.text_of(exploration.seconds, trace, settings.labels)
-        return row
-
-    return [
-        [row_of(task, name, trace, measured(trace), learnt) for name, trace in traces[task].items()]
-        for task, learnt in zip(bundle, exemplars, strict=True)
-    ]
+    return rows_of(bundle, exemplars, exploration, traces, lambda trace: measures_without_map(exploration, trace))

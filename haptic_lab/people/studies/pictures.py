@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from itertools import cycle
 from typing import Any
 
@@ -20,6 +21,7 @@ ORDER = ("floor", "haptic_slam", "ceiling")
 PEOPLE = "#D55E00"
 SPREAD = 1.03  # of sigma between curves, so that their intervals can be told apart
 PERCENT = 100.0
+LETTER, HANDLE = 0.075, 0.6  # inches, of a legend
 DASHES: Any = ((0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 
 
@@ -40,6 +42,8 @@ def thresholds(lines: pd.DataFrame, study: Study) -> Figure:
         _published(panel, study)
         for name, shift, colour in _observers(group):
             line = group[(group["observer"] == name) & group["threshold"].notna()].sort_values("sigma_deg")
+            if line.empty:  # all answers were right, say: the table tells
+                continue
             at, low, high = ((line[each] - study.standard).abs().to_numpy(float) for each in ENDS)
             place, errors = line["sigma_deg"] * SPREAD**shift, np.maximum([at - low, high - at], 0.0)
             label = as_drawn(OBSERVER_NAMES.get(name, name))
@@ -55,8 +59,9 @@ def thresholds(lines: pd.DataFrame, study: Study) -> Figure:
         _by_value(panel, study)
     axes[0].set_ylabel(f"threshold of {study.parameter}{study.unit and f' ({study.unit})'}")
     told = f"{study.title}\n{100 * 0.5 * (1 + study.guess):g} % right, 95 % intervals"
-    figure.suptitle(told if lines["within"].all() else f"{told}; open: beyond the stimuli", fontsize=10)
-    _legend(figure, axes[0])
+    fitted = lines[lines["threshold"].notna()]
+    figure.suptitle(told if fitted["within"].all() else f"{told}; open: beyond the stimuli", fontsize=10)
+    _legend(figure, axes)
     return figure
 
 
@@ -76,11 +81,14 @@ def accuracy(lines: pd.DataFrame, study: Study) -> Figure:
     for panel, (sigma, group) in zip(axes, panels, strict=True):
         curves = list(group.groupby(["condition", "observer"], sort=False))
         colours = cycle((OUTLINE, *SPARE))
+        strokes = dict(zip(dict.fromkeys(group["condition"]), cycle(("-", *DASHES)), strict=False))
+        several = group["observer"].nunique() > 1
         for number, ((condition, observer), line) in enumerate(curves):
             name = OBSERVER_NAMES.get(observer, observer)
-            several = group["observer"].nunique() > 1
             label = ", ".join(each for each in (condition, name if several or not condition else "") if each)
-            colour = OBSERVER_COLOURS.get(observer, OUTLINE) if not condition else next(colours)
+            # Of several observers the colour says which, and the stroke under which condition.
+            colour = OBSERVER_COLOURS.get(observer, OUTLINE) if several or not condition else next(colours)
+            stroke: Any = strokes[condition] if several else "-"
             mean, low, high = (PERCENT * line[each].to_numpy() for each in ("mean", "low", "high"))
             shown: Any = {"color": colour, "label": as_drawn(label), "markersize": 4, "elinewidth": 1.0}
             panel.errorbar(
@@ -88,6 +96,7 @@ def accuracy(lines: pd.DataFrame, study: Study) -> Figure:
                 mean,
                 np.maximum([mean - low, high - mean], 0.0),
                 marker="o",
+                linestyle=stroke,
                 **shown,
             )
         panel.set(xlabel="explored for (s)", title=f"σ = {sigma:g}°", ylim=(-3, 104))
@@ -99,7 +108,7 @@ def accuracy(lines: pd.DataFrame, study: Study) -> Figure:
             )
     axes[0].set_ylabel("named right (%)")
     figure.suptitle(f"{study.title}\n95 % intervals, {lines['trials'].max()} explorations each", fontsize=10)
-    _legend(figure, axes[0])
+    _legend(figure, axes)
     return figure
 
 
@@ -134,6 +143,10 @@ def _title(condition: str, seconds: float) -> str:
     return ", ".join(each for each in (condition, f"{seconds:g} s of touch") if each)
 
 
-def _legend(figure: Figure, axes: Axes) -> None:
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(3, max(1, len(labels))))
+def _legend(figure: Figure, panels: Iterable[Axes]) -> None:
+    told = [zip(*axes.get_legend_handles_labels(), strict=True) for axes in panels]
+    shown = {label: handle for each in told for handle, label in each}
+    if shown:
+        fit_in = int(figure.get_figwidth() / (LETTER * max(map(len, shown)) + HANDLE))
+        columns = min(3, max(1, fit_in), len(shown))
+        figure.legend([*shown.values()], [*shown], loc="outside lower center", ncols=columns)

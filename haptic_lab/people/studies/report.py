@@ -133,8 +133,9 @@ def _threshold(line: Any, study: Study) -> str:
     if math.isnan(at):
         few = f"fewer than {LEAST_LEVELS} stimuli"
         return f"none: {'all right' if line.right == 1.0 else 'all wrong' if line.right == 0.0 else few}"
-    digits = 2 + max(0, -math.floor(math.log10(abs(at - study.standard)))) if at != study.standard else 3
-    told = f"{at:.{digits}g} [{low:.{digits}g}, {high:.{digits}g}]"
+    distance = abs(at - study.standard)  # of which two digits are told
+    digits = max(0, 1 - math.floor(math.log10(distance))) if distance else 3
+    told = f"{at:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
     return told if line.within else f"{told}, beyond the stimuli"
 
 

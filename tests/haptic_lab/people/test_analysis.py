@@ -153,6 +153,10 @@ def test_what_people_did_and_observers_did_not_is_told(tmp_path: Path) -> None:
     only = table[table["seconds"] == 2.0]
     with pytest.raises(ValueError, match=r"no observer explored what people did: .*evaluate"):
         analyse(only, design_of(only), observers)
+    several = [observers[0]._replace(label=label) for label in ("A", "B", "C")]
+    gaps = [note for note in analyse(table, design_of(table), several).notes if "did not explore" in note]
+    assert len(gaps) == 1  # all alike: once, with how many there are
+    assert gaps[0].startswith("A and 2 more observers did not explore cube for 2 s")
 
 
 def test_an_observer_that_had_fewer_names_to_choose_from_is_left_out(tmp_path: Path) -> None:
@@ -160,7 +164,9 @@ def test_an_observer_that_had_fewer_names_to_choose_from_is_left_out(tmp_path: P
     odd = answers.assign(object=answers["object"].replace("cone", "torus"), response="cube")
     table = check_trials(odd)
     observers = read_observers(sweep(tmp_path / "sweep", {"haptic_slam": 0.9}))
-    with pytest.raises(ValueError, match=r"is left out: it did not know of torus: .*candidates of the table"):
+    with pytest.raises(
+        ValueError, match=r"Left out, as they did not know of torus, .*: haptic SLAM\. .*candidates of the table"
+    ):
         analyse(table, design_of(table), observers)
     table = check_trials(answers.assign(response=answers["response"].replace("cone", "torus")))
     assert "accuracy" in analyse(table, design_of(table), observers).tables  # torus was no object

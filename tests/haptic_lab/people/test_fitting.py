@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from haptic_lab.people import likelihood, repeats
+from haptic_lab.people import answers, likelihood, repeats
 from haptic_lab.people.comparing import Comparison, compare, parted, recoveries, recovery_table
 from haptic_lab.people.courses import Courses
 from haptic_lab.people.decisions import Decision
 from haptic_lab.people.designing import Design, design, numbers
 from haptic_lab.people.fitting import Prepared, fit
-from haptic_lab.people.models import MODELS, Grid, Model
+from haptic_lab.people.models import Grid, Model
 from haptic_lab.people.simulated import Subject, halves, simulate, subject_of
 from haptic_lab.people.trials import check_trials
 from tests.haptic_lab.people.made_courses import made
@@ -82,8 +82,8 @@ def test_borrowed_repeats_estimate_what_many_repeats_say():
     wanted = np.array([Decision().response_probabilities(many, cell, 8.0, 2.0) for cell in cells])
     own = np.array([Decision().response_probabilities(few, cell, 8.0, 2.0) for cell in cells])
     model = Model.named("ideal", few, {"sigma_deg": (8.0, 8.0)})
-    every = likelihood.every_answer(few, [2.0])
-    found = likelihood.predicted(model, every, repeats.draws(few, 0, 0))[0, 0, 0, :, 3].reshape(4, 4)
+    every = answers.every_answer(few, [2.0])
+    found = likelihood.predicted(model, every, repeats.draws(few, 0, 0)).sure[0, 0, 0, 0, 0, :, 3].reshape(4, 4)
     np.testing.assert_allclose(found.sum(axis=1), 1.0, atol=1e-5)
     assert found.min() > 0.0
     assert np.abs(found - wanted).mean() < np.abs(own - wanted).mean()
@@ -209,7 +209,10 @@ def test_a_design_needs_fewer_trials_for_more_different_models():
         (lambda c: fit(Model.named("ideal", c), answered(c, sigma_deg=2.0).assign(response="egg")), "trial 1 .*'egg'"),
         (lambda c: fit(Model.named("ideal", c), answered(c, sigma_deg=2.0).assign(seconds=9.0)), "got 9"),
         (lambda c: halves(made(1, 1), np.random.default_rng(0)), "2 repeats"),
-        (lambda c: next(design([Model.named(each, c) for each in MODELS], 50, SECONDS)), "two models"),
+        (
+            lambda c: next(design([Model.named(each, c) for each in ("ideal", "noise", "lapse")], 50, SECONDS)),
+            "two models",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused(courses, call, words):

@@ -101,7 +101,7 @@ def test_a_comparison_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     found = pd.read_csv("compared/compare.csv")
     assert set(found["model"]) == {"ideal", "lapse", "other"}
     assert found["difference"].max() == 0.0
-    same = found.set_index("model")["log_likelihood"]
+    same = found.set_index("model")["nats"]
     assert same["ideal"] == pytest.approx(same["other"])
     recovery = pd.read_csv("compared/recovery.csv")
     assert recovery.groupby("true")["subjects"].sum().tolist() == [1, 1, 1]

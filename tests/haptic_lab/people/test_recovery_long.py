@@ -34,6 +34,23 @@ def test_intervals_hold_the_truth():
     assert (coverage <= 0.99).all()
 
 
+@pytest.mark.parametrize(("rule", "subjects", "least"), [("stop_at", 100, 0.85), ("price", 30, 0.0)])
+def test_intervals_of_a_rule_of_stopping(rule: str, subjects: int, least: float):
+    """Who answers when it likes, within 6 s. A price is told of alone: its bounds are too unsure to be found."""
+    rng = np.random.default_rng(72_006)
+    held = []
+    for _ in range(subjects):
+        first, second = (made(int(rng.integers(2**31)), repeats) for repeats in (75, 150))
+        model = Model(rule, second, ("sigma_deg", rule, "lapse"))
+        subject = drawn(model, rng)
+        found = fit(model, simulate(first, subject, TRIALS, SECONDS[-1:], rng))
+        ends = {name: found.interval(name)[1:] for name in model.parameters}
+        held.append([low <= subject.truth[name] <= high for name, (low, high) in ends.items()])
+    coverage = np.mean(held, axis=0)
+    print(dict(zip(model.parameters, coverage, strict=True)))
+    assert (coverage >= least).all()
+
+
 def test_models_are_recovered_where_their_ranges_are_apart():
     courses, felt = made(72_002, 400), {"sigma_deg": (1.5, 4.0)}
     models = [

@@ -154,6 +154,13 @@ def test_a_fault_is_told_in_one_line_with_file_and_place(tmp_path: Path, fault: 
     assert len(str(error.value).splitlines()) == 1
 
 
+@pytest.mark.parametrize("name", ["missing.csv", "folder.tsv"])
+def test_a_file_that_is_not_there_is_named(tmp_path: Path, name: str) -> None:
+    (tmp_path / "folder.tsv").mkdir()
+    with pytest.raises(FileNotFoundError, match=rf"^.*{name}: there is no such file"):
+        read_trials(tmp_path / name)
+
+
 def test_many_faults_are_counted(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"lines 3, 4, .*, 12, … \(40 in all\): seconds"):
         read_trials(written(tmp_path, bad(*["A,cube,cube,-1"] * 40)))

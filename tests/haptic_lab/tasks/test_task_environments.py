@@ -63,8 +63,9 @@ def test_a_seed_is_a_world_and_a_belief(env_id):
     assert not all((a == b).all() for a, b in zip(first[1:], other[1:], strict=True))
 
 
-def test_environments_side_by_side_are_those_alone():
-    both = gym.make_vec("HapticSLAM/Name-v0", 2, vectorization_mode="sync", **SHORT)
+@pytest.mark.parametrize("mode", [None, "sync", "vector_entry_point"])
+def test_environments_side_by_side_are_those_alone(mode):
+    both = gym.make_vec("HapticSLAM/Name-v0", 2, vectorization_mode=mode, **SHORT)
     alone = [gym.make("HapticSLAM/Name-v0", **SHORT) for _ in range(2)]
     seen, _ = both.reset(seed=[900_001, 900_002])
     assert all((a == env.reset(seed=900_001 + i)[0]).all() for i, (a, env) in enumerate(zip(seen, alone, strict=True)))

@@ -225,6 +225,14 @@ FLAGS: dict[str, dict[str, Parameter]] = {
         "rounds": words("1"),
         "json": words("missing/a.json"),
     },
+    "benchmark": {
+        "tasks": words("Name", "Map"),
+        "policies": words("random_torque", "enclosure"),
+        "worlds": words("3"),
+        "steps": words("1000"),
+        "jobs": words("1"),
+        "hand": words("two_finger", "adroit"),
+    },
     "train": {
         "preset": words("trained", "sac", "ppo"),
         "steps": words("1000"),
@@ -245,7 +253,7 @@ ENTRIES: dict[str, Entry] = {
         f"haptic_lab.commands.{name}": Entry(
             _command(f"commands.{name}"), FLAGS[name], COMMAND, weight=2 if name != "train" else 1
         )
-        for name in ("explore", "figures", "bench")
+        for name in ("explore", "figures", "bench", "benchmark")
     },
     "haptic_lab.commands.evaluate": Entry(_command("sweeps.options", "check"), FLAGS["evaluate"], COMMAND, weight=2),
     "haptic_lab.commands.evaluate[trials]": Entry(

@@ -85,7 +85,7 @@ def _fitted(draws: Any = 0, seed: Any = 0) -> Any:
 def _compared(draws: Any = 0, seed: Any = 0) -> Any:
     models = [Model.named(name, _courses()) for name in ("ideal", "lapse")]
     table = _answered(12, [0.1, 0.3], sigma_deg=2.0)
-    return comparing.compare(models, table, draws=draws, seed=seed).table()["log_likelihood"].to_numpy()
+    return comparing.compare(models, table, draws=draws, seed=seed).table()["nats"].to_numpy()
 
 
 LIMITS = {

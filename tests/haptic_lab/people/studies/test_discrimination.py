@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -104,6 +105,20 @@ def test_why_there_is_no_threshold_is_told(rows: pd.DataFrame, right: float, sti
     assert report._threshold(line, STUDY) == told
 
 
+@pytest.mark.parametrize(
+    ("standard", "ends", "told"),
+    [
+        (1.0, (1.0184, 1.0074, 1.0269), "1.018 [1.007, 1.027]"),
+        (1.0, (1.102, 1.041, 1.139), "1.10 [1.04, 1.14]"),
+        (40.0, (41.64, 40.58, 42.5), "41.6 [40.6, 42.5]"),
+        (90.0, (118.4, 101.0, 130.0), "118 [101, 130]"),
+    ],
+)
+def test_a_threshold_has_two_digits_of_its_distance(standard: float, ends: tuple[float, ...], told: str) -> None:
+    line = pd.Series(dict(zip(discrimination.ENDS, ends, strict=True)) | {"within": True})
+    assert report._threshold(line, SimpleNamespace(standard=standard)) == told  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("kind", [RuntimeError, AssertionError, KeyError])
 def test_what_psignifit_cannot_take_is_told(
     rows: pd.DataFrame, kind: type[Exception], monkeypatch: pytest.MonkeyPatch
@@ -122,6 +137,9 @@ def test_the_picture_shows_people_and_observers(lines: pd.DataFrame) -> None:
     assert {"1.02", "1.05", "1.1"} <= {each.get_text() for each in axes.get_yticklabels()}
     names = axes.get_legend_handles_labels()[1]
     assert names == ["people, 1.03", "haptic SLAM"]
+    none = lines.assign(observer="ceiling", within=False, **dict.fromkeys(discrimination.ENDS, math.nan))
+    figure = pictures.thresholds(pd.concat([lines, none]), STUDY)
+    assert [each.get_text() for each in figure.legends[0].get_texts()] == names  # who has no point is not in it
 
 
 def test_what_was_no_candidate_is_refused(rows: pd.DataFrame) -> None:
