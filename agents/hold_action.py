@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env import validate
+from observer.wrappers.stepped_apart import apart
 
 
 class HeldSpace(gym.spaces.Box):
@@ -61,10 +62,15 @@ class HoldAction(gym.Wrapper, gym.utils.RecordConstructorArgs):
         Returns:
             As of `gymnasium.Env.step`, after the last of these steps: the rewards are added, an end ends the hold.
         """
-        total = 0.0
+        total, inside = 0.0, apart(self.env)
         for _ in range(self.held):
-            observation, reward, terminated, truncated, info = self.env.step(action)
+            if inside is None:
+                observation, reward, terminated, truncated, info = self.env.step(action)
+            else:
+                reward, terminated, truncated = inside.advance(action)
             total += float(reward)
             if terminated or truncated:
                 break
+        if inside is not None:  # what is to be seen of the steps between nobody sees
+            observation, info = inside.told()
         return observation, total, terminated, truncated, info

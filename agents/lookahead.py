@@ -26,6 +26,7 @@ from observer.shape.contact_likelihood import (
     patch_gaps,
 )
 from observer.shape.distance_fields import Solids
+from observer.shape.link_gaps import scratch_of
 
 FELT = 0.001  # metres: a patch this near would feel contact (points of the skin lie some millimetres apart)
 
@@ -70,7 +71,7 @@ class LookaheadModel(NamedTuple):
 def _feel(skin, solids, world, told, log_likelihood, scratch):
     """Add to `log_likelihood` (H,) what the contacts of a hand whose frames are in `scratch` say of each hypothesis,
     were `world` the true one, as `observer.shape.contact_likelihood` has it."""
-    position, rotation, felt, gaps, place, rings = scratch
+    position, rotation, felt, of_gaps, place, rings = scratch
     said, clear = told.said, CLEAR * told.tolerance
     model = TouchModel(told.tolerance, told.press, told.surprise)
     for link in range(len(skin.body)):
@@ -92,7 +93,7 @@ def _feel(skin, solids, world, told, log_likelihood, scratch):
             continue
         for h in range(len(log_likelihood)):
             mine = WeighedTouch(rings, touches, weight)
-            likelihood = link_likelihood(solids, h, skin, link, frame, mine, model, gaps)
+            likelihood = link_likelihood(solids, h, skin, link, frame, mine, model, of_gaps)
             if likelihood < 1.0:
                 log_likelihood[h] += np.log(max(likelihood, LEAST))
 
@@ -135,7 +136,7 @@ def class_entropies(begin, end, hand, worlds, plan, told, out):
             np.empty((bodies, 3)),
             np.empty((bodies, 3, 3)),
             np.empty(patches),
-            np.empty(patches),
+            scratch_of(hand.skin, patches),
             np.empty(6),
             np.empty(patches, dtype=np.bool_),
         )

@@ -53,12 +53,12 @@ THREADS = {
     "OMP_WAIT_POLICY": "passive",
 }
 OFFSCREEN = ("picture-recording",)  # draws by MuJoCo's renderer, which asks when it is imported how
-EXAMPLES = {  # one of each, that needs nothing but what is there
+EXAMPLES = {  # one of each; most need nothing but what is there
     "demo": "",
     "explore": "--shape pyramid --sigma 5",
-    "learn": "mug1 --shape mug.stl --hand adroit",
+    "learn": "can --shape cylinder",
     "library": "objects",
-    "replay": "inspect.npz --mesh cube.stl",
+    "replay": "out/explore/recording.npz",
     "live": "--udp 5005 --hand two_finger",
     "evaluate": "--sigmas 3 5 --trials 20",
     "people": "example",
@@ -66,7 +66,7 @@ EXAMPLES = {  # one of each, that needs nothing but what is there
     "fit": "example --courses example",
     "compare": "example --courses example",
     "design": "ideal memory --courses example",
-    "simulate": "--courses example --out a.csv",
+    "simulate": "--courses example --sigma 5 --out a.csv",
     "train": "--preset trained --steps 20000",
     "export": "model.zip --trust",
     "benchmark": "--quick",

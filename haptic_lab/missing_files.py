@@ -7,9 +7,10 @@ from collections.abc import Iterator, Sequence
 
 ENDINGS = (".csv", ".npz", ".obj", ".parquet", ".pkl", ".ply", ".stl", ".toml", ".tsv", ".txt", ".xdf", ".zarr", ".zip")
 FLAGS = frozenset(
-    ("--columns", "--config", "--courses", "--glove-calibration", "--hand", "--mesh", "--objects", "--policy")
-    + ("--normalize", "--policies", "--recording", "--recordings", "--shape", "--shapes", "--trial-table")
-)
+    ("--columns", "--config", "--courses", "--glove-calibration", "--hand", "--normalize", "--objects", "--policies")
+    + ("--policy", "--recording", "--recordings", "--shape", "--shapes", "--trial-table")
+)  # not --mesh: where there is no such file it is written
+ALWAYS = frozenset(("--columns", "--config", "--glove-calibration", "--recording"))  # of which no value is a name
 ALONE = (
     "check-hand",
     "compare",
@@ -34,7 +35,8 @@ def first_missing(command: str, arguments: Sequence[str]) -> str | None:
         What to say of it; None where there is none.
     """
     for flag, value in _values(command, arguments):
-        if value.lower().endswith(ENDINGS) and not os.path.lexists(os.path.expanduser(value)):
+        is_file = flag in ALWAYS or (command == "replay" and not flag) or value.lower().endswith(ENDINGS)
+        if value.strip() and is_file and not os.path.lexists(os.path.expanduser(value)):
             return f"{flag + ': ' if flag else ''}there is no file {value!r}"
     return None
 

@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 
 from rich.console import Console
 
+ERRNO = re.compile(r"\[Errno \d+\] ")  # of errors of files: the words after it say the same
 NOT_IN_PATHS = ("Cc", "Cs", "Zl", "Zp")  # control characters, bytes that are no text, ends of lines
 
 
@@ -50,7 +51,8 @@ def tell(kind: str, message: str) -> None:
         kind: "error" or "warning".
         message: of any lines.
     """
-    sys.stderr.write(f"{Path(sys.argv[0]).name}: {kind}: {' '.join(message.splitlines())}\n")
+    told = ERRNO.sub("", " ".join(message.splitlines()))
+    sys.stderr.write(f"{Path(sys.argv[0]).name}: {kind}: {told}\n")
 
 
 def refuse(message: str) -> NoReturn:

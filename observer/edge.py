@@ -22,6 +22,7 @@ from haptic_env.pose import Pose
 from haptic_env.sensors import FeltAngles
 from haptic_env.shapes import Solid
 from observer.belief import Belief, Transition
+from observer.pose.seen import LaggedPose
 
 __getattr__ = renamed(__name__, {"Told": "SensedStep"})
 
@@ -56,14 +57,14 @@ class Followed(NamedTuple):
     """What a belief says of the lagged pose.
 
     Attributes:
-        transition: how it moved.
+        transition: how it moved, or the pose alone.
         covariance: (J, J) rad².
         contacts: (P,) felt at it.
         root: where the hand as a whole was.
         unmeasured: (P,) patches whose contact was not measured; None: all were.
     """
 
-    transition: Transition
+    transition: Transition | LaggedPose
     covariance: Array
     contacts: NDArray[np.bool_]
     root: Pose | None

@@ -58,6 +58,9 @@ def times(a, b, out):
         k = 0
         while k + 4 <= inner_size:
             a0, a1, a2, a3 = a[i, k], a[i, k + 1], a[i, k + 2], a[i, k + 3]
+            if a0 == 0.0 and a1 == 0.0 and a2 == 0.0 and a3 == 0.0:  # fingers that do not move each other
+                k += 4
+                continue
             b0, b1, b2, b3 = b[k], b[k + 1], b[k + 2], b[k + 3]
             for j in range(len(row)):
                 row[j] += a0 * b0[j] + a1 * b1[j] + a2 * b2[j] + a3 * b3[j]

@@ -159,6 +159,37 @@ def link_spread(tree, lengths, joint_angles, covariance):
 
 
 @kernel()
+def link_stances(tree, lengths, joint_angles, covariance, tolerance):
+    """Find the frames of all links, and how far off their places may be.
+
+    Args:
+        tree: the hand's kinematics.
+        lengths: (L,) m of the links.
+        joint_angles: (J,) rad.
+        covariance: (J, J) rad² of the angles.
+        tolerance: m, of a place that is known, and the most that may add to it.
+
+    Returns:
+        (L,) m, the root of the sum of the squares of tolerance and `link_spread`; positions (L, 3) m and rotations
+        (L, 3, 3).
+    """
+    known, most = tolerance
+    position = np.empty((len(tree.parent), 3))
+    rotation = np.empty((len(tree.parent), 3, 3))
+    body_frames(tree, joint_angles, position, rotation)
+    near = place_spread(tree, lengths, joint_angles, covariance, position, rotation)
+    places, turns = np.empty((len(lengths), 3)), np.empty((len(lengths), 3, 3))
+    for link in range(len(lengths)):
+        near[link] = np.hypot(known, min(near[link], most))
+        body = tree.link_body[link]
+        for i in range(3):
+            places[link, i] = position[body, i]
+            for j in range(3):
+                turns[link, i, j] = rotation[body, i, j]
+    return near, places, turns
+
+
+@kernel()
 def _moving(tree, links):
     """The joints (A,) that move any of the `links` (L,) that are marked."""
     moves, count = np.zeros(len(tree.axis), dtype=np.bool_), 0

@@ -5,12 +5,11 @@ Shapes: J joints, P patches.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from haptic_env import validate
+from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
@@ -23,6 +22,7 @@ from observer.maps.occupancy import OccupancySnapshot
 from observer.pose.angle_noise import believed
 from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose.kalman import PoseFilter
+from observer.pose.seen import LaggedPose, Seen, seen_of
 from observer.pose.tracking import TracksPose
 from observer.state import Waiting
 
@@ -112,6 +112,8 @@ class PoseOnly(TracksPose):
         )
         self.grid = Grid.around(hand.grasp_centre, hand.workspace, RESOLUTION)
         self._felt: list[Waiting] | None = None
+        self._lagged: LaggedPose | None = None  # what was told of at the last step
+        self._belief: Belief | None = None
 
     def reset(self, seed: int | None = None, joint_angles: ArrayLike | None = None) -> Belief:
         """Start a trial at the rest pose.
@@ -131,8 +133,8 @@ class PoseOnly(TracksPose):
         self._begin(joint_angles)
         self._felt = []  # every step so far
         self._told = 0  # steps that were told of
-        self._belief = self._now(ago=0)
-        return self._belief
+        self._look(0)
+        return self.belief
 
     def step(
         self, torque: ArrayLike | None, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None
@@ -153,6 +155,26 @@ class PoseOnly(TracksPose):
             ValueError: before the first `reset`, after `flush`, and for what is not finite, not binary, or beyond what
                 can be: torques of ± 1, angles of ± 4π rad, or a root.
         """
+        self.advance(torque, joint_angles, contacts, root)
+        return self.belief
+
+    def advance(
+        self, torque: ArrayLike | None, joint_angles: ArrayLike, contacts: ArrayLike, root: Pose | None = None
+    ) -> LaggedPose | None:
+        """Take one turn, and make no belief of it before it is asked for one.
+
+        Args:
+            torque: as `step`'s.
+            joint_angles: as `step`'s.
+            contacts: as `step`'s.
+            root: as `step`'s.
+
+        Returns:
+            What is told of now; None: nothing is.
+
+        Raises:
+            ValueError: as `step` does.
+        """
         felt = self._running()
         if root is not None:
             raise ValueError(
@@ -162,10 +184,26 @@ class PoseOnly(TracksPose):
         u, q, z, unmeasured = edge.told(self.hand, torque, joint_angles, contacts, self.pose.needs_torque)
         self.pose.step(u, q, self._touched(z, unmeasured))
         felt.append(Waiting(z, None, unmeasured))
-        if len(felt) % self.stride == 0:
-            self._belief = self._tell(self.lag) if len(felt) >= self.lag + self.stride else self._now(len(felt))
-        elif self._belief.transition is not None:
-            self._belief = self._now(self.lag)  # what was told is not told twice
+        steps = len(felt)
+        if steps % self.stride == 0 and steps >= self.lag + self.stride:
+            return self._tell(self.lag)
+        if steps % self.stride == 0:
+            self._look(steps)
+        elif self._lagged is not None:
+            self._look(self.lag)  # what was told is not told twice
+        return None
+
+    @property
+    def belief(self) -> Belief:
+        """Of the last step at which there was anything new to tell.
+
+        Raises:
+            ValueError: before the first `reset`.
+        """
+        if self._belief is None:
+            if not hasattr(self, "_seen"):
+                raise ValueError("the observer believes nothing before the first reset(); call it first")
+            self._belief = self._made()
         return self._belief
 
     def flush(self) -> list[Belief]:
@@ -178,47 +216,64 @@ class PoseOnly(TracksPose):
             ValueError: outside a trial.
         """
         waiting = len(self._running()) - self._told
-        beliefs = [self._tell(ago) for ago in range(waiting - self.stride, -1, -self.stride)]
+        beliefs = []
+        for ago in range(waiting - self.stride, -1, -self.stride):
+            self._tell(ago)
+            beliefs.append(self.belief)
         self._felt = None
         return beliefs
 
-    def _tell(self, ago: int) -> Belief:
-        """The belief whose lagged pose is that of `ago` steps back, and how it follows from the one told before."""
+    def _tell(self, ago: int) -> LaggedPose:
+        """Look at the pose of `ago` steps back, which was not told of yet."""
         felt = self._running()
+        self._look(ago)
         self._told = len(felt) - ago
-        now, before = self.pose.lagged(ago), self.pose.lagged(ago + self.stride)
-        transition = Transition.between(self.pose.mean, self.pose.covariance, before, now)
         step = felt[-1 - ago]
         if self._reports is not None:
             step = step.touching(self._reports.touched(ago))
-        told = {"lagged_contacts": step.contacts, "lagged_unmeasured": step.unmeasured}
-        return self._now(ago, **told, transition=transition)
+        seen = self._seen
+        self._lagged = LaggedPose(seen.lagged, seen.lagged_covariance, step.contacts, step.unmeasured)
+        return self._lagged
 
-    def _now(self, ago: int, **told: Any) -> Belief:
+    def _look(self, ago: int) -> None:
+        """See what is known of now, and of the pose of `ago` steps back."""
         lagged = self.pose.lagged(min(ago, self.lag))
-        mean, covariance = self.pose.mean, self.pose.covariance
-        variance, offset = np.diag(covariance), self.pose.offset
+        self._seen = Seen(*seen_of(self.pose.mean, self.pose.covariance, lagged.start, self.hand.joints))
+        self._ago, self._offset, self._log_evidence = ago, self.pose.offset, self.pose.log_evidence
+        self._lagged = self._belief = None
+
+    def _made(self) -> Belief:
+        """The belief of what was seen; how the lagged pose follows is asked for at the step itself."""
+        seen, told, transition = self._seen, self._lagged, None
+        if told is not None:
+            now, before = self.pose.lagged(self._ago), self.pose.lagged(self._ago + self.stride)
+            transition = Transition.between(self.pose.mean, self.pose.covariance, before, now)
         return Belief(
-            joint_angles=mean[: self.hand.joints].copy(),
-            joint_std=np.sqrt(variance[: self.hand.joints]),
-            joint_offset=offset.mean,
-            joint_offset_std=offset.std,
+            joint_angles=seen.angles,
+            joint_std=seen.std,
+            joint_offset=self._offset.mean,
+            joint_offset_std=self._offset.std,
             patch_reliability=self.patch_reliability,
-            lagged_joint_angles=mean[lagged].copy(),
-            lagged_joint_std=np.sqrt(variance[lagged]),
-            lagged_covariance=covariance[lagged, lagged].copy(),
+            lagged_joint_angles=seen.lagged,
+            lagged_joint_std=seen.lagged_std,
+            lagged_covariance=seen.lagged_covariance,
+            lagged_contacts=None if told is None else told.contacts,
+            lagged_unmeasured=None if told is None else told.unmeasured,
+            transition=transition,
             lagged_root=None,
-            lag_steps=min(ago, self.lag),
+            lag_steps=min(self._ago, self.lag),
             grid=self.grid,
             weights=np.ones(1),
-            particles=mean[None, lagged].copy(),
+            particles=seen.lagged[None].copy(),
             n_eff=1.0,
-            log_evidence=self.pose.log_evidence,
+            log_evidence=self._log_evidence,
             resampled=False,
             moved_share=0.0,
-            snapshot=OccupancySnapshot(lambda: np.full(self.grid.shape, 0.5)),
-            **{"lagged_contacts": None, "transition": None, **told},
+            snapshot=OccupancySnapshot(self._unknown),
         )
+
+    def _unknown(self) -> Array:
+        return np.full(self.grid.shape, 0.5)
 
     def _running(self) -> list[Waiting]:
         if self._felt is None:

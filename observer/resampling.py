@@ -69,6 +69,50 @@ def normalise(log_weights):
     return total, weights, effective_sample_size(weights)
 
 
+@kernel()
+def log_sums(log_weights, first, sums):
+    """Add up weights, group by group.
+
+    Args:
+        log_weights: (N,) their logs.
+        first: (G,) where each group begins; it ends where the next one begins.
+        sums: (G,), filled with the logs of the sums.
+    """
+    for g in range(len(first)):
+        end = first[g + 1] if g + 1 < len(first) else len(log_weights)
+        most, total = -np.inf, 0.0
+        for n in range(first[g], end):
+            most = max(most, log_weights[n])
+        if most == -np.inf:
+            sums[g] = most
+            continue
+        for n in range(first[g], end):
+            total += np.exp(log_weights[n] - most)
+        sums[g] = most + np.log(total)
+
+
+@kernel()
+def effective_of_groups(log_weights, size, counts, effective):
+    """Count the particles that matter (`effective_sample_size`), group by group.
+
+    Args:
+        log_weights: (G·size,) logs of the weights, whatever their sum.
+        size: from where one group begins to where the next one does.
+        counts: (G,) how many particles each group has.
+        effective: (G,), filled.
+    """
+    for g in range(len(counts)):
+        first = g * size
+        most, total, square = -np.inf, 0.0, 0.0
+        for n in range(first, first + counts[g]):
+            most = max(most, log_weights[n])
+        for n in range(first, first + counts[g]):
+            weight = np.exp(log_weights[n] - most)
+            total += weight
+            square += weight * weight
+        effective[g] = total * total / square
+
+
 def systematic_counts(weights: NDArray[np.float64], uniform: float, copies: int | None = None) -> NDArray[np.int64]:
     """Deal out copies: C·w expected of each particle, never a whole copy away from it.
 

@@ -22,6 +22,8 @@ class BenchSize:
         seconds: of the whole trial.
         megabytes: that are copied, to measure the memory.
         candidates: of whoever names the object.
+        together: environments side by side.
+        decisions: of each.
     """
 
     few: int = 200
@@ -32,9 +34,13 @@ class BenchSize:
     seconds: float = 10.0
     megabytes: int = 256
     candidates: int = 50
+    together: int = 16
+    decisions: int = 60
 
 
-QUICK = BenchSize(few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16, candidates=6)
+QUICK = BenchSize(
+    few=20, many=40, coarse=16, fine=32, steps=40, seconds=1.0, megabytes=16, candidates=6, together=2, decisions=3
+)
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,7 @@ class BenchSettings:
         env: id of the environment.
         shape: that is explored.
         objects: a set, of which whoever names an object has `candidates`.
+        learner: measure nothing but the steps that a learner gets.
         sigma: noise of the felt angles, degrees.
         seed: of the exploration.
         rounds: repetitions of everything.
@@ -63,6 +70,7 @@ class BenchSettings:
     quick: bool
     json: str | None
     objects: str = "fifty"
+    learner: bool = False
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from haptic_env import shapes
 from haptic_env.arrays import Array
-from haptic_lab.benchmarks import end_to_end, timings
+from haptic_lab.benchmarks import end_to_end, side_by_side, timings
 from haptic_lab.benchmarks.live import HZ, live_steps
 from haptic_lab.benchmarks.naming import naming_steps
 from haptic_lab.benchmarks.recording import BenchRecording, make_slam, record
@@ -62,6 +62,21 @@ def rounds(measurements: list[Callable[[], Values]], count: int, console: Consol
                 for name, value in measure().items():
                     found.setdefault(name, []).append(value)
     return {name: np.array(values) for name, values in found.items()}
+
+
+def learner_figures(settings: BenchSettings, console: Console) -> list[BenchRow]:
+    """Measure how many steps a learner gets, and nothing else.
+
+    Args:
+        settings: of the benchmark.
+        console: says how far it is.
+
+    Returns:
+        The rows.
+    """
+    size, cores = QUICK if settings.quick else BenchSize(), cpu_count()
+    found = rounds(side_by_side.measurements(settings, size, cores), settings.rounds, console)
+    return side_by_side.rows(found, size.together, cores)
 
 
 class Bench:
@@ -117,6 +132,7 @@ class Bench:
             partial(end_to_end.whole_trial, *trial),
             lambda: {"decisions": end_to_end.decisions(*trial[:3], 0.5 * size.seconds, asked.seed, None)},
             lambda: {"naming": naming_steps(asked.env, asked.sigma, size.seconds, asked.seed, self._among())},
+            *side_by_side.measurements(asked, size, self.cores),
             partial(end_to_end.fresh_process, asked.env, asked.shape, size.few, size.coarse, 30),
             *([self._live] if self.whole else []),
             *(partial(self._observe, what, threads, busy) for what, threads, busy in self._observed()),
@@ -169,6 +185,7 @@ class Bench:
             *self._of_stages(found),
             *self._of_memory(found, touched, large),
             *self._of_the_whole(found),
+            *side_by_side.rows(found, size.together, self.cores),
         ]
 
     def _of_steps(self, found: Values) -> list[BenchRow]:

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from haptic_env import shapes
 from haptic_lab.benchmarks.settings import BenchSettings
-from haptic_lab.benchmarks.suite import Bench
+from haptic_lab.benchmarks.suite import Bench, learner_figures
 from haptic_lab.benchmarks.table import machine, table
 from haptic_lab.files import write_json
 from haptic_lab.terminal import Parser, as_path
@@ -41,6 +41,7 @@ def parse(arguments: list[str] | None) -> BenchSettings:
     add("--seed", type=int, default=0, help="of the exploration (default 0)")
     add("--rounds", type=int, default=3, help="repetitions of everything, interleaved (default 3)")
     add("--quick", action="store_true", help="few particles and steps: to see that it runs, not how fast")
+    add("--learner", action="store_true", help="only how many steps a learner gets, of environments side by side")
     add("--json", type=as_path, metavar="FILE", help="write the figures to FILE too")
     try:
         given = vars(parser.parse_args(arguments))
@@ -60,9 +61,12 @@ def main(arguments: list[str] | None = None) -> int:
     """
     settings = parse(arguments)
     console = Console(width=None if sys.stdout.isatty() else 150)
-    bench = Bench(settings)
-    bench.warm_up()
-    figures = bench.figures(console)
+    if settings.learner:
+        figures = learner_figures(settings, console)
+    else:
+        bench = Bench(settings)
+        bench.warm_up()
+        figures = bench.figures(console)
     console.print(table(figures, settings.rounds))
     if settings.json is not None:
         write_json(

@@ -58,7 +58,8 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     add("--steps", type=int, help="of the environment, in all (default: the preset's)")
     add("--seed", type=int, help="default: the preset's")
     add("--envs", type=int, help="environments side by side (default: the preset's)")
-    add("--jobs", type=int, default=cpu_count(), help="1: all in one process, else each in its own (default: cores)")
+    stepped = "threads that step environments; above 4: a process for each (default: cores)"
+    add("--jobs", type=int, default=cpu_count(), help=stepped)
     explored = "what is explored, and the candidates, shapes or sets (default: the preset's, the four shapes)"
     add("--shapes", nargs="+", type=typed_shape, metavar="SHAPE", help=explored)
     add("--objects", type=as_path, metavar="SET", help=f"or all objects of a set: {SETS}")

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from haptic_lab.analysis.summary import ALL, CEILING, FLOOR, SLAM, summarise
+from haptic_lab.analysis.statistics import told_of_trials
+from haptic_lab.analysis.summary import ALL, CEILING, FLOOR, SLAM, errors_of, summarise
 from haptic_lab.conditions import Condition
 from haptic_lab.figures.paper_figure import WIDTH, PaperFigure
 from haptic_lab.style import OBSERVER_COLOURS, OBSERVER_NAMES
@@ -90,7 +90,8 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
         Line2D([], [], color="#555555", linestyle=DASHES[nth % len(DASHES)], label=f"σ = {sigma:g}°")
         for nth, sigma in enumerate(sigmas)
     ]
-    told = f"{data['trials'].max()} explorations of {seconds:g} s for each noise, 95 % intervals"
+    trials = int(data["trials"].max())
+    told = f"{trials} explorations of {seconds:g} s for each noise, {told_of_trials(trials)}"
     told += f"; drift with a time constant of {drift:g} s" if "drift_deg" in kinds else ""
     tight: Any = {"columnspacing": 1.1, "handlelength": 1.6, "handletextpad": 0.5}
     figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), title=told, fontsize=7.5, **tight)
@@ -124,11 +125,10 @@ def _panel(
             continue
         for which, sigma in enumerate(sigmas[:1] if observer == CEILING else sigmas):
             line = lines[(lines["observer"] == observer) & (lines["sigma_deg"] == sigma)].sort_values("amount")
-            mean, low, high = (unit * line[name].to_numpy() for name in ("mean", "low", "high"))
             axes.errorbar(
                 line["amount"] + SPREAD * (nth * len(sigmas) + which - 0.5 * (count - 1)),
-                mean,
-                np.maximum([mean - low, high - mean], 0.0),
+                unit * line["mean"],
+                unit * errors_of(line),
                 color=OBSERVER_COLOURS[observer],
                 linestyle=DASHES[which % len(DASHES)],
                 linewidth=2.0 if observer == SLAM else 1.2,

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from haptic_lab.analysis.reliability import numbers_of
-from haptic_lab.analysis.statistics import interval
+from haptic_lab.analysis.statistics import FEW, interval, told_of_trials
 from haptic_lab.analysis.summary import CEILING, FLOOR, SLAM
 from haptic_lab.figures.paper_figure import WIDTH, PaperFigure
 from haptic_lab.style import OBSERVER_COLOURS, noise_colours
@@ -64,7 +64,7 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
         raise ValueError(f"time_course has a point each {COURSE_SECONDS:g} s, and these trials are shorter")
     sigmas = sorted(set(data["sigma_deg"]))
     colours = noise_colours(sigmas)
-    figure = Figure(figsize=(WIDTH, 3.1), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
     panels = figure.subplots(1, len(PANELS), sharex=True, sharey=True)
     for axes, (measure, (title, axis)) in zip(panels, PANELS.items(), strict=True):
         mine = data[data["measure"] == measure]
@@ -78,6 +78,8 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
                 continue
             dashes = "-" if observer == SLAM else "--"
             axes.plot(line["seconds"], 100 * line["mean"], linestyle=dashes, linewidth=1.4, **style)
+            if line["trials"].max() < FEW:
+                continue
             low, high = (np.clip(100 * line[end].to_numpy(), 0, 100) for end in ("low", "high"))
             axes.fill_between(line["seconds"], low, high, color=style["color"], alpha=0.12, linewidth=0)
         axes.set(title=title, xlabel="exploration (s)", ylabel=axis, ylim=(0, 102))
@@ -87,4 +89,6 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
             axes.axhline(chance, color="#777777", linestyle=":", linewidth=1, label="chance")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=(len(labels) + 1) // 2)
+    trials = int(data["trials"].max())
+    figure.suptitle(f"{trials} explorations for each σ; {told_of_trials(trials, 'shaded: 95 % intervals')}", fontsize=8)
     return PaperFigure(figure, data)

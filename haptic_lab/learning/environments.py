@@ -12,14 +12,17 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv
+from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv
 
+from haptic_lab.learning.batched_learners import ThreadedVecEnv
 from haptic_lab.learning.explored import DomainRandomisation as DomainRandomisation
 from haptic_lab.learning.explored import explored
 from haptic_lab.learning.presets import TrainingWorld
 from haptic_lab.processes import end_with_parent
+from observer import threads
 
 Maker = Callable[[], gym.Env[Any, Any]]
+MOST_THREADS = 4  # more would wait for Python's lock, a fifth of the time of a step
 
 
 class InfoFilter(gym.Wrapper):
@@ -53,14 +56,14 @@ def make_vector(world: TrainingWorld, count: int, jobs: int, held_out: bool = Fa
     Args:
         world: as `make_env`'s.
         count: E.
-        jobs: 1: all in this process, else each in one of its own.
+        jobs: threads of this process that step them; above `MOST_THREADS` each is in a process of its own.
         held_out: as `make_env`'s.
 
     Returns:
         The environments as one.
     """
     makers: list[Maker] = [partial(make_env, world, held_out) for _ in range(count)]
-    return in_processes(makers) if jobs > 1 else DummyVecEnv(makers)
+    return in_processes(makers) if jobs > MOST_THREADS else ThreadedVecEnv(makers, jobs)
 
 
 def in_processes(makers: list[Maker]) -> SubprocVecEnv:
@@ -102,4 +105,5 @@ def close(env: VecEnv) -> None:
 def _in_worker(make: Maker) -> gym.Env[Any, Any]:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()
+    threads.limit(1)
     return make()

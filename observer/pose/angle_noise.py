@@ -112,6 +112,11 @@ class AngleNoise:
         total: Any = np.sqrt(sum(each.sd**2 for each in self.lasting))
         return total if np.ndim(total) else float(total)
 
+    @property
+    def is_white(self) -> bool:
+        """Whether the noise is the same whatever the angles are."""
+        return not self._white and not self.lasting
+
     def variance(self, sigma: float | Array, angles: Array, spread: Array) -> Array:
         """The variance of white noise about angles that are themselves uncertain.
 
@@ -123,7 +128,10 @@ class AngleNoise:
         Returns:
             (T·J,) rad².
         """
-        total = np.resize(np.square(sigma) if np.ndim(sigma) else sigma**2, len(angles))
+        if isinstance(sigma, np.ndarray):
+            total = np.resize(np.square(sigma), len(angles))
+        else:
+            total = np.full(len(angles), sigma**2)
         for each in self._white:
             total += each.variance(np.sqrt(angles**2 + np.maximum(spread, 0.0)))  # a square in the angle
         return total

@@ -105,6 +105,13 @@ class ContactEffects:
         self._unseen = np.where(stopped, UNSEEN * hand.torque_limits, 0.0)  # N·m
         self._forces = PatchForces(hand.link_bodies[hand.patches.link], hand.patches.position, axes, force)
 
+    @property
+    def usual(self) -> tuple[PatchForces, Array] | None:
+        """Forces and speeds (P, 3) m/s of the skin in contact, where there is nothing else; None: there is."""
+        how = self._dynamics
+        alone = how.constrained and how.pressing == 0.0 and not self.lasts and not self._unseen.any()
+        return (self._forces, self._speeds) if alone else None
+
     def kept(self, felt: NDArray[np.int64]) -> Array:
         """Tell what a step leaves of the torques of forces that last: they end with the contact of a finger.
 

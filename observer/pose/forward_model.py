@@ -91,23 +91,28 @@ class ForwardModel:
         half = self._substeps // 2
         if half:
             mujoco.mj_step(model, data, half)
-        transition, gain = self._linearise()
-        if not np.abs(transition[:joints, :joints]).max() <= LARGEST_GROWTH:  # in a long step it grows past all numbers
+        transition, gain, grows = self._linearise()
+        if grows:
             model.opt.disableflags |= WITHOUT_LIMITS
-            transition, gain = self._linearise()
+            transition, gain, _ = self._linearise()
             model.opt.disableflags &= ~WITHOUT_LIMITS
         mujoco.mj_step(model, data, self._substeps - half)
-        return Prediction(np.concatenate([data.qpos, data.qvel]), transition, gain / self.torque_limits)
+        return Prediction(np.concatenate([data.qpos, data.qvel]), transition, gain)
 
-    def _linearise(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """∂f/∂x (2J, 2J) and ∂f/∂u (2J, J) of a whole control step, from the present substep."""
+    def _linearise(self) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
+        """What `_repeated` gives of a whole control step, from the present substep."""
         mujoco.mjd_transitionFD(self._model, self._data, PERTURBATION, False, self._a, self._b, None, None)
-        return _repeated(self._a, self._b, self._substeps)
+        return _repeated(self._a, self._b, self._substeps, self.torque_limits)
 
 
 @kernel()
-def _repeated(a, b, steps):
-    """`steps` steps of x ← A·x + B·u in one, by repeated squaring: (2J, 2J) and (2J, J)."""
+def _repeated(a, b, steps, limits):
+    """Put `steps` steps of x ← A·x + B·u into one, by repeated squaring; u is fractions of torque `limits` (J,) N·m.
+
+    Returns:
+        ∂f/∂x (2J, 2J), ∂f/∂τ (2J, J), and whether an angle's error grows beyond `LARGEST_GROWTH`, past all numbers
+        maybe.
+    """
     power, left = np.empty(a.shape), np.empty(b.shape)
     transition, gain = np.empty(a.shape), np.empty(b.shape)
     spare, other = np.empty(a.shape), np.empty(b.shape)
@@ -133,4 +138,9 @@ def _repeated(a, b, steps):
         times(power, power, spare)
         power, spare = spare, power
         steps //= 2
-    return transition, gain
+    joints, grows = len(limits), False
+    for i in range(len(b)):
+        for j in range(joints):
+            gain[i, j] /= limits[j]
+            grows |= i < joints and not abs(transition[i, j]) <= LARGEST_GROWTH
+    return transition, gain, grows

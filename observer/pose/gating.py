@@ -129,6 +129,15 @@ class Gate:
         margins = (_at_least(each, BEYOND_SDS * self._sigma) + self._offset for each in (BEYOND, TURNED, LOST))
         self._possible, self._turned, self._lost_beyond = (Range(low - each, high + each) for each in margins)
 
+    @property
+    def bounds(self) -> tuple[float, Array, Array, Array, Array]:
+        """What `usual_step.Gates` has."""
+        return self._jump, *self._possible, *self._lost_beyond
+
+    def pass_by(self) -> None:
+        """Take note of a step without odd readings."""
+        self._row[:] = 0
+
     def reset(self) -> None:
         """Start a trial."""
         joints = len(self._names)

@@ -15,19 +15,19 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
+from observer.kinematics import tree_of
 from observer.pose import kalman_updates
 from observer.pose.angle_noise import AngleNoise, KeepsErrors
-from observer.pose.contact_dynamics import ON_A_WRIST, WITH_OFFSETS, ContactDynamics, ContactEffects
+from observer.pose.contact_dynamics import MANY, ON_A_WRIST, WITH_OFFSETS, ContactDynamics, ContactEffects
 from observer.pose.forward_model import ForwardModel, Prediction
 from observer.pose.found_sigma import FoundSigma
 from observer.pose.gating import Gate, Gated, Heard, take_in
 from observer.pose.kalman_updates import Measurement
+from observer.pose.usual_step import LOST, NOT_USUAL, Gates, UsualHand, UsualTold, usual_step
 
 EXACTLY = 1e-10  # rad² and (rad/s)²: variance of a start that is known
 RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a filter that was lost
 MODEL_NOISE, WITH_OFFSETS_NOISE = 0.6, 0.8  # rad/s a step: what the forward model leaves out, without and with offsets
-
-
 FAR_SDS = 4.0  # of a felt angle from the expected one: beyond it the motion, not the offset, is to blame
 
 
@@ -90,6 +90,8 @@ class PoseFilter(KeepsErrors, Gated):
         self.doubted = np.zeros(len(hand.patches), dtype=bool)  # patches at which something may press unfelt
         self._gate = Gate(hand, sigma, 1.0 / control_hz, self.noise.sd)
         self._finds = self.noise.finds_sigma
+        skin = self._effects.usual if self.noise.is_white and not self._errors else None
+        self._usual = None if skin is None else UsualHand(tree_of(hand), hand.torque_limits, *skin, MANY)
         self.reset()
 
     def reset(self, felt: Array | None = None) -> None:
@@ -134,8 +136,33 @@ class PoseFilter(KeepsErrors, Gated):
             joint_angles: (J,) rad that were felt after it.
             contacts: (P,) that were felt.
         """
+        prediction = self.model.predict(self.mean[: 2 * self.joints], torque)
+        if self._usual is None or not self._take_usual(prediction, torque, joint_angles, contacts):
+            self._take(prediction, torque, joint_angles, contacts)
+        self._contacts = contacts
+
+    def _take_usual(
+        self, prediction: Prediction, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]
+    ) -> bool:
+        """Take a step as most are, in one call; False: it is none, and nothing has changed."""
+        if self._finds or self.doubted.any():
+            return False
+        white = self.noise.variance(self.sigma, *self._expected())
+        noises = float(self.motor_noise), float(self.velocity_noise)
+        told = UsualTold(torque, contacts, self._contacts, joint_angles, white)
+        gaussian, gates = (self.mean, self.covariance), Gates(*self._gate.bounds)
+        outcome, density = usual_step(gaussian, prediction, self._usual, noises, told, gates)
+        if outcome == NOT_USUAL:
+            return False
+        self._gate.pass_by()
+        before, self.log_evidence = self.log_evidence, self.log_evidence + density
+        if outcome == LOST:
+            self._restart_if_lost(joint_angles, before)
+        return True
+
+    def _take(self, prediction: Prediction, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
+        """Take any step."""
         joints, before = self.joints, self.log_evidence
-        prediction = self.model.predict(self.mean[: 2 * joints], torque)
         gain = prediction.torque_gain
         noise = kalman_updates.process_noise(
             gain, torque, self.model.torque_limits, self.motor_noise, self.velocity_noise
@@ -161,12 +188,16 @@ class PoseFilter(KeepsErrors, Gated):
         expected = self._expected()
         heard = self._gate.judge(joint_angles, *expected)
         self._feel(joint_angles, heard, expected, still)
-        if self._gate.lost(self.mean, self.covariance, self._state + self._errors):
-            self.log_evidence = before  # what it said of this step may be no number
-            self._begin(self._gate.at_last(self.mean[:joints], joint_angles), RESTART_ANGLE, RESTART_SPEED)
-        else:
+        if not self._restart_if_lost(joint_angles, before):
             self._find_sigma(joint_angles, heard)
-        self._contacts = contacts
+
+    def _restart_if_lost(self, joint_angles: Array, before: float) -> bool:
+        """Begin anew where the Gaussian is none of poses of the hand, with the log evidence of `before` this step."""
+        if not self._gate.lost(self.mean, self.covariance, self._state + self._errors):
+            return False
+        self.log_evidence = before  # what it said of this step may be no number
+        self._begin(self._gate.at_last(self.mean[: self.joints], joint_angles), RESTART_ANGLE, RESTART_SPEED)
+        return True
 
     def _moved(self, prediction: Prediction, felt: NDArray[np.int64]) -> tuple[Array, Array]:
         """Move the state on, and with it the forces that last.

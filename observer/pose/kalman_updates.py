@@ -200,8 +200,9 @@ def condition(mean, covariance, measured, felt, felt_variance, first_error, erro
                 total[m, n] -= total[m, k] * total[n, k]
             total[m, n] /= total[n, n]
             total[m, m] -= total[m, n] * total[m, n]
-            residual[m] -= total[m, n] * residual[n]
-            add(-total[m, n], w[n], w[m])
+            if total[m, n] != 0.0:
+                residual[m] -= total[m, n] * residual[n]
+                add(-total[m, n], w[n], w[m])
         if m >= first:
             log_density -= 0.5 * (residual[m] ** 2 / total[m, m] + np.log(2.0 * np.pi * total[m, m]))
         total[m, m] = np.sqrt(total[m, m])
@@ -222,6 +223,9 @@ def _downdate(covariance, w):
         m = 0
         while m + 4 <= count:
             a, b, c, d = w[m, i], w[m + 1, i], w[m + 2, i], w[m + 3, i]
+            if a == 0.0 and b == 0.0 and c == 0.0 and d == 0.0:  # of another finger
+                m += 4
+                continue
             w0, w1, w2, w3 = w[m], w[m + 1], w[m + 2], w[m + 3]
             for j in range(i + 1):
                 row[j] -= a * w0[j] + b * w1[j] + c * w2[j] + d * w3[j]

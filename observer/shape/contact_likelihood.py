@@ -15,6 +15,7 @@ from haptic_env.arrays import Array
 from haptic_env.compiled import inner, kernel, part
 from observer.kinematics import body_frames
 from observer.shape.distance_fields import box_of, field_distance, in_field
+from observer.shape.link_gaps import felt_gaps, scratch_of
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 THIN = 0.002  # m by which flesh must be deeper inside than any patch: points of the skin are some way apart
@@ -121,7 +122,7 @@ def patch_gaps(solids, h, skin, link, frame, clear, gaps):
 
 
 @part(fastmath=True)
-def link_likelihood(solids, h, skin, link, frame, felt, model, gaps):
+def link_likelihood(solids, h, skin, link, frame, felt, model, scratch):
     """Tell how probable it is that a link feels what it does, p(z_l | q, h).
 
     That a link feels nothing is one event, its nearest patch is clear: an error of the pose moves all of them together.
@@ -136,7 +137,7 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, gaps):
         frame: of the link, position (3,) m and rotation (3, 3).
         felt: the `WeighedTouch` of the link.
         model: the `TouchModel` of the link.
-        gaps: (P,) scratch.
+        scratch: the `GapScratch`.
 
     Returns:
         The probability to the power of the exponent.
@@ -144,19 +145,19 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, gaps):
     contacts, touches, exponent = felt
     tolerance, press, surprise = model
     clear = CLEAR * tolerance
-    flesh = patch_gaps(solids, h, skin, link, frame, clear, gaps)
+    flesh, silent = felt_gaps(solids, h, skin, link, frame, (contacts, touches), clear, scratch)
     if flesh >= clear:
         return surprise ** (exponent * touches) if touches > 0 else 1.0
-    told, touched, silent = 1.0, clear, clear
-    for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
-        gap = gaps[patch]
-        if not contacts[patch]:
-            silent = min(silent, gap)
-            continue
-        touched = min(touched, gap)
-        ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / tolerance
-        fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
-        told *= surprise + (1.0 - surprise) * fit
+    told, touched = 1.0, clear
+    if touches > 0:
+        for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+            if not contacts[patch]:
+                continue
+            gap = scratch.gaps[patch]
+            touched = min(touched, gap)
+            ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / tolerance
+            fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
+            told *= surprise + (1.0 - surprise) * fit
     if flesh < min(silent, touched) - THIN and solids.exact[solids.drawn_in[h]]:
         silent = flesh
     ratio = silent / tolerance
@@ -169,9 +170,9 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, gaps):
 
 
 @inner(fastmath=True)
-def _part_likelihood(skin, solids, g, frames, felt, model, gaps, likelihood):
+def _part_likelihood(skin, solids, g, frames, felt, model, scratch, likelihood):
     """Fill `likelihood` (H,) with p(z_g | q, h) of part `g`, whose bodies have `frames` (B, 3) and (B, 3, 3); `felt`
-    and `model` are those of all links, `gaps` (P,) is scratch."""
+    and `model` are those of all links, `scratch` a `GapScratch`."""
     position, rotation = frames
     for h in range(len(likelihood)):
         likelihood[h] = 1.0
@@ -183,7 +184,7 @@ def _part_likelihood(skin, solids, g, frames, felt, model, gaps, likelihood):
             # Made for each: outside the loop, with `fastmath`, divisions by the tolerance would round otherwise.
             mine = WeighedTouch(felt.contacts, felt.touches[link], felt.exponent[link])
             of_link = TouchModel(model.tolerance[link], model.press, model.surprise)
-            likelihood[h] *= link_likelihood(solids, h, skin, link, frame, mine, of_link, gaps)
+            likelihood[h] *= link_likelihood(solids, h, skin, link, frame, mine, of_link, scratch)
 
 
 @kernel(fastmath=True)
@@ -211,14 +212,14 @@ def contact_likelihood(tree, skin, solids, samples, contacts, exponent, model, o
     for s in range(number):
         position = np.empty((len(tree.parent), 3))
         rotation = np.empty((len(tree.parent), 3, 3))
-        gaps = np.empty(len(contacts))
+        scratch = scratch_of(skin, len(contacts))
         angles = np.empty(column.shape[1])
         for g in range(parts):
             if g == 0 or poses.shape[1] > len(angles):  # else all parts read the same columns
                 for j in range(len(angles)):
                     angles[j] = poses[s, column[g, j]]
                 body_frames(tree, angles, position, rotation)
-            _part_likelihood(skin, solids, g, (position, rotation), felt, model, gaps, out[g, :, s])
+            _part_likelihood(skin, solids, g, (position, rotation), felt, model, scratch, out[g, :, s])
 
 
 @kernel()

@@ -177,14 +177,16 @@ def field_distance(nodes, box, resolution, far, x, y, z):
     i, j, k = int(u), int(v), int(w)
     u, v, w = u - i, v - j, w - k
     across = count_y * count_z
-    n = first + i * across + j * count_z + k
-    a = nodes[n] + (nodes[n + 1] - nodes[n]) * w
-    n += count_z
-    b = nodes[n] + (nodes[n + 1] - nodes[n]) * w
-    n += across
-    d = nodes[n] + (nodes[n + 1] - nodes[n]) * w
-    n -= count_z
-    c = nodes[n] + (nodes[n + 1] - nodes[n]) * w
+    # Without a sign: else each index would be asked whether it counts from the end.
+    n, one = np.uint64(first + i * across + j * count_z + k), np.uint64(1)
+    row, plane = np.uint64(count_z), np.uint64(across)
+    a = nodes[n] + (nodes[n + one] - nodes[n]) * w
+    n += row
+    b = nodes[n] + (nodes[n + one] - nodes[n]) * w
+    n += plane
+    d = nodes[n] + (nodes[n + one] - nodes[n]) * w
+    n -= row
+    c = nodes[n] + (nodes[n + one] - nodes[n]) * w
     a += (b - a) * v
     c += (d - c) * v
     return a + (c - a) * u

@@ -14,6 +14,7 @@ from haptic_env.arrays import Array
 from haptic_env.compiled import kernel
 from observer.shape.contact_likelihood import CLEAR, LEAST, TouchModel, WeighedTouch, link_likelihood
 from observer.shape.distance_fields import Solids
+from observer.shape.link_gaps import scratch_of
 from observer.shape.registration import Touched
 from observer.shape.skin import Skin
 
@@ -216,7 +217,7 @@ def _replayed(skin, solids, records, order, model, least, out):
         How many records were looked at.
     """
     press, surprise, temper = model
-    gaps = np.empty(records.contacts.shape[1])
+    scratch = scratch_of(skin, records.contacts.shape[1])
     looked = 0
     for h in range(len(out)):
         total = 0.0
@@ -224,7 +225,7 @@ def _replayed(skin, solids, records, order, model, least, out):
             frame = records.position[n], records.rotation[n]
             felt = WeighedTouch(records.contacts[records.look[n]], records.touches[n], records.exponent[n])
             of_link = TouchModel(records.tolerance[n], press, surprise)
-            likelihood = link_likelihood(solids, h, skin, records.link[n], frame, felt, of_link, gaps)
+            likelihood = link_likelihood(solids, h, skin, records.link[n], frame, felt, of_link, scratch)
             looked += 1
             if likelihood < 1.0:
                 total += temper * np.log(max(likelihood, LEAST))

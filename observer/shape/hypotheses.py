@@ -6,7 +6,6 @@ Shapes: K solids, V variants of each, H = K·V hypotheses, solid k having those 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +24,8 @@ from observer.shape.turns import Turns
 
 MOST_JITTER = 0.5  # of the size
 RANGES = 5  # size, yaw and three of position, each in units of its range
+TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # with jitter the latter: what fits best of many solids fits too well
+TEMPER_ANY_WAY = 0.3  # with rotation jitter: modes are searched for, so that each solid fits as well as it can
 SHRINK = 0.97  # Liu & West's a: a moved variant lies this far from the mean of all, plus noise that restores the spread
 
 
@@ -108,6 +109,13 @@ class Variants:
         self.nominal = solids_of(solids, far / (1.0 - size))
         self._radius = np.array([0.5 * float(np.linalg.norm(solid.size)) for solid in solids])
         self._solid_of = np.repeat(np.arange(len(solids)), self.count)
+
+    @property
+    def temper(self) -> float:
+        """The usual exponent of the evidence of a step."""
+        if self.turns.most:
+            return TEMPER_ANY_WAY
+        return TEMPER_UNKNOWN if self.unknown else TEMPER
 
     def draw(self, rng: np.random.Generator) -> Array:
         """Draw what is not known.
@@ -212,12 +220,14 @@ class Variants:
         """
         every = np.full(self.hypotheses // self.count, self.count)
         awake, wanted = every if awake is None else awake, every if wanted is None else wanted
+        effective = np.empty(len(every))
+        resampling.effective_of_groups(log_evidence, self.count, awake, effective)
         for solid, (now, then) in enumerate(zip(awake, wanted, strict=True)):
-            first = solid * self.count
-            mine = slice(first, first + now)
-            total = np.logaddexp.reduce(log_evidence[mine])
-            weights = np.exp(log_evidence[mine] - total)
-            if now != then or resampling.effective_sample_size(weights) < 0.5 * now:
+            if now != then or effective[solid] < 0.5 * now:
+                first = solid * self.count
+                mine = slice(first, first + now)
+                total = np.logaddexp.reduce(log_evidence[mine])
+                weights = np.exp(log_evidence[mine] - total)
                 log_evidence[first : first + self.count] = -np.inf
                 log_evidence[first : first + then] = total - np.log(then)
                 copies = resampling.systematic_counts(weights, rng.random(), then)
@@ -239,8 +249,9 @@ class Variants:
         """
         if self.count == 1:
             return None
-        source = np.arange(len(units))
+        source = None
         for solid, weights, kept in self.resampled(log_evidence, rng):
+            source = np.arange(len(units)) if source is None else source
             mine = slice(solid * self.count, (solid + 1) * self.count)
             mean = weights @ units[mine]
             apart = units[mine] - mean
@@ -249,7 +260,7 @@ class Variants:
             moved = mean + SHRINK * apart[kept - mine.start] + np.sqrt(1.0 - SHRINK**2) * noise
             units[mine] = reflected(moved)
             source[mine] = kept
-        return None if np.array_equal(source, np.arange(len(units))) else source
+        return None if source is None or np.array_equal(source, np.arange(len(units))) else source
 
 
 def reflected(units: Array) -> Array:
@@ -262,17 +273,3 @@ def reflected(units: Array) -> Array:
         The same in [-1, 1].
     """
     return np.abs((units + 3.0) % 4.0 - 2.0) - 1.0
-
-
-class Hypotheses(NamedTuple):
-    """What the object may be.
-
-    Attributes:
-        solids: of H hypotheses.
-        log_probability: (H,).
-        label: (H,) index of the label that each belongs to.
-    """
-
-    solids: Solids
-    log_probability: Array
-    label: NDArray[np.int64]

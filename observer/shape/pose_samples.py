@@ -10,7 +10,45 @@ import numpy as np
 from haptic_env.arrays import Array
 from observer.belief import Transition
 from observer.gaussian import lower_factor
+from observer.pose.seen import LaggedPose
 from observer.shape.subchains import Subchains
+
+FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step taken in
+
+
+def propagated(
+    poses: Array,
+    weights: Array,
+    parts: Subchains,
+    transition: Transition | LaggedPose,
+    covariance: Array,
+    anew: bool,
+    rng: np.random.Generator,
+) -> Array:
+    """Move samples and weights on; a single sample is the mean.
+
+    Args:
+        poses: (S, C) rad, changed.
+        weights: (G, H, S), changed: those of samples that start anew.
+        parts: of the hand.
+        transition: of the pose; of a single sample its mean is enough.
+        covariance: (J, J) rad² of it now.
+        anew: whether all start anew, from that.
+        rng: all that is left to chance.
+
+    Returns:
+        (S, C) rad.
+    """
+    samples = len(poses)
+    if samples == 1:
+        poses[0] = transition.mean[parts.joint]
+        return poses
+    assert isinstance(transition, Transition)
+    fresh = samples if anew else max(1, samples // FRESH_SHARE)
+    moved = moved_on(poses, parts, transition, covariance, fresh, rng)
+    weights[:, :, :fresh] = 1.0 / samples
+    weights /= weights.sum(axis=-1, keepdims=True)
+    return moved
 
 
 def moved_on(

@@ -21,6 +21,7 @@ touch without any object (`observer.shape.null_model`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -30,30 +31,29 @@ from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
 from haptic_env.shapes.names import NONE as NONE
 from observer import edge, memory
-from observer.belief import Belief, Transition
-from observer.jacobians import link_spread
-from observer.kinematics import link_frames, placed, tree_of
+from observer.belief import Belief
+from observer.jacobians import link_stances
+from observer.kinematics import placed, tree_of
 from observer.novelty import LITTLE, LinkHistory, note, unmeasured_links
+from observer.pose.seen import LaggedPose
 from observer.shape import fading
 from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, resample, weigh
 from observer.shape.felt import Look
-from observer.shape.hypotheses import Hypotheses, Variants, far_of
+from observer.shape.hypotheses import Variants, far_of
+from observer.shape.labels import Hypotheses, OfLabels
 from observer.shape.misfit import Misfit
 from observer.shape.names import NamePosterior
 from observer.shape.null_model import NullModel
-from observer.shape.pose_samples import moved_on
+from observer.shape.pose_samples import propagated
 from observer.shape.rejuvenation import Rejuvenation
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
 
-FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step taken in
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
 LOOSEST = 0.05  # m: tolerance with which distances are told apart as far as a table may reach
 WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
 FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
-TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # with jitter the latter: what fits best of many solids fits too well
 MANY = 8  # labels, beyond which `repr` only counts them
-TEMPER_ANY_WAY = 0.3  # with rotation jitter: modes are searched for, so that each solid fits as well as it can
 
 
 class ShapePosterior:
@@ -144,15 +144,12 @@ class ShapePosterior:
             raise ValueError(f"rotation_jitter above 0 needs samples=1, the mean pose, got samples={self.samples}")
         if self.none and self.variants.unknown:
             raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
-        usual = TEMPER_UNKNOWN if self.variants.unknown else TEMPER
-        usual = TEMPER_ANY_WAY if self.variants.turns.most else usual
-        self.temper = validate.number("temper", usual if temper is None else temper, 0.0, 1.0, above=0.0)
+        self.temper = validate.number("temper", self.variants.temper if temper is None else temper, 0.0, 1.0, above=0.0)
         self.stride = validate.integer("stride", stride, 1)
         self.alike = validate.number("alike", alike, 0.0)
         self.memory_seconds = fading.check(memory_seconds)
         self.control_hz = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
-        self._solids_of = np.array([len(solids) for solids in candidates.values()])
-        self._first = np.concatenate([[0], np.cumsum(self._solids_of)[:-1]]) * self.variants.count
+        self._of_labels = OfLabels([len(solids) for solids in candidates.values()], self.variants.count)
         self._tree = tree_of(hand)
         self._lengths = np.array([link.length for link in hand.links])
         self._parts = parts_of(hand)
@@ -189,7 +186,7 @@ class ShapePosterior:
         self._misfit = Misfit(len(self.hand.patches), self.surprise)  # a copy has one of its own
         self._news = np.ones(len(self._lengths))
         self._habit = NullModel(len(self.hand.patches))
-        self._moved: Transition | None = None  # how the pose moved since the samples did
+        self._moved: Any = None  # how the pose moved since the samples did
         self._steps, self._unfit = 0, 0.0
         weight = DOUBT * self.stride / self.temper  # per step felt, whatever part of its evidence these let count
         self._names = NamePosterior(self.log_likelihood, self.none, weight, 1.0 / self.control_hz, self.memory_seconds)
@@ -198,7 +195,7 @@ class ShapePosterior:
     @property
     def log_likelihood(self) -> Array:
         """(C,) log probability of what was felt so far under each of `labels`, with the exponent `temper`."""
-        result = np.logaddexp.reduceat(self._log_evidence, self._first) - np.log(self._solids_of)
+        result = self._of_labels.log_likelihood(self._log_evidence)
         return np.append(result, self.temper * self._habit.log_likelihood) if self.none else result
 
     @property
@@ -220,9 +217,7 @@ class ShapePosterior:
     @property
     def hypotheses(self) -> Hypotheses:
         """Each solid, size and place that is held possible now, "none" left out; not to be changed."""
-        label = np.repeat(np.arange(len(self._solids_of)), self._solids_of * self.variants.count)
-        log = self._log_evidence - np.log(self._solids_of)[label]
-        return Hypotheses(self._solids, log - np.logaddexp.reduce(log), label)
+        return self._of_labels.hypotheses(self._solids, self._log_evidence)
 
     def update(self, belief: Belief) -> Array:
         """Take in what a belief felt at its lagged pose.
@@ -241,30 +236,56 @@ class ShapePosterior:
         if belief.transition is None or belief.lagged_contacts is None:
             self._names.pass_by()
             return self.posterior
-        now, covariance, contacts, root, unmeasured = edge.belief(self.hand, belief)
+        told = edge.belief(self.hand, belief)
         self._unfit = belief.unfit or 0.0
-        moved = self._moved
-        self._moved = now if moved is None or self.samples == 1 else moved.then(now)
+        self._hear(told)
+        return self.posterior
+
+    def take(self, lagged: LaggedPose | None) -> None:
+        """Take in what `PoseOnly.advance` tells of: with a single pose sample the same as `update` by its belief.
+
+        Args:
+            lagged: the pose, and what was felt there; None: nothing is told of.
+
+        Raises:
+            ValueError: for more samples, which have to be told how poses follow from each other.
+        """
+        if self.samples > 1:
+            raise ValueError(f"take() needs samples=1, the mean pose, got samples={self.samples}; call update()")
+        if lagged is None:
+            self._names.pass_by()
+        else:
+            self._hear(edge.Followed(lagged, lagged.covariance, lagged.contacts, None, lagged.unmeasured))
+
+    def _hear(self, told: edge.Followed) -> None:
+        now, covariance, contacts, root, unmeasured = told
+        if self.samples == 1 or self._moved is None:
+            self._moved = now
+        else:
+            self._moved = self._moved.then(now)
         self._steps += 1
         if self._steps % self.stride:
             self._move()
             self._names.pass_by()
-            return self.posterior
-        self._propagate(self._moved, covariance, anew=self._steps == self.stride)
+            return
+        moved = (
+            self._moved,
+            covariance,
+            self._steps == self.stride,
+        )  # the first time nothing was known of the pose before
+        self._poses = propagated(self._poses, self._weights, self._parts, *moved, self._rng)
         self._moved = None
         tree = placed(self._tree, root)
-        spread = link_spread(tree, self._lengths, now.mean, covariance)
-        near = np.hypot(self.tolerance, np.minimum(spread, WIDEST))
-        frames = link_frames(tree, now.mean)
+        near, *frames = link_stances(tree, self._lengths, now.mean, covariance, (self.tolerance, WIDEST))
         if self.alike:
             note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news)
-        news = self._news if unmeasured is None else np.where(unmeasured_links(self.hand, unmeasured), 0.0, self._news)
+        news = self._news if unmeasured is None else self._news * ~unmeasured_links(self.hand, unmeasured)
         if self.none:
             self._habit.update(contacts, news[self.hand.patches.link], unmeasured)
         model = TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise)
         before = self._log_evidence.copy()
         if self.variants.turns.most:
-            self._rejuvenation.take(Look(*frames, contacts, news, model), self._solids, self._log_evidence)
+            self._rejuvenation.take(Look(frames[0], frames[1], contacts, news, model), self._solids, self._log_evidence)
         else:
             felt = PoseSamples(self._poses, self._parts.column), contacts, news, model
             contact_likelihood(tree, self._skin, self._solids, *felt, self._likelihood)
@@ -273,7 +294,6 @@ class ShapePosterior:
         self._misfit.update((self._log_evidence[likeliest] - before[likeliest]) / self.temper)
         self._follow()
         self._names.take(self.log_likelihood, self._unfit)
-        return self.posterior
 
     def _follow(self) -> None:
         """Let samples and variants go where the evidence is."""
@@ -282,9 +302,10 @@ class ShapePosterior:
                 self._solids = self.variants.place(self._units)
             self._move()
             return
-        share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
         uniform = self._rng.random(len(self._weights))
-        resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)
+        if self.samples > 1:  # of a single one nothing can be chosen
+            share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
+            resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)
         if (source := self.variants.move(self._units, self._log_evidence, self._rng)) is not None:
             self._weights = np.ascontiguousarray(self._weights[:, source])
             self._solids = self.variants.place(self._units)
@@ -293,14 +314,3 @@ class ShapePosterior:
         """Let hypotheses that lie any way find what fits better."""
         if self._rejuvenation.move(self._units, self._log_evidence, self._rng):
             self._solids = self.variants.place(self._units)
-
-    def _propagate(self, transition: Transition, covariance: Array, anew: bool) -> None:
-        """Move the samples on; some start anew, from the `covariance` (J, J) of the pose, so that none are stuck where
-        they once were: all of them where the pose before was not known."""
-        if self.samples == 1:
-            self._poses[0] = transition.mean[self._parts.joint]
-            return
-        fresh = self.samples if anew else max(1, self.samples // FRESH_SHARE)
-        self._poses = moved_on(self._poses, self._parts, transition, covariance, fresh, self._rng)
-        self._weights[:, :, :fresh] = 1.0 / self.samples
-        self._weights /= self._weights.sum(axis=-1, keepdims=True)

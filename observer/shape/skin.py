@@ -5,7 +5,8 @@ Shapes: L links, B beads, M points of the skin, P patches. Lengths in metres.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import itertools
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,6 +33,9 @@ class Skin(NamedTuple):
         points: (M, 3) m in their link's frame.
         patch: (M,).
         travel: (M,) m, the way from point to point up to each.
+        row: (M,) where the others of its bead are told of, by each point: from `row[k]` on as many as the bead has.
+        across: (Q,) those, the farthest first, itself the last.
+        apart: (Q,) m, how far they are.
     """
 
     body: Index
@@ -46,6 +50,9 @@ class Skin(NamedTuple):
     points: Array
     patch: Index
     travel: Array
+    row: Index
+    across: Index
+    apart: Array
 
 
 def skin_of(hand: Hand) -> Skin:
@@ -70,6 +77,7 @@ def skin_of(hand: Hand) -> Skin:
     from_middle = np.linalg.norm(points - 0.5 * length[link, None] * [0, 0, 1], axis=1)
     each, ball = np.arange(len(length) + 1), np.zeros(len(length))  # a link that feels nothing has no ball
     np.maximum.at(ball, link, from_middle)
+    begin = np.append(starts, len(points)).astype(np.int64)
     return Skin(
         body=hand.link_bodies.astype(np.int64),
         group=hand.link_group.astype(np.int64),
@@ -79,8 +87,23 @@ def skin_of(hand: Hand) -> Skin:
         first_bead=np.searchsorted(link[starts], each).astype(np.int64),
         along=along,
         radius=np.maximum.reduceat(from_foot, starts),
-        begin=np.append(starts, len(points)).astype(np.int64),
+        begin=begin,
         points=np.ascontiguousarray(points),
         patch=skin.patch[order].astype(np.int64),
         travel=np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)),
+        **_others(points, begin),
     )
+
+
+def _others(points: Array, begin: Index) -> dict[str, Any]:
+    """`row`, `across` and `apart` of a `Skin` whose bead b has the `points` (M, 3) from `begin[b]` on."""
+    row, across, apart = np.zeros(len(points), dtype=np.int64), [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
+    told = 0
+    for first, end in itertools.pairwise(begin):
+        between = np.linalg.norm(points[first:end, None] - points[None, first:end], axis=2)
+        order = np.argsort(-between, axis=1, kind="stable")
+        across.append((first + order).ravel())
+        apart.append(np.take_along_axis(between, order, axis=1).ravel())
+        row[first:end] = told + (end - first) * np.arange(end - first)
+        told += (end - first) ** 2
+    return {"row": row, "across": np.concatenate(across).astype(np.int64), "apart": np.concatenate(apart)}

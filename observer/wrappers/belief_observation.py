@@ -17,6 +17,7 @@ from haptic_env.hand import Hand
 from observer import edge
 from observer.belief import Belief
 from observer.kinematics import link_frames, tree_of
+from observer.wrappers.stepped_apart import SteppedApart
 
 ENTRIES = {
     "pose": "(J,) posterior mean of the joint angles now; the joint's limits are -1 and 1",
@@ -176,7 +177,7 @@ class BeliefFeatures:
         return result
 
 
-class BeliefObservation(gym.Wrapper, gym.utils.RecordConstructorArgs):
+class BeliefObservation(SteppedApart, gym.utils.RecordConstructorArgs):
     """What the observer believes in place of what was felt: a flat Box, its numbers as in `ENTRIES`.
 
     `env` is an `ObserverWrapper`, with a `ShapePosterior` for the entry "names", or has one inside.
@@ -211,18 +212,14 @@ class BeliefObservation(gym.Wrapper, gym.utils.RecordConstructorArgs):
         self._steps = 0
         return self._told(observation, info), info
 
-    def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Take a step.
-
-        Args:
-            action: of the environment.
-
-        Returns:
-            The vector (D,), and what else the environment gives.
-        """
-        observation, reward, terminated, truncated, info = self.env.step(action)
+    def advance(self, action: NDArray[np.float32]) -> tuple[Any, bool, bool]:
+        reward, terminated, truncated = self.advance_inside(action)
         self._steps += 1
-        return self._told(observation, info), reward, terminated, truncated, info
+        return reward, terminated, truncated
+
+    def told(self) -> tuple[Any, dict[str, Any]]:
+        observation, info = self.told_inside()
+        return self._told(observation, info), info
 
     def _told(self, observation: Any, info: dict[str, Any]) -> NDArray[np.float32]:
         return self.features.vector(info["belief"], observation["contacts"], info.get("posterior"), self._steps)

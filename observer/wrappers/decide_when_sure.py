@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from haptic_env import validate
 from observer.wrappers.belief_observation import labels_of
+from observer.wrappers.stepped_apart import SteppedApart
 
 
-class DecideWhenSure(gym.Wrapper, gym.utils.RecordConstructorArgs):
+class DecideWhenSure(SteppedApart, gym.utils.RecordConstructorArgs):
     """Ends the episode (`terminated`) when one name has been probable for long enough.
 
     `info["decision"]` is then that name, which need not be true.
@@ -35,6 +36,7 @@ class DecideWhenSure(gym.Wrapper, gym.utils.RecordConstructorArgs):
         self._seconds = validate.seconds("seconds", seconds, above=None)
         self._labels = labels_of(env)
         base: Any = env.unwrapped
+        self._decision: str | None = None
         self._patience = max(1, round(self._seconds * base.control_hz))
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -47,21 +49,17 @@ class DecideWhenSure(gym.Wrapper, gym.utils.RecordConstructorArgs):
         Returns:
             What the environment gives.
         """
-        self._sure = 0
+        self._sure, self._decision = 0, None
         return self.env.reset(seed=seed, options=options)
 
-    def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Take a step, and see whether it was the last one.
+    def advance(self, action: NDArray[np.float32]) -> tuple[Any, bool, bool]:
+        reward, terminated, truncated = self.advance_inside(action)
+        posterior = self.posterior_now()
+        best = int(np.argmax(posterior))
+        self._sure = self._sure + 1 if posterior[best] > self._threshold else 0
+        self._decision = self._labels[best] if self._sure >= self._patience else None
+        return reward, terminated or self._decision is not None, truncated
 
-        Args:
-            action: of the environment.
-
-        Returns:
-            What the environment gives, but for `terminated`.
-        """
-        observation, reward, terminated, truncated, info = self.env.step(action)
-        best = int(np.argmax(info["posterior"]))
-        self._sure = self._sure + 1 if info["posterior"][best] > self._threshold else 0
-        if self._sure >= self._patience:
-            terminated, info = True, {**info, "decision": self._labels[best]}
-        return observation, reward, terminated, truncated, info
+    def told(self) -> tuple[Any, dict[str, Any]]:
+        observation, info = self.told_inside()
+        return observation, info if self._decision is None else {**info, "decision": self._decision}

@@ -18,6 +18,7 @@ from observer.fastslam import HapticSLAM
 from observer.pose_only import PoseOnly
 from observer.shape.posterior import ShapePosterior
 from observer.wrappers.map_classification import EVERY, check_classifier, classify
+from observer.wrappers.stepped_apart import SteppedApart
 
 KINDS = {"observer": "a HapticSLAM or a PoseOnly", "shape": "a ShapePosterior, or None"}
 FELT = ("joint_angles", "contacts")
@@ -25,7 +26,7 @@ SAME_RATE = 1e-4  # of a control rate: recordings' stamps are rounded
 _trials: WeakKeyDictionary[object, object] = WeakKeyDictionary()  # which trial an observer is in, of all of a process
 
 
-class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
+class ObserverWrapper(SteppedApart, gym.utils.RecordConstructorArgs):
     """Puts `info["belief"]` beside every observation, and with `shape` `info["posterior"]` (C,) of `shape.labels`; at
     the end of an episode the lag is flushed first. With `classifier` there is `info["map_posterior"]` (C,) of
     `classifier.classes_` too, of the map (`map_now`) of the reset, of every `classify_every` steps and of the end; the
@@ -87,6 +88,8 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
         )
         self.observer, self.shape, self.classifier = observer, shape, classifier
         self.belief = None
+        # Then no belief is made but of steps that are looked at.
+        self._quick = isinstance(observer, PoseOnly) and (shape is None or shape.samples == 1)
         self._chance = np.random.SeedSequence()
         self._trial = object()  # another one at every reset
 
@@ -111,17 +114,20 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
         if self.shape is not None:
             self.shape.reset(seed=shapes)
         self._steps, self._over = 0, False
-        told = self._told(self.observer.reset(mine, observation["joint_angles"]))
-        return observation, {**info, **told, **self._named()}
+        self._hear(self.observer.reset(mine, observation["joint_angles"]))
+        if self.classifier is not None:
+            self._map_posterior = classify(self.classifier, self.map_now())
+        self._inside = observation, info
+        return self.told()
 
-    def step(self, action: NDArray[np.float32]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+    def advance(self, action: NDArray[np.float32]) -> tuple[Any, bool, bool]:
         """Take a step, and tell the observer of it.
 
         Args:
             action: of the environment.
 
         Returns:
-            What the environment gives, the info with the belief.
+            Reward, whether terminated and whether truncated, as the environment gives them.
 
         Raises:
             ValueError: for an observer that has begun a trial in another environment since the reset, and where a
@@ -135,7 +141,8 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
                 )
         base: Any = self.env.unwrapped
         before = getattr(base, "steps", None)
-        observation, reward, terminated, truncated, info = self.env.step(action)
+        reward, terminated, truncated = self.advance_inside(action)
+        observation, info = self._inside = self.told_inside()
         if before is not None and base.steps != before + 1:
             raise ValueError(
                 f"{self.env} went from control step {before} to {base.steps} at once, and an observer has to hear of "
@@ -143,12 +150,37 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
             )
         torque, q, z = getattr(base, "commanded", action), observation["joint_angles"], observation["contacts"]
         self.belief = None  # the last one's map would be computed just before it changes
-        told = self._told(self.observer.step(torque, q, z, info.get("root")))  # of a hand that moves as a whole
+        felt = torque, q, z, info.get("root")  # of a hand that moves as a whole
+        if self._quick:
+            assert isinstance(self.observer, PoseOnly)
+            lagged = self.observer.advance(*felt)
+            if self.shape is not None:
+                self.shape.take(lagged)
+        else:
+            self._hear(self.observer.step(*felt))
         self._steps, self._over = self._steps + 1, terminated or truncated
         if self._over:
             for belief in self.observer.flush():
-                told = self._told(belief)
-        return observation, reward, terminated, truncated, {**info, **told, **self._named()}
+                self._hear(belief)
+        if self.classifier is not None and (self._over or self._steps % self._every == 0):
+            self._map_posterior = classify(self.classifier, self.map_now())
+        return reward, terminated, truncated
+
+    def told(self) -> tuple[Any, dict[str, Any]]:
+        """Say what is to be seen and believed after the last step.
+
+        Returns:
+            The observation of the environment, and its info with the belief.
+        """
+        if self.belief is None:
+            assert isinstance(self.observer, PoseOnly)
+            self.belief = self.observer.belief
+        observation, info = self._inside
+        return observation, {**info, **self._believed()}
+
+    def posterior_now(self) -> Array:
+        assert self.shape is not None
+        return self.shape.posterior
 
     def map_now(self) -> Array:
         """Draw the map of the episode so far, and end nothing.
@@ -179,16 +211,18 @@ class ObserverWrapper(gym.Wrapper, gym.utils.RecordConstructorArgs):
                 f"{hand.name!r} with {len(hand.patches)}; make the {what} from env.unwrapped.hand"
             )
 
-    def _named(self) -> dict[str, Any]:
-        if self.classifier is None:
-            return {}
-        if self._over or self._steps % self._every == 0:
-            self._map_posterior = classify(self.classifier, self.map_now())
-        return {"map_posterior": self._map_posterior.copy()}
-
-    def _told(self, belief: Belief) -> dict[str, Any]:
+    def _hear(self, belief: Belief) -> None:
         self.belief = belief
-        return {"belief": belief} if self.shape is None else {"belief": belief, "posterior": self.shape.update(belief)}
+        if self.shape is not None:
+            self.shape.update(belief)
+
+    def _believed(self) -> dict[str, Any]:
+        told: dict[str, Any] = {"belief": self.belief}
+        if self.shape is not None:
+            told["posterior"] = self.shape.posterior
+        if self.classifier is not None:
+            told["map_posterior"] = self._map_posterior.copy()
+        return told
 
 
 def check_rate(env: gym.Env[Any, Any], observer: HapticSLAM | PoseOnly) -> None:

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
 from observer.wrappers.belief_observation import labels_of
+from observer.wrappers.stepped_apart import SteppedApart
 
 
-class PotentialReward(gym.Wrapper):
+class PotentialReward(SteppedApart):
     """Reward of a step: by how much `potential` has risen, in place of the environment's reward.
 
     The sum over an episode is the potential at its end less that at its start, whatever the path (Ng, Harada & Russell
@@ -45,19 +46,22 @@ class PotentialReward(gym.Wrapper):
         self._before = self.potential(info)
         return observation, info
 
-    def step(self, action: NDArray[Any]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Take a step.
-
-        Args:
-            action: of the environment.
+    def potential_now(self) -> float:
+        """Tell what is known after the last step.
 
         Returns:
-            What the environment gives, but for the reward: by how much the potential has risen.
+            The potential.
         """
-        observation, _, terminated, truncated, info = self.env.step(action)
-        now = self.potential(info)
+        return self.potential(self.told_inside()[1])
+
+    def advance(self, action: NDArray[Any]) -> tuple[float, bool, bool]:
+        _, terminated, truncated = self.advance_inside(action)
+        now = self.potential_now()
         gain, self._before = now - self._before, now
-        return observation, gain, terminated, truncated, info
+        return gain, terminated, truncated
+
+    def told(self) -> tuple[Any, dict[str, Any]]:
+        return self.told_inside()
 
 
 class DecisionReward(PotentialReward, gym.utils.RecordConstructorArgs):
@@ -99,21 +103,31 @@ class DecisionReward(PotentialReward, gym.utils.RecordConstructorArgs):
         Raises:
             ValueError: where the truth is not among the labels.
         """
-        return float(np.log(max(info["posterior"][self._truth(info)], self._least)))
+        return self._worth(info["posterior"][self._truth(info)])
 
-    def step(self, action: NDArray[Any]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Take a step.
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        observation, info = super().reset(seed=seed, options=options)
+        self._true, self._over = self._truth(info), False  # the same all along
+        return observation, info
 
-        Args:
-            action: of the environment.
+    def potential_now(self) -> float:
+        if type(self).potential is not DecisionReward.potential:
+            return super().potential_now()
+        return self._worth(self.posterior_now()[self._true])
 
-        Returns:
-            What the environment gives, the reward in nats; at the end the info has `is_success`.
-        """
-        observation, gain, terminated, truncated, info = super().step(action)
-        if terminated or truncated:
-            info = {**info, "is_success": bool(np.argmax(info["posterior"]) == self._truth(info))}
-        return observation, gain - self._cost, terminated, truncated, info
+    def advance(self, action: NDArray[Any]) -> tuple[float, bool, bool]:
+        gain, terminated, truncated = super().advance(action)
+        self._over = terminated or truncated
+        return gain - self._cost, terminated, truncated
+
+    def told(self) -> tuple[Any, dict[str, Any]]:
+        observation, info = super().told()
+        if not self._over:
+            return observation, info
+        return observation, {**info, "is_success": bool(np.argmax(info["posterior"]) == self._true)}
+
+    def _worth(self, probability: float) -> float:
+        return float(np.log(max(probability, self._least)))
 
     def _truth(self, info: dict[str, Any]) -> int:
         return self._labels.index(validate.choice("label of the true shape", info["truth"]["shape"], self._labels))

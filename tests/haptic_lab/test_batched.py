@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import gymnasium as gym
@@ -87,6 +88,27 @@ def test_a_vector_of_stable_baselines_is_the_same_bits(world):
     assert len(ends) >= COUNT
     together.close()
     alone.close()
+
+
+@pytest.mark.parametrize("world", ["belief", "worse senses"])
+def test_steps_that_nobody_looks_at_are_the_same_steps(world):
+    held, single = (make_env(replace(WORLDS[world], hold=hold, seconds=1.0)) for hold in (3, 1))
+    held.reset(seed=900_001)
+    single.reset(seed=900_001)
+    over, decisions = False, 0
+    while not over:
+        action = actions(1)[decisions, 0]
+        observation, reward, terminated, truncated, _ = held.step(action)
+        rewards = []
+        for _ in range(3):
+            seen, gain, ended, cut, _ = single.step(action)
+            rewards.append(gain)
+            if ended or cut:
+                break
+        np.testing.assert_array_equal(seen, observation)
+        assert (sum(rewards), ended, cut) == (reward, terminated, truncated)
+        over, decisions = terminated or truncated, decisions + 1
+    assert decisions > 3
 
 
 def test_options_of_a_reset_reach_every_environment():

@@ -99,7 +99,9 @@ def test_help_says_what_the_command_says_with_all_loaded(
 
 MISSING = [
     ("explore", "--recording no.npz", "--recording: there is no file 'no.npz'"),
-    ("explore", "--seed 3 --mesh=no.STL --sigma 2", "--mesh: there is no file 'no.STL'"),
+    ("explore", "--seed 3 --shape=no.STL --sigma 2", "--shape: there is no file 'no.STL'"),
+    ("explore", "--recording no", "--recording: there is no file 'no'"),
+    ("replay", "no", "there is no file 'no'"),
     ("explore", "--shape no.stl", "--shape: there is no file 'no.stl'"),
     ("replay", "no.npz --seed 3", "there is no file 'no.npz'"),
     ("evaluate", "--shapes cube no.obj", "--shapes: there is no file 'no.obj'"),
@@ -126,7 +128,8 @@ def test_a_file_that_is_not_there_is_told_before_the_command_is_loaded(
         ("explore", "--out no.csv --seed 3"),
         ("explore", "--save-mesh no.ply"),
         ("explore", "--shape cube --objects four"),
-        ("explore", "--mesh there.stl"),
+        ("explore", "--mesh new.stl --seed 3"),
+        ("explore", "--shape there.stl"),
         ("live", "no.npz"),
         ("people", "example"),
         ("fit", "there.csv --model floor=no.npz"),

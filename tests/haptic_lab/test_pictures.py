@@ -5,7 +5,6 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
@@ -19,7 +18,7 @@ from haptic_lab.analysis import policy_comparison, summary
 from haptic_lab.analysis.statistics import FEW
 from haptic_lab.commands import scaling
 from haptic_lab.conditions import FACTORS, Condition
-from haptic_lab.figures import figure2, figure4, figure6
+from haptic_lab.figures import figure2, figure4, figure6, time_course
 from haptic_lab.sweeps.measures import AFTER_SECONDS
 
 CONDITION = {name: getattr(Condition(sigma_deg=3.0), name) for name in FACTORS}
@@ -219,7 +218,15 @@ def test_time_that_does_not_grow_has_no_falling_line(times: tuple[float, ...], g
         assert last > first if grows else last == first
 
 
+@pytest.mark.parametrize("count", [1, 9])
+def test_the_course_of_time_is_shaded_where_there_are_enough_trials(count: int) -> None:
+    told = {"course_p": "0.3 0.6", "course_correct": "0 1", "time_to_decision": 0.5}
+    figure = time_course.draw(trials(count, (3.0,), **told)).figure
+    enough = 2 * count >= FEW
+    assert all(bool(axes.collections) == enough for axes in figure.axes)
+    assert ("too few" in title(figure)) != enough
+
+
 def test_no_title_needs_a_dictionary() -> None:
     told = " ".join([*summary.TITLES.values(), *figure6.TITLES.values()])
     assert not any(word in told for word in ("Hamming", "Jaccard"))
-    assert matplotlib.rcParams["axes.unicode_minus"] is not None

@@ -106,3 +106,11 @@ def test_ctrl_c_is_one_line(capsys: pytest.CaptureFixture) -> None:
         signal.signal(signal.SIGINT, usual)
     assert ended.value.code == 130
     assert capsys.readouterr().err.endswith(": stopped\n")
+
+
+@pytest.mark.parametrize("number", [2, 13, 17])
+def test_an_error_of_a_file_has_words_and_no_number(number: int, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit):
+        terminal.refuse(f"--out cannot be read: {OSError(number, os.strerror(number), 'a b')}")
+    told = capsys.readouterr().err
+    assert told.endswith(f"error: --out cannot be read: {os.strerror(number)}: 'a b'\n")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from haptic_lab.benchmarks import suite, timings
+from haptic_lab.benchmarks import side_by_side, suite, timings
 from haptic_lab.benchmarks.recording import make_slam, record
 from haptic_lab.benchmarks.stages import stages
 from haptic_lab.commands import bench
@@ -37,7 +37,7 @@ def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture
     assert told["settings"]["quick"] is True
     assert told["machine"]["cores"] >= 1
     for name, each in figures.items():
-        assert each["unit"] in ("µs", "ms", "s", "MB", "B", "GB/s")
+        assert each["unit"] in ("µs", "ms", "s", "MB", "B", "GB/s", "/s")
         assert math.isfinite(each["median"]), name
         beyond = name == "env.step beyond its mj_step calls"  # a difference: its least is not the least of its pairs
         assert each["median"] >= 0.0 or beyond
@@ -48,7 +48,15 @@ def test_quick_writes_sane_figures(tmp_path: Path, capsys: pytest.CaptureFixture
     assert {"HapticSLAM.step, N = 20, MyoHand, 1 thread", "a live step at 100 Hz, MyoHand"} <= set(figures)
     assert all(f"stage: {name}" in figures for name in suite.STAGES)
     assert "HapticSLAM.map_now after 1 s" in figures
+    assert set(side_by_side.NAMES.values()) <= set(figures)
     assert "medians" in capsys.readouterr().out.lower()
+
+
+def test_steps_of_a_learner_are_measured_alone(tmp_path: Path) -> None:
+    assert bench.main(["--quick", "--rounds", "1", "--learner", "--json", str(tmp_path / "bench.json")]) == 0
+    figures = json.loads((tmp_path / "bench.json").read_text())["figures"]
+    assert {each["name"] for each in figures} == {"posterior, an update", *side_by_side.NAMES.values()}
+    assert all(each["median"] > 0.0 for each in figures)
 
 
 def test_a_hand_that_is_not_installed_is_skipped(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -346,7 +346,7 @@ def test_ctrl_c_stops_all_processes_of_a_run_and_keeps_what_was_learnt(tmp_path,
     """As a terminal sends it, to every one of them."""
     out = tmp_path / "out"
     path = preset(tmp_path, steps=10_000_000)
-    process = start(str(SCRIPT), "--preset", str(path), "--out", str(out), "--jobs", "2", "--envs", "1")
+    process = start(str(SCRIPT), "--preset", str(path), "--out", str(out), "--jobs", "5", "--envs", "1")
     _until(lambda: list(out.glob("checkpoints/*/checkpoint.json")), process)
     assert len(_members(process.pid)) > 3, "the command, what forks, and two workers"
     os.killpg(process.pid, signal.SIGINT)

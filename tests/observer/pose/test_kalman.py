@@ -282,3 +282,24 @@ def test_numbers_of_any_kind_are_made_plain():
     assert {type(each) for each in (made.normal_force, made.normal_speed, made.joint_speed)} == {float}
     assert type(ContactModel(hit=Fraction(1, 8)).hit) is float
     assert type(SmoothMotion(speeds=[np.float32(1), 2]).speeds[0]) is float
+
+
+@pytest.mark.filterwarnings("ignore:joint:RuntimeWarning")
+def test_a_step_in_one_call_is_the_step_by_parts(hand):
+    one, parts = _filter(hand), _filter(hand)
+    if one._usual is None:
+        pytest.skip("motors that contact may stop unfelt: no step of this hand is taken in one call")
+    parts._usual = None
+    rng = np.random.default_rng(5)
+    for step in range(9):
+        torque = rng.uniform(-0.5, 0.5, hand.joints)
+        felt = one.angles + SIGMA * rng.standard_normal(hand.joints)
+        felt[0] += 3.0 * (step == 5)  # which no hand can have moved by
+        contacts = rng.random(len(hand.patches)) < 0.1 * (step % 3)
+        for each in (one, parts):
+            each.step(torque, felt, contacts)
+        np.testing.assert_array_equal(one.mean, parts.mean)
+        np.testing.assert_array_equal(one.covariance, parts.covariance)
+        assert one.log_evidence == parts.log_evidence
+        np.testing.assert_array_equal(one.set_aside, parts.set_aside)
+    assert one.set_aside[0] == 1

@@ -10,7 +10,7 @@ from haptic_env import hands
 from observer.kinematics import tree_of
 from observer.pose import kalman_updates
 from observer.pose.contact_forces import PatchForces, contact_effects
-from observer.pose.forward_model import _repeated
+from observer.pose.forward_model import LARGEST_GROWTH, _repeated
 from observer.pose.kalman_updates import Measurement
 from tests.observer.hands import random_tree
 
@@ -129,6 +129,7 @@ def test_many_steps_at_once_are_the_steps_one_by_one(times):
     transition, gain = np.eye(4), np.zeros((4, 2))
     for _ in range(times):
         transition, gain = a @ transition, a @ gain + b
-    got = _repeated(a, b, times)
+    *got, grows = _repeated(a, b, times, np.ones(b.shape[1]))
+    assert grows == (not np.abs(got[0][: b.shape[1], : b.shape[1]]).max() <= LARGEST_GROWTH)
     np.testing.assert_allclose(got[0], transition, rtol=1e-12)
     np.testing.assert_allclose(got[1], gain, rtol=1e-12)
