@@ -150,14 +150,14 @@ class Hand:
         """Find where bones begin and end.
 
         Args:
-            position: (L, 3) m, of the frames of links, from wherever it is told.
-            rotation: (L, 3, 3), of the same.
+            position: (..., L, 3) m, of the frames of links, from wherever it is told.
+            rotation: (..., L, 3, 3), of the same.
 
         Returns:
-            (L, 2, 3) m, the proximal and the distal end of each.
+            (..., L, 2, 3) m, the proximal and the distal end of each.
         """
         length = np.array([link.length for link in self.links])
-        return np.stack([position, position + length[:, None] * rotation[:, :, 2]], axis=1)
+        return np.stack([position, position + length[:, None] * rotation[..., 2]], axis=-2)
 
     @cached_property
     def moves(self) -> NDArray[np.bool_]:

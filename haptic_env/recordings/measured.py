@@ -18,6 +18,7 @@ from haptic_env.recordings.column_map import Clock, ColumnMap, JointColumn
 from haptic_env.recordings.merging import Samples, angles_at, contacts_at, in_order, longest_run
 from haptic_env.recordings.resampling import MOST_FRAMES
 from haptic_env.recordings.streams import Stream, Streams, arrays_of, summary
+from haptic_env.recordings.whose import whose
 
 SLOWEST = 1.5  # s, usually, from one sample of joints to the next: more is not bridged by steps of a second
 USUAL_HZ = 50.0  # Hz, of the steps, where joints come at least as often
@@ -199,13 +200,13 @@ def _joints(streams: Streams, columns: ColumnMap, hand: Hand) -> Samples:
         try:
             validate.choice(f"joint of hand {hand.name!r}", name, hand.joint_names)
         except ValueError as error:
-            raise ValueError(f"{columns.source}: {error}") from error
+            raise ValueError(f"{columns.source}: {error}{whose(lines)}") from error
     missing = [name for name in hand.joint_names if name not in lines]
     if missing:
         raise ValueError(
-            f"{columns.source}: which column is {validate.listed(missing)} of hand {hand.name!r}? Name one, or the "
-            f"angle at which it stays, under [joints.columns]; {streams.source} has "
-            f"{validate.listed(summary(streams.columns))}"
+            f"{columns.source}: which column is {validate.few(missing)} of hand {hand.name!r}? Name one, or the angle "
+            f"at which it stays, under [joints.columns]; {streams.source} has "
+            f"{validate.few(summary(streams.columns))}{whose(streams.columns)}"
         )
     parts, scale, zero, names = [], [], [], []
     for name in hand.joint_names:
@@ -252,7 +253,7 @@ def _touch(streams: Streams, columns: ColumnMap, hand: Hand) -> tuple[Samples, l
     if not taxels:
         raise ValueError(
             f"{columns.source}: no column is a taxel; say under [touch.taxels] which patch each is at; "
-            f"{streams.source} has {validate.listed(summary(streams.columns))}"
+            f"{streams.source} has {validate.few(summary(streams.columns))}"
         )
     parts, patches = [], []
     for taxel, patch in taxels.items():

@@ -178,7 +178,7 @@ class Streams:
             if not known:
                 raise ValueError(
                     f"{self.source}: no column is called {', '.join(TIMES)}; say in the map which has the time "
-                    f"([time] column = ..., or rate = ... Hz); there are {validate.listed(summary(self.columns))}"
+                    f"([time] column = ..., or rate = ... Hz); there are {validate.few(summary(self.columns))}"
                 )
             column = known[0]
         of, columns = self.find("of time", column)

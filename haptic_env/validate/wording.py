@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 QUOTED = 300  # characters of a value that an error quotes
+FEW = 5  # of many names
 
 
 def shown(value: object) -> str:
@@ -46,3 +47,16 @@ def listed(names: Iterable[object]) -> str:
         The names, with commas.
     """
     return ", ".join(map(plain, names))
+
+
+def few(names: Collection[object]) -> str:
+    """Tell the first of many names, and how many more there are.
+
+    Args:
+        names: each told as `plain` does.
+
+    Returns:
+        The names, with commas, all of them where they are not many.
+    """
+    more = len(names) - FEW
+    return listed(names) if more <= 1 else f"{listed(list(names)[:FEW])} and {more} more"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 from contextlib import closing
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -238,6 +239,7 @@ def _run(
     if session.simulated:
         console.print(f"No object was recorded: contacts are simulated with {what}, as you named it.", highlight=False)
 
+    @cache  # a library is read for it
     def right(solid: Solid) -> str:
         return learnt.truth(settings, solid, session.candidates, session.namer.none > 0.0)
 

@@ -20,7 +20,7 @@ from haptic_env.recordings.measured import USUAL_HZ
 from haptic_lab import believed, replay
 from haptic_lab.exploration import learnt
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
-from haptic_lab.live import udp
+from haptic_lab.live import lsl, udp
 from haptic_lab.live.layout import layouts, torque_layout
 from haptic_lab.live.lsl import LslSink, LslSource
 from haptic_lab.live.pace import BEHIND
@@ -62,6 +62,8 @@ def main(arguments: list[str] | None = None) -> int:
     add("--torques", nargs="?", const=udp.TORQUES, metavar="NAME", help=what)
     add("--udp", type=int, metavar="PORT", help="listen for JSON lines at this port instead; 0: any that is free")
     add("--host", default=udp.HERE, help=f"address at which to listen (default {udp.HERE}: this machine only)")
+    begins = f"begins the names of the streams of beliefs, NAME_pose and so on (default {lsl.OUT}; of --udp: none)"
+    add("--lsl-out", metavar="NAME", help=begins)
     add("--udp-out", type=int, metavar="PORT", help="send beliefs to this port of this machine, as JSON lines")
     add("--hand", help=f"whose joints and patches they are: {', '.join(hands.HANDS)}, or {hands.OWN}")
     meaning = "TOML: which column is which joint, and which taxel which patch (docs/recordings.md)"
@@ -109,6 +111,8 @@ def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:
             validate.integer(f"--{name.replace('_', '-')}", given[name], least, 65535)
     if given["udp_out"] is not None and given["udp_out"] == given["udp"]:
         raise ValueError(f"--udp-out must be another port than --udp, at which we listen, got {given['udp']} for both")
+    if given["lsl_out"] is not None:
+        lsl.check_prefix(given["lsl_out"])
     if given["save"] is not None:
         check_writable("--save", Path(given["save"]))
         if given["record"] is not None and Path(given["save"]).resolve() == Path(given["record"]).resolve():
@@ -150,8 +154,8 @@ def _set_up(given: dict[str, Any]) -> tuple[Any, LiveSession, list[Any]]:
         slam = make_observers((OBSERVER,), hand, particles=settings.particles, **told)[OBSERVER]
         assert isinstance(slam, HapticSLAM)
         sinks: list[Any] = []
-        if given["udp"] is None:
-            sinks.append(LslSink(hand.joint_names, namer.labels, rate))
+        if given["udp"] is None or given["lsl_out"] is not None:
+            sinks.append(LslSink(hand.joint_names, namer.labels, rate, given["lsl_out"] or lsl.OUT))
         if given["udp_out"] is not None:
             sinks.append(udp.UdpSink(given["udp_out"], udp.HERE, hand.joint_names))
     except BaseException:
@@ -251,11 +255,13 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
     counts, behind = session.merger.counts, session.pace.most
     if behind > BEHIND:
         console.print(f"Beliefs were up to {behind:.1f} s behind what had come", highlight=False)
-    driven = "" if session.merger.torques is None else f", {counts.torques} of torques"
+    torques = session.merger.torques
+    driven = "" if torques is None else f", {counts.torques} of torques"
+    unknown = "" if torques is None else f", {torques.missing} without torques"
     console.print(
         f"{counts.steps} steps told; {counts.joints} samples of joints and {counts.touch} of touch{driven}, "
         f"{counts.late} late, {counts.repeated} twice, {counts.refused} numbers refused, {counts.clock_steps} steps of "
-        f"clocks; {counts.joints_missing} steps without a joint, {counts.touch_missing} without touch",
+        f"clocks; {counts.joints_missing} steps without a joint, {counts.touch_missing} without touch{unknown}",
         highlight=False,
     )
     if session.told is not None:

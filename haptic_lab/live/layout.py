@@ -17,6 +17,7 @@ from haptic_env.hand import Hand
 from haptic_env.recordings import ColumnMap, checks
 from haptic_env.recordings.column_map import JointColumn
 from haptic_env.recordings.streams import Stream, Streams, summary
+from haptic_env.recordings.whose import whose
 
 ROUNDED = 1e-6  # beyond ± 1: a fraction that was rounded
 
@@ -146,7 +147,7 @@ def torque_layout(stream: str, labels: Sequence[str], hand: Hand) -> TorqueLayou
     missing = [name for name in names if name not in labels]
     raise ValueError(
         f"stream {stream!r} of torques has {len(labels)} columns; it must have one of each of the {len(names)} joints "
-        f"of hand {hand.name!r}, called so or in their order; there is none of {validate.listed(missing)}"
+        f"of hand {hand.name!r}, called so or in their order; there is none of {validate.few(missing)}"
     )
 
 
@@ -186,6 +187,7 @@ def _usual(there: Streams, hand: Hand) -> ColumnMap:
         raise ValueError(
             f"hand {hand.name!r} has {hand.joints} joints and {len(hand.patches)} patches: a stream must have as many "
             f"columns, or columns that are called so; {widths}; or say by --columns what they mean"
+            f"{whose(there.columns)}"
         )
     return ColumnMap(
         there.source,
@@ -232,8 +234,8 @@ def _joints(there: Streams, told: ColumnMap, hand: Hand) -> JointLayout:
     missing = [joint for joint in hand.joint_names if joint not in lines]
     if missing:
         raise ValueError(
-            f"{told.source}: which column is {validate.listed(missing)} of hand {hand.name!r}? There are "
-            f"{validate.listed(summary(there.columns))}"
+            f"{told.source}: which column is {validate.few(missing)} of hand {hand.name!r}? There are "
+            f"{validate.few(summary(there.columns))}{whose(there.columns)}"
         )
     each = [lines[joint] for joint in hand.joint_names]
     columns = np.array([at for *_, at in each])
@@ -259,7 +261,7 @@ def _touch(there: Streams, told: ColumnMap, hand: Hand) -> TouchLayout:
     for _, _, patch in taxels:
         validate.choice(f"patch of hand {hand.name!r}", patch, hand.patches.names)
     if not taxels:
-        raise ValueError(f"{told.source}: no column is a taxel; there are {validate.listed(summary(there.columns))}")
+        raise ValueError(f"{told.source}: no column is a taxel; there are {validate.few(summary(there.columns))}")
     of_hand = np.array([hand.patches.names.index(patch) for *_, patch in taxels])
     measured = np.unique(of_hand)
     column = np.array([at for _, at, _ in taxels])

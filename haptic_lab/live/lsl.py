@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from haptic_env import extras
+from haptic_env import extras, validate
 from haptic_env.arrays import Array
 from haptic_lab.live.session import Chunk, Told
 
@@ -18,7 +18,9 @@ WHAT = "the Lab Streaming Layer"
 BUFFER = 60  # s of samples that are kept while nobody asks
 AGAIN = 0.5  # s between two looks for a stream
 _quiet: set[bool] = set()
-OUT = "haptic_slam"  # begins the names of streams of beliefs
+OUT = "haptic_slam"  # begins the names of streams of beliefs, unless another word does
+LONGEST = 100  # letters of that word
+KINDS = ("pose", "offset", "names", "entropy")
 
 
 def library() -> Any:
@@ -191,31 +193,62 @@ class LslSource:
                     time.sleep(AGAIN)
 
 
+def check_prefix(prefix: str) -> str:
+    """Check what begins the names of streams of beliefs.
+
+    Args:
+        prefix: that is wanted.
+
+    Returns:
+        The same.
+
+    Raises:
+        ValueError: for one that no name can begin with.
+    """
+    if not prefix.isprintable() or prefix != prefix.strip() or not 0 < len(prefix) <= LONGEST:
+        raise ValueError(
+            f"--lsl-out must be a word of 1 to {LONGEST} letters with which names of streams begin, such as {OUT}, got "
+            f"{validate.shown(prefix)}"
+        )
+    return prefix
+
+
 class LslSink:
     """Hands beliefs on as four streams: `haptic_slam_pose`, `_offset` (mean and SD of each joint, rad), `_names`
     (probability of each) and `_entropy` (bits), stamped with the time of the step."""
 
-    def __init__(self, joint_names: Sequence[str], labels: Sequence[str], rate: float) -> None:
+    def __init__(self, joint_names: Sequence[str], labels: Sequence[str], rate: float, prefix: str = OUT) -> None:
         """Open them.
 
         Args:
             joint_names: (J,).
             labels: (C,) what the object may be.
             rate: Hz, of the steps.
+            prefix: begins their names.
 
         Raises:
+            ValueError: where somebody sends streams that are called so already.
             ImportError: where the library is missing.
         """
         lsl = library()
+        names = {f"{check_prefix(prefix)}_{kind}" for kind in KINDS}
+        sent = {each.name: each.hostname for each in lsl.resolve_streams(timeout=AGAIN) if each.name in names}
+        if sent:
+            taken = min(sent)
+            raise ValueError(
+                f"a stream {taken!r} is sent already, on {sent[taken]!r}: end that session, or say by --lsl-out "
+                f"another word than {validate.shown(prefix)} with which names begin"
+            )
         joints = [*joint_names, *(f"{name}_std" for name in joint_names)]
         columns = {"pose": joints, "offset": joints, "names": list(labels), "entropy": ["entropy"]}
         units = {"pose": "radians", "offset": "radians", "names": "probability", "entropy": "bits"}
         self._outlets = {}
-        for name, of in columns.items():
-            info = lsl.StreamInfo(f"{OUT}_{name}", "belief", len(of), rate, "float64", f"{OUT}_{name}")
+        for kind in KINDS:
+            of, name = columns[kind], f"{prefix}_{kind}"
+            info = lsl.StreamInfo(name, "belief", len(of), rate, "float64", name)
             info.set_channel_names(of)
-            info.set_channel_units([units[name]] * len(of))
-            self._outlets[name] = lsl.StreamOutlet(info, max_buffered=BUFFER)
+            info.set_channel_units([units[kind]] * len(of))
+            self._outlets[kind] = lsl.StreamOutlet(info, max_buffered=BUFFER)
 
     def tell(self, told: Told) -> None:
         """Hand on.

@@ -222,6 +222,10 @@ class LiveMerger:
         """The time of the newest sample of joints, s; minus infinity where there is none."""
         return self._joints.newest
 
+    def come(self) -> dict[str, tuple[int, float]]:
+        """Tell how many samples of joints and of touch have come, and the time of the newest, s."""
+        return {"joints": (self.counts.joints, self.newest), "touch": (self.counts.touch, self._touch.newest)}
+
     @property
     def _told(self) -> float:
         """The step that was told last."""

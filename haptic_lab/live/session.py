@@ -16,6 +16,7 @@ from haptic_env.arrays import Array
 from haptic_lab.live.layout import JointLayout, TorqueLayout, TouchLayout
 from haptic_lab.live.merging import LiveMerger, LiveStep
 from haptic_lab.live.pace import Pace
+from haptic_lab.live.rates import Rates
 from haptic_lab.live.record import StepRecord
 from haptic_lab.live.torques import HeldTorques
 from observer import Belief, HapticSLAM, ShapePosterior
@@ -23,6 +24,11 @@ from observer import Belief, HapticSLAM, ShapePosterior
 NEVER = 5.0  # s: what has not come by then is told
 READ = 0.1  # s: so often what has come is read, however many steps wait
 AGAIN = 5.0  # s between two times that the same is told
+LOST = {  # what it means that nothing comes
+    "joints": "no joint is measured, and the belief grows vaguer",
+    "touch": "no touch is measured, and the belief grows vaguer",
+    "torques": "no torques are known, and zero is told",
+}
 
 
 class Chunk(NamedTuple):
@@ -155,6 +161,7 @@ class LiveSession:
         # As a trial gives it to its observers.
         self._seed = int(np.random.SeedSequence(seed).generate_state(2)[1])
         self.pace = Pace(slam.control_hz)
+        self._rates = Rates(self._streams, {"joints": slam.control_hz, "touch": 1.0 / intervals[0]})
         self.told: Told | None = None
         self.stop = False
         self._never: dict[str, float] = {}
@@ -224,17 +231,15 @@ class LiveSession:
         silent = self.merger.silent(now)
         for kind, stream in self._streams.items():
             count = getattr(counts, kind)
-            never = f"no {kind} have come from {stream} for {now - begun:.0f} s; waiting on"
+            never = f"no samples of {kind} have come from {stream} for {now - begun:.0f} s; waiting on"
             if not count and now - begun > NEVER and now - self._never.get(kind, -np.inf) > AGAIN:
                 self._never[kind] = now
                 self._say(never)
             if (kind in silent) != (kind in self._silent):
                 self._silent ^= {kind}
-                what = (
-                    "are known, and zero is told" if kind == "torques" else "are measured, and the belief grows vaguer"
-                )
-                is_silent = f"{stream} is silent: no {kind} {what}"
-                self._say(is_silent if kind in silent else f"{stream} is back")
+                self._say(f"{stream} is silent: {LOST[kind]}" if kind in silent else f"{stream} is back")
+        for seldom in self._rates.told(self.merger.come(), silent):
+            self._say(seldom)
         slow = self.pace.told(0.0 if self.told is None else self.merger.newest - self.told.time)
         if slow is not None:
             self._say(slow)

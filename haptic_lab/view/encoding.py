@@ -20,16 +20,17 @@ from haptic_lab.exploration.surface_picture import CERTAINTY, LIMIT
 from haptic_lab.style import HAND, MAP, OUTLINE, POSSIBLE, TOUCHING, TRUTH, UNFEELING, colours_of, titles_of
 from haptic_lab.view.moment import SURE, UNKNOWN, Moment, NewTouches, Setting
 from haptic_lab.view.skin import skin_of
-from observer.kinematics import link_frames, placed, tree_of
+from observer.kinematics import body_frames, link_frames, placed, tree_of
 from observer.surface.mesh import surface_of
 from observer.surface.metrics import true_mesh
-from observer.surface.touches import MOST, TouchingLink, TouchLog
+from observer.surface.touches import TouchingLink, TouchLog
 
 GHOSTS = 12
 LEAST = 0.08  # probability of a voxel of which the page is told
 UNIT = 2e-5  # m, of places in 16 bits
 TURN = 1.0 / 32767.0
 USUAL_AZIMUTH, BESIDE, ASIDE = -62.0, 105.0, 0.01  # degrees, degrees from the hand, m from the middle of the map
+WRITER = json.JSONEncoder(separators=(",", ":"), allow_nan=False)
 NAMES = {"uint8": "u8", "int8": "i8", "int16": "i16", "uint16": "u16", "uint32": "u32", "float32": "f32"}
 
 
@@ -46,7 +47,7 @@ def packed(values: Any, unit: float | None = None) -> dict[str, Any]:
     array = np.asarray(values)
     told: dict[str, Any] = {}
     if unit is not None:
-        array = np.clip(np.round(array / unit), -32767, 32767).astype(np.int16)
+        array = np.rint(array / unit).clip(-32767, 32767).astype(np.int16)
         told["unit"] = unit
     told[NAMES[array.dtype.name]] = base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
     return told
@@ -62,7 +63,7 @@ def line(kind: str, **told: Any) -> str:
     Returns:
         The line, without its end.
     """
-    return json.dumps({"kind": kind, **told}, separators=(",", ":"), allow_nan=False)
+    return WRITER.encode({"kind": kind, **told})
 
 
 class Encoder:
@@ -163,12 +164,12 @@ class Encoder:
             time=moment.step / self.setting.control_hz,
             places=packed(places - self._centre, UNIT),
             turns=packed(turns, TURN),
-            ghosts=packed(np.array([self._ends(tree, each) for each in self._ghosts(moment)]), UNIT),
+            ghosts=packed(self._ends(tree, self._ghosts(moment)), UNIT),
             touched=packed(np.asarray(contacts, dtype=np.uint8)),
             posterior=[round(float(p), 4) for p in moment.posterior],
             n_eff=round(float(moment.n_eff), 1),
             spread=float(np.rad2deg(moment.std).mean()),
-            truth=None if truth is None else packed(self._ends(tree, truth), UNIT),
+            truth=None if truth is None else packed(self._ends(tree, truth[None]), UNIT),
             error=error,
         )
 
@@ -213,8 +214,7 @@ class Encoder:
         assert moment.touches is not None
         assert moment.occupancy is not None
         with self._touching:
-            stride = max(1, -(-len(self._links) // MOST))
-            log = TouchLog(self.setting.hand.patches, moment.touches.rate / stride, self._links[::stride])
+            log = TouchLog(self.setting.hand.patches, moment.touches.rate, self._links.copy())
         occupancy = np.where(moment.occupancy == UNKNOWN, 0.5, moment.occupancy / SURE)
         found = surface_of(log, occupancy, self.setting.grid)
         values = np.clip(255.0 * 1e3 * found.std / LIMIT, 0.0, 255.0).astype(np.uint8)
@@ -235,10 +235,13 @@ class Encoder:
         middled = vertices - self._centre
         return {"vertices": packed(middled, UNIT), "faces": packed(faces.astype(np.uint32))}
 
-    def _ends(self, tree: Any, angles: Array) -> Array:
-        """(L, 2, 3) m: the ends of the bones."""
-        places, turns = link_frames(tree, angles)
-        return self.setting.hand.bones(places - self._centre, turns)
+    def _ends(self, tree: Any, poses: Array) -> Array:
+        """(N, L, 2, 3) m: the ends of the bones in N poses (N, J) rad."""
+        bodies = len(tree.parent)
+        places, turns = np.empty((len(poses), bodies, 3)), np.empty((len(poses), bodies, 3, 3))
+        for pose, place, turn in zip(poses, places, turns, strict=True):
+            body_frames(tree, pose, place, turn)
+        return self.setting.hand.bones(places[:, tree.link_body] - self._centre, turns[:, tree.link_body])
 
     def _ghosts(self, moment: Moment) -> Array:
         """(N, J) rad: poses as probable as any."""

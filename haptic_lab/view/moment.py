@@ -146,7 +146,8 @@ class Pace:
         """
         self._rests = np.zeros(3) if every else np.array(RESTS)
         self._free = np.zeros(3)  # s, from when on a frame, a map and a surface are drawn
-        self._told = self._mapped = self._drawn = 0
+        self._mapped = self._drawn = 0
+        self._log: TouchLog | None = None  # that was told last
         self._frame = max(1, round(control_hz / FRAMES_PER_SECOND))
         self._map, self._surface = (
             self._frame * max(1, round(seconds * control_hz / self._frame))
@@ -204,8 +205,8 @@ class Pace:
         )
 
     def _new(self, log: TouchLog) -> NewTouches:
-        begin = self._told if self._told <= len(log) else 0
-        self._told = len(log)
+        begin = 0 if self._log is None or not log.continues(self._log) else len(self._log)
+        self._log = log
         return NewTouches.of(log, begin)
 
 

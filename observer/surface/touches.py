@@ -24,6 +24,8 @@ from observer.kinematics import Tree
 SPACING = 0.002  # m, between the points of a patch of which one has touched
 MOST = 500  # touches that are looked at; of more, evenly spread ones
 INDEPENDENT = 0.12  # s, after which errors of the smoothed pose are other ones
+KEPT = 10_000  # links of a trial: some minutes, of which far more than `MOST` are left
+RUN = 64  # links that are kept, or let go, together: all that touch at a step, several times over
 
 
 class TouchingLink(NamedTuple):
@@ -105,6 +107,17 @@ class TouchLog:
         """
         return list(self._links[count : self._count]), self._rate
 
+    def continues(self, other: TouchLog) -> bool:
+        """Tell whether all that another log has is in this one, at the same places.
+
+        Args:
+            other: of the same trial, or of another one.
+
+        Returns:
+            Whether `since` its length hands out the rest.
+        """
+        return self._links is other._links and self._count >= other._count
+
     def skin(self) -> TouchedSkin:
         """Place the skin that has touched.
 
@@ -129,7 +142,7 @@ class TouchLog:
 
 
 class TouchRecorder:
-    """Writes the log of a trial."""
+    """Writes the log of a trial. Of a trial of hours, what is older is kept more sparsely, so that it stays small."""
 
     def __init__(self, hand: Hand, rate: float) -> None:
         """Begin with nothing.
@@ -160,6 +173,8 @@ class TouchRecorder:
             covariance: (J, J) rad² of the pose.
             contacts: (P,) touches that tell anything new.
         """
+        if len(self._links) >= KEPT:  # another list: logs that were handed out have the first one
+            self._links = [each for index, each in enumerate(self._links) if index // RUN % 2]
         touched = np.flatnonzero(contacts)
         links = self._patches.link[touched]
         for link in np.unique(links):

@@ -128,3 +128,17 @@ def test_two_candidates_of_one_name_are_told(objects, tmp_path, capsys):
     arguments = ["--library", str(objects), "--candidates", "sphere", "cube", "--out", str(tmp_path / "out")]
     assert explore.main(arguments) == 2
     assert "sphere" in capsys.readouterr().err
+
+
+def test_what_is_right_is_looked_up_once(objects, tmp_path, monkeypatch):
+    """A page asks as well, and libraries may be large."""
+    reads, read = [], Library.read
+    monkeypatch.setattr(Library, "read", lambda self: reads.append(1) or read(self))
+    told = ["--shape", "cube", "--candidates", "sphere", "--rotation-jitter", "5", *SHORT[:2], "--seconds", "0.2"]
+    counts = []
+    for name, more in (("unseen", []), ("seen", ["--save-html", str(tmp_path / "a.html")])):
+        reads.clear()
+        given = [*told, "--library", str(objects), "--out", str(tmp_path / name), *more]
+        assert explore.main(given) == 0
+        counts.append(len(reads))
+    assert counts[0] == counts[1] > 0

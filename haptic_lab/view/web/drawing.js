@@ -13,10 +13,13 @@ class Drawing {
     const gl = this.gl = canvas.getContext("webgl2", {antialias: !drawnBySoftware(), preserveDrawingBuffer: true});
     if (!gl) throw new Error("this browser has no WebGL 2");
     this.programs = Object.fromEntries(Object.entries(SHADERS).map(([name, [v, f]]) => [name, this.program(v, f)]));
-    this.capsule = capsule();
-    this.buffers = {cube: this.buffer(cube()), capsule: this.buffer(this.capsule)};
+    this.buffers = {};
+    this.corners = {}; // of triangles, in the buffers of faces
     this.touched = gl.createTexture();
     this.drawn = {}; // what the buffers hold
+    this.hold("cube", true, cube);
+    this.hold("capsule", true, () => capsule(10, 2));
+    this.hold("coarse", true, () => capsule(7, 1));
     this.share = 1; // of the pixels along an edge that are drawn, but for a `sharp` picture
     this.sharp = false;
   }
@@ -57,6 +60,7 @@ class Drawing {
       this.drawn[name] = content;
       for (const [part, values] of Object.entries(make())) {
         const kind = part === "faces" ? this.gl.ELEMENT_ARRAY_BUFFER : this.gl.ARRAY_BUFFER;
+        if (part === "faces") this.corners[name] = values.length;
         this.buffers[name + part] = this.buffer(values, kind, this.buffers[name + part]);
       }
     }
@@ -86,7 +90,8 @@ class Drawing {
 
   /** Draws what `shown` says of a scene, as the camera sees it. */
   draw(scene, shown, camera) {
-    const gl = this.gl, {canvas} = this, ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.sharp ? 1 : this.share);
+    const gl = this.gl, {canvas} = this, share = this.sharp ? 1 : this.share;
+    const ratio = Math.min(window.devicePixelRatio || 1, 2) * share;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((each) => Math.max(1, Math.round(each * ratio)));
     if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
     gl.viewport(0, 0, width, height);
@@ -106,7 +111,8 @@ class Drawing {
     gl.depthMask(true);
     if (surface && surface.faces.length) this.mesh("surface", surface, colours.surface, 0.85);
     gl.depthMask(false);
-    if (state && shown.ghosts) this.capsules("ghosts", scene, state.ghosts, rgb(colours.ghosts), {alpha: 0.17, behind: 1});
+    const seen = {alpha: 0.17, behind: 1, mesh: share < 1 ? "coarse" : "capsule"};
+    if (state && shown.ghosts) this.capsules("ghosts", scene, state.ghosts, rgb(colours.ghosts), seen);
     gl.depthMask(true);
     if (truth && state && state.truth) this.outline(scene, state.truth, rgb(colours.outline));
   }
@@ -121,7 +127,9 @@ class Drawing {
 
   skin(scene, state) {
     const gl = this.gl, {skin, colours} = scene;
-    this.hold("skin", scene, () => ({places: skin.places, normals: skin.normals, patches: skin.patches}));
+    this.hold("skin", scene, () => shared({
+      places: {values: skin.places, size: 3}, normals: {values: skin.normals, size: 3}, patches: {values: skin.patches, size: 1},
+    }));
     this.use("skin", {skin: rgb(colours.hand), numb: rgb(colours.numb), touch: rgb(colours.touch)});
     gl.bindTexture(gl.TEXTURE_2D, this.touched);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
@@ -131,22 +139,30 @@ class Drawing {
     this.attribute("place", this.buffers.skinplaces, 3);
     this.attribute("normal", this.buffers.skinnormals, 3);
     this.attribute("area", this.buffers.skinpatches, 1, 0, 0, {kind: gl.SHORT});
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.buffers.skinfaces);
     skin.first.forEach((first, link) => {
       gl.uniformMatrix4fv(this.program_.uniforms.model, false, placed(state.places, state.turns, link));
-      gl.drawArrays(gl.TRIANGLES, first, (skin.first[link + 1] ?? skin.patches.length) - first);
+      const corners = (skin.first[link + 1] ?? skin.patches.length) - first;
+      gl.drawElements(gl.TRIANGLES, corners, gl.UNSIGNED_INT, 4 * first);
     });
   }
 
   /** Some hands of one colour; ends (N, L, 2, 3). */
-  capsules(name, scene, ends, colour, {alpha = 1, behind = 0, grow = 0}) {
+  capsules(name, scene, ends, colour, {alpha = 1, behind = 0, grow = 0, mesh = "capsule"}) {
     const gl = this.gl, links = scene.radii.length, count = ends.length / 6;
     this.hold(name, ends, () => ({"": ends, radii: Float32Array.from({length: count}, (_, k) => scene.radii[k % links])}));
     this.use("capsules", {paint: [...colour, alpha], behind, grow});
-    this.attribute("direction", this.buffers.capsule, 4);
+    this.attribute("direction", this.buffers[mesh + "directions"], 4);
     this.attribute("first", this.buffers[name], 3, 24, 0, {each: 1});
     this.attribute("last", this.buffers[name], 3, 24, 12, {each: 1});
     this.attribute("radius", this.buffers[name + "radii"], 1, 0, 0, {each: 1});
-    gl.drawArraysInstanced(gl.TRIANGLES, 0, this.capsule.length / 4, count);
+    this.instances(mesh, count);
+  }
+
+  instances(name, count) {
+    const gl = this.gl;
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.buffers[name + "faces"]);
+    gl.drawElementsInstanced(gl.TRIANGLES, this.corners[name], gl.UNSIGNED_INT, 0, count);
   }
 
   /** Of a hand before all else: what of a thicker one lies behind it shows beside it. */
@@ -162,15 +178,22 @@ class Drawing {
   }
 
   voxels(scene, map, threshold) {
-    if (!map.cells.length) return;
     const gl = this.gl;
-    this.hold("map", map, () => ({places: this.centres(scene, map.cells), chances: map.chances}));
-    this.use("voxels", {reach: 0.46 * scene.resolution, threshold, ramp: scene.colours.map.flatMap(rgb)});
-    this.attribute("place", this.buffers.cube, 3, 24, 0);
-    this.attribute("normal", this.buffers.cube, 3, 24, 12);
+    if (this.above?.map !== map || this.above.threshold !== threshold) {
+      const solid = (_, k) => map.chances[k] > 255 * threshold;
+      this.above = {map, threshold, cells: map.cells.filter(solid), chances: map.chances.filter(solid)};
+    }
+    const {cells, chances} = this.above;
+    if (!cells.length) return;
+    this.hold("map", this.above, () => ({places: this.centres(scene, cells), chances}));
+    this.use("voxels", {reach: 0.46 * scene.resolution, ramp: scene.colours.map.flatMap(rgb)});
+    gl.disable(gl.CULL_FACE); // all that is drawn is turned to the eye
+    this.attribute("place", this.buffers.cubecorners, 3, 24, 0);
+    this.attribute("normal", this.buffers.cubecorners, 3, 24, 12);
     this.attribute("centre", this.buffers.mapplaces, 3, 0, 0, {each: 1});
     this.attribute("probability", this.buffers.mapchances, 1, 0, 0, {each: 1, kind: gl.UNSIGNED_BYTE});
-    gl.drawArraysInstanced(gl.TRIANGLES, 0, 36, map.cells.length);
+    this.instances("cube", cells.length);
+    gl.enable(gl.CULL_FACE);
   }
 
   centres(scene, cells) {

@@ -29,23 +29,37 @@ function normals(vertices, faces) {
   return out;
 }
 
-/** The cube [-1, 1]³: corners and normals by turns. */
+/** Each vertex once, though several triangles have it: `faces` tell which. A vertex is so many numbers of `parts`. */
+function shared(parts) {
+  const faces = [], kept = [], known = new Map(), sizes = Object.entries(parts);
+  const count = sizes[0][1].values.length / sizes[0][1].size;
+  for (let k = 0; k < count; k++) {
+    const key = sizes.map(([, {values, size}]) => values.subarray(size * k, size * (k + 1)).join()).join("|");
+    if (!known.has(key)) { known.set(key, kept.length); kept.push(k); }
+    faces.push(known.get(key));
+  }
+  const chosen = ({values, size}) => {
+    const out = new values.constructor(size * kept.length);
+    kept.forEach((k, at) => out.set(values.subarray(size * k, size * (k + 1)), size * at));
+    return out;
+  };
+  return {...Object.fromEntries(sizes.map(([name, each]) => [name, chosen(each)])), faces: new Uint32Array(faces)};
+}
+
+/** Of the cube [-1, 1]³ the three faces on the positive side: corners and normals by turns. */
 function cube() {
   const out = [];
   for (let axis = 0; axis < 3; axis++)
-    for (const side of [-1, 1]) {
-      const corner = (u, v) => {
-        const p = [0, 0, 0], n = [0, 0, 0];
-        p[axis] = n[axis] = side; p[(axis + 1) % 3] = u * side; p[(axis + 2) % 3] = v;
-        out.push(...p, ...n);
-      };
-      corner(-1, -1); corner(1, -1); corner(1, 1); corner(-1, -1); corner(1, 1); corner(-1, 1);
+    for (const [u, v] of [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]]) {
+      const p = [0, 0, 0], n = [0, 0, 0];
+      p[axis] = n[axis] = 1; p[(axis + 1) % 3] = u; p[(axis + 2) % 3] = v;
+      out.push(...p, ...n);
     }
-  return new Float32Array(out);
+  return shared({corners: {values: new Float32Array(out), size: 6}});
 }
 
 /** A capsule of any length: directions from its bone, and at which end of that. */
-function capsule(around = 10, cap = 2) {
+function capsule(around, cap) {
   const out = [], rings = [];
   for (let k = -cap; k <= cap; k++) {
     const polar = Math.PI / 2 * k / cap;
@@ -59,9 +73,10 @@ function capsule(around = 10, cap = 2) {
   for (let ring = 0; ring + 1 < rings.length; ring++)
     for (let k = 0; k < around; k++) {
       const [low, high] = [rings[ring], rings[ring + 1]];
-      point(low, k); point(low, k + 1); point(high, k + 1); point(low, k); point(high, k + 1); point(high, k);
+      const next = (k + 1) % around;
+      point(low, k); point(low, next); point(high, next); point(low, k); point(high, next); point(high, k);
     }
-  return new Float32Array(out);
+  return shared({directions: {values: new Float32Array(out), size: 4}});
 }
 
 /** The edges of the box of the map, and lines on its floor a centimetre from each other. */

@@ -42,17 +42,19 @@ const SHADERS = {
       vec4 at = project * seen, deeper = project * (seen - vec4(0.0, 0.0, behind * radius, 0.0));
       gl_Position = vec4(at.xy, deeper.z / deeper.w * at.w, at.w);
     }`, COLOURED],
-  // Voxels that are more probable than the threshold.
+  // Voxels, of each the three faces that are turned to the eye.
   voxels: [HEAD + LIT + `
     in vec3 place, normal; in vec3 centre; in float probability;
-    uniform float reach, threshold; uniform vec3 ramp[4];
+    uniform float reach; uniform vec3 ramp[4];
     out vec4 tint;
     void main() {
       float p = probability / 255.0, at = clamp((p - 0.1) / 0.85, 0.0, 1.0) * 3.0;
       vec3 base = at < 1.0 ? mix(ramp[0], ramp[1], at)
         : at < 2.0 ? mix(ramp[1], ramp[2], at - 1.0) : mix(ramp[2], ramp[3], at - 2.0);
-      tint = vec4(base * lit(normal), 1.0);
-      gl_Position = p > threshold ? project * view * vec4(centre + reach * place, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+      vec3 eye = -transpose(mat3(view)) * view[3].xyz;
+      vec3 side = mix(vec3(-1.0), vec3(1.0), greaterThan(eye, centre));
+      tint = vec4(base * lit(side * normal), 1.0);
+      gl_Position = project * view * vec4(centre + reach * side * place, 1.0);
     }`, COLOURED],
   // A mesh, between two colours by a value of each vertex.
   mesh: [HEAD + LIT + `

@@ -13,12 +13,14 @@ from mne_lsl import lsl
 from haptic_env import hands
 from tests.haptic_lab.live.streams import moving
 
+TOUCHES = 4.0  # a second, of ten samples each
+
 
 def main(name: str, which: str, rate: float, seconds: float) -> None:
     lsl.set_config_content("[log]\nlevel = -3\n")
     hand = hands.make(which)
     count = int(seconds * rate)
-    _, angles, contacts = moving(hand, count, rate)
+    _, angles, contacts = moving(hand, count, rate, touches=int(TOUCHES * seconds))
     outlets = []
     for kind, labels in (("joints", hand.joint_names), ("touch", hand.patches.names)):
         info = lsl.StreamInfo(f"{name}_{kind}", kind, len(labels), rate, "float64", f"{name}_{kind}")

@@ -11,14 +11,16 @@ from haptic_env.hand import Hand
 from haptic_lab.live.session import Chunk, Told
 
 
-def moving(hand: Hand, samples: int, rate: float = 50.0, seed: int = 0, start: float = 100.0) -> tuple[Any, Any, Any]:
+def moving(
+    hand: Hand, samples: int, rate: float = 50.0, seed: int = 0, start: float = 100.0, touches: int = 8
+) -> tuple[Any, Any, Any]:
     """When samples were taken (T,) s, angles (T, J) rad, contacts (T, P)."""
     rng = np.random.default_rng(seed)
     time = start + np.arange(samples) / rate
     angles = hand.rest_pose + 0.2 * np.sin(2.0 * time[:, None] + np.arange(hand.joints))
     angles += np.deg2rad(1.0) * rng.standard_normal(angles.shape)
     contacts = np.zeros((samples, len(hand.patches)))
-    for _ in range(8):
+    for _ in range(touches):
         at = int(rng.integers(samples))
         contacts[at : at + 10, rng.integers(len(hand.patches))] = 1.0
     return time, angles, contacts

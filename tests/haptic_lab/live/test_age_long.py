@@ -1,4 +1,5 @@
-"""How old a belief is when it is handed on: minutes at 100 Hz, MyoHand, 200 particles, by the Lab Streaming Layer.
+"""How old a belief is when it is handed on, and what an hour takes: minutes at 100 Hz, 200 particles, by the Lab
+Streaming Layer, and an hour as fast as it goes.
 
 python -m pytest -m statistical -s tests/haptic_lab/live/test_age_long.py
 """
@@ -14,12 +15,19 @@ import pytest
 
 from haptic_lab.commands import live
 from haptic_lab.live import lsl
-from haptic_lab.live.session import Told
+from haptic_lab.live.session import Chunk, Told
 from observer import warm_up
+from tests.haptic_lab.live.streams import Played, moving
+from tests.haptic_lab.live.test_live import session
 from tests.haptic_lab.live.test_lsl import sending
 
 pytest.importorskip("mne_lsl")
 RATE = 100.0
+
+
+def memory() -> float:
+    """MiB that the process has."""
+    return float(psutil.Process().memory_info().rss) / 2**20
 
 
 class Ages:
@@ -33,11 +41,7 @@ class Ages:
         self.ages.append(self.clock() - told.time)
         self.times.append(told.time)
         if not self.early and self.times[-1] - self.times[0] > 20.0:
-            self.early = self.memory()
-
-    def memory(self) -> float:
-        """MiB that the process has."""
-        return float(psutil.Process().memory_info().rss) / 2**20
+            self.early = memory()
 
     def close(self) -> None:
         pass
@@ -46,15 +50,16 @@ class Ages:
 @pytest.mark.statistical
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize(("steps", "minutes"), [(50, 1), (100, 1), (50, 10), (100, 10)])
-def test_beliefs_are_of_now_and_nothing_is_lost(steps: int, minutes: int) -> None:
+@pytest.mark.parametrize("hand", ["myo", "two_finger"])
+def test_beliefs_are_of_now_and_nothing_is_lost(hand: str, steps: int, minutes: int) -> None:
     """How old they are, and how busy this machine is, is printed: an observer that is too slow for it falls behind."""
-    hand, seconds = "myo", 60.0 * minutes
+    seconds = 60.0 * minutes
     name, made = f"test{uuid.uuid4().hex[:8]}", []
     with sending(name, hand, RATE, seconds + 60.0):  # for as long as it compiles, too
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(live, "_run", lambda *all_: made.append(all_) or 0)
             streams = [f"{name}_joints", f"{name}_touch"]
-            given = ["--lsl-in", *streams, "--hand", hand, "--control-hz", str(steps)]
+            given = ["--lsl-in", *streams, "--hand", hand, "--control-hz", str(steps), "--lsl-out", name]
             source = lsl.LslSource(streams)  # the sender waits for it, until all is compiled
             patch.setattr(live, "LslSource", lambda _: source)
             assert live.main(given) == 0
@@ -62,16 +67,44 @@ def test_beliefs_are_of_now_and_nothing_is_lost(steps: int, minutes: int) -> Non
         warm_up(session.slam.hand, observer=session.slam)
         ages, before = Ages(), os.times()
         session.run(source, [*sinks, ages], seconds)
-        after, memory = os.times(), ages.memory()
+        after, late_memory = os.times(), memory()
         source.close()
     late = 1000.0 * np.array(ages.ages[10 * steps :])  # the first seconds catch up with what came before
     median, most = np.quantile(late, (0.5, 0.99))
     busy = (after.user + after.system - before.user - before.system) / seconds
     print(f"\n{steps} steps a second: age of a belief: median {median:.1f} ms, p99 {most:.1f} ms of {len(late)}")
     print(f"a step takes {1e3 * session.pace.seconds:.1f} ms by the clock; at most {session.pace.most:.2f} s behind")
-    print(f"{session.merger.counts}; {ages.early:.0f} MiB after 20 s, {memory:.0f} MiB at the end")
+    print(f"{session.merger.counts}; {ages.early:.0f} MiB after 20 s, {late_memory:.0f} MiB at the end")
     print(f"{busy:.0%} of a core; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     assert session.merger.counts.late == 0
     assert session.merger.counts.joints_missing == session.merger.counts.touch_missing == 0
     assert np.allclose(np.diff(ages.times), 1.0 / steps)
-    assert memory - ages.early < 20.0
+    assert late_memory - ages.early < 20.0
+
+
+@pytest.mark.statistical
+@pytest.mark.timeout(3600)
+def test_an_hour_takes_no_more_memory_than_ten_minutes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two fingers that move and touch all the time, 50 samples a second, by a clock that goes as fast as they come."""
+    source, made = session()
+    source.close()
+    samples, taken, clock = 180_000, [], [0.0]
+    monkeypatch.setattr("haptic_lab.live.session.time.monotonic", lambda: clock[0])
+    time_, angles, contacts = moving(made.slam.hand, samples, touches=4 * 3600)
+
+    def chunks():
+        for first in range(0, samples, 100):
+            if first % 30_000 == 0:
+                taken.append(memory())
+                print(f"{first} steps: {taken[-1]:.0f} MiB", flush=True)
+            clock[0] += 2.0
+            rows = slice(first, first + 100)
+            yield [Chunk(name, time_[rows], each[rows]) for name, each in (("joints", angles), ("contacts", contacts))]
+
+    source = Played(chunks())
+    source.session = made
+    made.run(source, [])
+    print(f"{made.merger.counts}; {memory():.0f} MiB at the end")
+    assert made.merger.counts.steps == samples
+    assert made.merger.counts.late == made.merger.counts.joints_missing == made.merger.counts.touch_missing == 0
+    assert memory() - taken[1] < 20.0

@@ -265,6 +265,8 @@ BAD = {
         "another file than --record",
     ),
     "no port to send to": (["--udp", "0", "--udp-out", "0", "--hand", "two_finger"], "--udp-out must be"),
+    "no name to send by": (["--udp", "0", "--lsl-out", "", "--hand", "two_finger"], "--lsl-out must be a word of 1"),
+    "a name of two lines": (["--lsl-in", "a", "--lsl-out", "a\nb", "--hand", "two_finger"], "--lsl-out must be a word"),
     "its own port": (["--udp", "5005", "--udp-out", "5005", "--hand", "two_finger"], "another port than --udp"),
     "a candidate": (["--udp", "0", "--hand", "two_finger", "--candidates", "cub"], "cube"),
     "a library": (["--udp", "0", "--hand", "two_finger", "--library", "none"], "learn one first"),
@@ -300,8 +302,8 @@ def test_what_never_comes_is_told(hand, monkeypatch):
     clock = itertools.count(0.0, 0.5)
     monkeypatch.setattr("haptic_lab.live.session.time.monotonic", lambda: next(clock))
     made.run(Played(iter([[]] * 20)), [], 9.0)
-    assert [each for each in said if "no joints have come from joints" in each]
-    assert [each for each in said if "no touch have come from contacts" in each]
+    assert [each for each in said if "no samples of joints have come from joints" in each]
+    assert [each for each in said if "no samples of touch have come from contacts" in each]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")

@@ -140,6 +140,19 @@ def test_lines_tell_torques(hand):
     np.testing.assert_array_equal(chunk.values, np.full((1, hand.joints), 0.25))
 
 
+@pytest.mark.parametrize("gone", [(0, 0), (10, 100)])
+def test_steps_whose_torques_are_not_known_are_counted_in_the_end(hand, capsys, gone):
+    """Of 100 steps the first has none before it."""
+    source, made = session("--torques")
+    source.close()
+    source = Played(played(hand, 50.0, gone=gone))
+    source.session = made
+    assert live._run({"lsl_in": ["a"], "seconds": None, "save": None}, source, made, []) == 0
+    unknown = made.merger.torques.missing
+    assert (unknown > 30) == (gone[1] > 0)
+    assert f", {unknown} without torques" in " ".join(capsys.readouterr().out.split())
+
+
 @pytest.mark.parametrize(
     ("arguments", "valid"),
     [

@@ -52,7 +52,7 @@ def session(name: str, *more: str) -> tuple:
     made: list = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(live, "_run", lambda *all_: made.append(all_) or 0)
-        assert live.main(["--lsl-in", f"{name}_joints", f"{name}_touch", *FEW, *more]) == 0
+        assert live.main(["--lsl-in", f"{name}_joints", f"{name}_touch", "--lsl-out", name, *FEW, *more]) == 0
     return made[0][1:]
 
 
@@ -86,7 +86,7 @@ def test_joints_and_contacts_come_and_beliefs_go(name, capsys):
         source, made, sinks = session(name)
         with running(source, made, sinks) as kept:
             wait(lambda: len(kept.told) > 5)
-            (told,) = lsl.resolve_streams(timeout=5.0, name="haptic_slam_pose")
+            (told,) = lsl.resolve_streams(timeout=5.0, name=f"{name}_pose")
             ear = lsl.StreamInlet(told)
             ear.open_stream(timeout=5.0)
             assert ear.get_sinfo().get_channel_names() == [*hand.joint_names, *(f"{j}_std" for j in hand.joint_names)]
@@ -101,11 +101,16 @@ def test_joints_and_contacts_come_and_beliefs_go(name, capsys):
 
             wait(heard)
             there = {each.name for each in lsl.resolve_streams(timeout=1.0)}
-    assert {f"haptic_slam_{each}" for each in ("pose", "offset", "names", "entropy")} <= there
+            assert live.main(["--udp", "0", "--lsl-out", name, *FEW]) == 2
+            refused = capsys.readouterr().err
+    assert {f"{name}_{each}" for each in ("pose", "offset", "names", "entropy")} <= there
     by_time = {told.time: told.belief for told in kept.told}
     at = min(by_time, key=lambda time_: abs(time_ - stamps[3]))
     np.testing.assert_array_equal(values[3], np.concatenate([by_time[at].joint_angles, by_time[at].joint_std]))
     assert made.merger.counts.late == made.merger.counts.clock_steps == 0
+    assert f"a stream '{name}_entropy' is sent already, on " in refused
+    assert "say by --lsl-out another word" in refused
+    assert refused.count("\n") == 1
 
 
 def test_a_sender_that_dies_and_comes_back(name, monkeypatch):
@@ -154,3 +159,35 @@ def test_a_stream_of_another_width_is_told(name, capsys):
     assert "8 joints and 50 patches" in told
     assert f"'{name}_joints' has" in told
     assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "begins"),
+    [
+        (["--udp", "0"], None),
+        (["--udp", "0", "--lsl-out", "left hand"], "left hand"),
+        (["--lsl-in", "a", "b"], lsl.OUT),
+        (["--lsl-in", "a", "b", "--lsl-out", "Left"], "Left"),
+    ],
+)
+def test_beliefs_go_out_by_the_name_that_was_said(monkeypatch, arguments, begins):
+    """Two sessions on one network are told apart; whoever listens by UDP may send by the Lab Streaming Layer too."""
+    hand, made, opened = hands.make("two_finger"), [], []
+
+    labels = {"a": list(hand.joint_names), "b": list(hand.patches.names)}
+    source = SimpleNamespace(labels=labels, rates={"a": 50.0, "b": 50.0})
+    library = SimpleNamespace(
+        resolve_streams=lambda timeout: [SimpleNamespace(name="haptic_slam2_pose", hostname="lab")],
+        StreamInfo=lambda name, *_: (
+            opened.append(name)
+            or SimpleNamespace(set_channel_names=lambda names: None, set_channel_units=lambda units: None)
+        ),
+        StreamOutlet=lambda info, max_buffered: info,
+    )
+    monkeypatch.setattr(lsl, "library", lambda: library)
+    monkeypatch.setattr(live, "LslSource", lambda names: source)
+    monkeypatch.setattr(live, "_run", lambda *all_: made.append(all_) or 0)
+    assert live.main([*arguments, *FEW]) == 0
+    assert opened == ([] if begins is None else [f"{begins}_{kind}" for kind in lsl.KINDS])
+    if "--udp" in arguments:
+        made[0][1].close()

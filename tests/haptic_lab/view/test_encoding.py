@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,13 @@ from scipy.spatial import cKDTree
 
 from haptic_env import hands
 from haptic_lab.exploration.surface_picture import LIMIT
+from haptic_lab.view import encoding
 from haptic_lab.view.encoding import GHOSTS, LEAST, TURN, UNIT, Encoder
-from haptic_lab.view.moment import Pace, packed, unpacked
+from haptic_lab.view.moment import NewTouches, Pace, packed, unpacked
 from haptic_lab.view.skin import skin_of
 from observer.kinematics import link_frames, tree_of
+from observer.maps.occupancy import OccupancySnapshot
+from observer.surface.touches import MOST, TouchLog
 from tests.haptic_lab.view.conftest import Shown
 
 TYPES = {"u8": np.uint8, "i16": np.int16, "u32": np.uint32, "f32": np.float32}
@@ -122,3 +126,38 @@ def test_the_surface_is_that_of_the_belief(shown: Shown) -> None:
     away, _ = cKDTree(surface.vertices).query(vertices)
     assert np.median(away) < 5e-4
     assert read(last["values"]).mean() == pytest.approx(255.0 * (1e3 * surface.std / LIMIT).clip(0, 1).mean(), rel=0.05)
+
+
+@pytest.mark.parametrize("times", [1, 40])
+def test_the_surface_is_drawn_of_the_touches_that_a_belief_draws_it_of(
+    shown: Shown, times: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However many there are: they are chosen once."""
+    links, rate = shown.belief.snapshot.touches.since(0)  # type: ignore[union-attr]
+    log, given = TouchLog(shown.setting.hand.patches, rate, links * times), []
+    assert (len(log) > MOST) == (times > 1)
+    (moment,) = shown.moments[-1:]
+    encoder = Encoder(shown.setting)
+    encoder.touched(NewTouches.of(log, 0))
+    surface_of = encoding.surface_of
+    monkeypatch.setattr(encoding, "surface_of", lambda log, *rest: given.append(log) or surface_of(log, *rest))
+    encoder.surface(moment._replace(touches=NewTouches.of(log, len(log))))
+    for mine, theirs in zip(given[0].skin(), log.skin(), strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+
+
+def test_touches_are_told_anew_where_not_all_were_kept(shown: Shown) -> None:
+    links, rate = shown.belief.snapshot.touches.since(0)  # type: ignore[union-attr]
+    pace, every, patches = Pace(50.0), list(links), shown.setting.hand.patches
+
+    def told(of: list[Any], step: int) -> NewTouches:
+        snapshot = OccupancySnapshot(lambda: shown.belief.occupancy, TouchLog(patches, rate, of))
+        belief = replace(shown.belief, snapshot=snapshot)
+        return pace.take(step, belief, np.ones(1), None, whole=True).touches  # type: ignore[return-value]
+
+    assert told(every, 1).begin == 0
+    every.append(links[0])
+    assert (told(every, 2).begin, len(told(every, 3).counts)) == (len(links), 0)
+    some = [*every[::2], *links, *links]
+    new = told(some, 4)
+    assert (new.begin, len(new.counts)) == (0, len(some))

@@ -15,6 +15,7 @@ from haptic_env.grid import Grid
 from haptic_env.pose import Pose
 from observer import DeadReckoning, HapticSLAM, PoseOnly
 from observer.metrics import touched_places
+from observer.surface import touches
 from observer.surface.metrics import mesh_score
 
 
@@ -145,3 +146,34 @@ def test_who_lacks_a_library_is_told_what_to_install(beliefs, monkeypatch, missi
     )
     with pytest.raises(ImportError, match=rf"{missing}.*haptic-slam\[meshes\]"):
         beliefs[-1].surface()
+
+
+def test_of_a_long_trial_some_touches_are_kept_and_all_of_a_kept_belief(trial, monkeypatch):
+    """So that an hour beside a hand takes no more memory than some minutes."""
+    turns = list(zip(trial.torque, trial.felt, trial.contacts, strict=True)) * 2
+
+    def run():
+        slam = HapticSLAM(trial.hand, particles=4, in_hindsight=False)
+        slam.reset(seed=0)
+        return [slam.step(*turn) for turn in turns]
+
+    whole = run()
+    before = whole[140].surface()
+    monkeypatch.setattr(touches, "KEPT", 60)
+    monkeypatch.setattr(touches, "RUN", 6)
+    some = run()
+    logs = [each.snapshot.touches for each in some]
+    assert len(whole[-1].snapshot.touches) > 150
+    assert max(map(len, logs)) < 60 + len(trial.hand.links)
+    for mine, theirs in zip(some[140].surface(), before, strict=True):
+        if len(whole[140].snapshot.touches) < 60:
+            np.testing.assert_array_equal(mine, theirs)
+    thinned = [k for k in range(1, len(logs)) if not logs[k].continues(logs[k - 1])]
+    assert thinned
+    kept = logs[thinned[0] - 1]
+    assert len(kept.since(0)[0]) == len(kept) >= 60
+    assert not some[-1].surface().empty
+    links, _ = logs[-1].since(0)
+    assert {int(trial.hand.patches.link[each.patches[0]]) for each in links} == {
+        int(trial.hand.patches.link[each.patches[0]]) for each in whole[-1].snapshot.touches.since(0)[0]
+    }
