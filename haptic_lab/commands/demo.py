@@ -31,8 +31,8 @@ from haptic_lab.view.viewer import Viewer, opened
 from haptic_lab.warm_up import get_ready, told_on
 from haptic_lab.worlds import HANDS_OR_IDS, environment, typed_shape
 
-EXAMPLE = """examples: haptic-slam demo
-          haptic-slam demo --shape pyramid --sigma 5 --no-browser"""
+EXAMPLE = """examples: haptic-slam demo --shape pyramid --sigma 5
+          haptic-slam demo --no-browser"""
 SECONDS = 30.0
 
 
