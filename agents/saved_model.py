@@ -17,7 +17,7 @@ from haptic_env.extras import how_to_install
 WHY = (
     "a model that Stable-Baselines3 has saved holds pickles, which can run any code when they are read. If you made it "
     "yourself, or trust whoever made it as you trust a program of theirs, give trust=True (commands: --trust). "
-    "haptic-slam train writes the same as an .npz file that runs nothing, and so does agents.export(model, path)"
+    "haptic-slam export makes an .npz file of it that runs nothing, as haptic-slam train and agents.export write"
 )
 
 

@@ -65,7 +65,7 @@ EXAMPLES = {  # one of each; most need nothing but what is there
     "figures": "figure5 --quick",
     "fit": "example --courses example",
     "compare": "example --courses example",
-    "design": "ideal memory --courses example",
+    "design": "ideal memory --courses example --rounds 10",
     "simulate": "--courses example --sigma 5 --out a.csv",
     "train": "--preset trained --steps 20000",
     "export": "model.zip --trust",

@@ -36,7 +36,7 @@ KNOWN = {"cube": "#0072B2", "sphere": "#D55E00", "pyramid": "#009E73", "cylinder
 
 OBSERVER_COLOURS = {
     "floor": "#999999",
-    "paper": "#CC79A7",
+    "paper": "#882255",
     "kalman": "#E69F00",
     "smoother": "#56B4E9",
     "white": "#D55E00",

@@ -167,7 +167,11 @@ class Trial:
 
 
 def guided(
-    env: gym.Env[Any, Any], policy: str, sigma_deg: float | None, shape: ShapePosterior, **keywords: Any
+    env: gym.Env[Any, Any],
+    policy: str | type[Policy],
+    sigma_deg: float | None,
+    shape: ShapePosterior,
+    **keywords: Any,
 ) -> gym.Env[Any, Any]:
     """Give a policy what it reads: where that is beliefs, an observer of `GUIDE`, and where it asks what the object may
     be, a namer.
@@ -176,7 +180,7 @@ def guided(
 
     Args:
         env: that is explored.
-        policy: name, or path of a model.
+        policy: name, or path of a model; or a class.
         sigma_deg: that the observer is told, degrees; None: it finds it out.
         shape: the namer, which is copied.
         **keywords: of the observer, what else it is told.
@@ -184,7 +188,7 @@ def guided(
     Returns:
         An `ObserverWrapper`, or `env` where the policy reads nothing.
     """
-    kind = agents.find(policy)
+    kind = agents.find(policy) if isinstance(policy, str) else policy
     if not kind.guided:
         return env
     base = hand_env(env)

@@ -40,7 +40,8 @@ def _output(output: dict[str, Any]) -> str:
         return f'<img src="data:image/png;base64,{shown["image/png"].strip()}" alt="what this draws">'
     if "text/html" in shown:
         table = "".join(shown["text/html"])
-        return re.sub(r"<style.*?</style>", "", table, flags=re.DOTALL).replace("\n", "")
+        bare = re.sub(r"<style.*?</style>", "", table, flags=re.DOTALL).replace("\n", "")
+        return bare.replace(' border="1" class="dataframe"', "")  # so that it looks as all tables do
     text = "".join(output.get("text") or shown.get("text/plain", ""))
     return f"```text\n{text.rstrip()}\n```"
 

@@ -49,8 +49,8 @@ def compare(rows: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
     Returns:
         A line for each of the factors, shape (and `ALL`), observer and measure: means of `floor` and of the `observer`,
         their `difference` with its 95 % interval (`low`, `high`; Student's t, exploration by exploration), a `verdict`
-        (which way that interval lies of 0), number of `trials`, and where there is a ceiling the `closure` with its
-        interval (`closure_low`, `closure_high`; a bootstrap over explorations). An exploration that ends without a
+        (which way that interval lies of 0), number of `trials`, and where the ceiling surely differs the `closure` with
+        its interval (`closure_low`, `closure_high`; a bootstrap over explorations). An exploration that ends without a
         decision counts as decided at its end. Nothing without a floor and another.
     """
     told = [name for name in measures if name in rows and direction(name)]
@@ -119,6 +119,9 @@ def _closures(floor: pd.DataFrame, mine: pd.DataFrame, ceiling: pd.DataFrame) ->
         drawn = (means[0] - means[1]) / (means[2] - means[1])
     result = np.full((3, len(floor.columns)), np.nan)
     for column in range(result.shape[1]):
+        bracket = (tables[2] - tables[1])[held[:, column], column]
+        if _verdict(*interval(bracket)[1:3], 1) == UNDECIDED:
+            continue  # what lies between two that are the same
         result[0, column] = metrics.closure(*(float(each[0, column]) for each in means))
         if np.isfinite(drawn[:, column]).all():
             result[1:, column] = np.quantile(drawn[1:, column], HALVES)

@@ -105,6 +105,8 @@ def main(arguments: list[str] | None = None) -> int:
         guessed = [] if given.models[0].timed else list(best.index[best < chance])
         if guessed:
             console.print(f"note: {fit_report.worse_than_guesses(guessed, chance)}", highlight=False)
+        for note in fit_report.unheeded(given.tables, given.models):
+            console.print(f"note: {note}", highlight=False)
         recovery = recovery_table(recovered, names) if recovered else None
         written = write_table(out, "compare", table, compare_report.picture(table, recovery))
         if recovery is not None:

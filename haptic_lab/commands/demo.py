@@ -22,6 +22,7 @@ from haptic_lab.exploration import learnt
 from haptic_lab.exploration.run import begin, explore, make_trial
 from haptic_lab.exploration.settings import DEFAULTS, OBSERVER, ExplorationSettings
 from haptic_lab.exploration.summary import summarise, table
+from haptic_lab.style import titles_of, with_article
 from haptic_lab.terminal import Parser, as_path, make_console, refuse
 from haptic_lab.trial import Trial
 from haptic_lab.view.options import PORT, ViewOptions
@@ -30,8 +31,8 @@ from haptic_lab.view.viewer import Viewer, opened
 from haptic_lab.warm_up import get_ready, told_on
 from haptic_lab.worlds import HANDS_OR_IDS, environment, typed_shape
 
-EXAMPLE = """examples: haptic-slam demo
-          haptic-slam demo --shape pyramid --sigma 5 --no-browser"""
+EXAMPLE = """examples: haptic-slam demo --shape pyramid --sigma 5
+          haptic-slam demo --no-browser"""
 SECONDS = 30.0
 
 
@@ -96,7 +97,9 @@ def main(arguments: list[str] | None = None) -> int:
         def right(solid: shapes.Solid) -> str:
             return learnt.truth(settings, solid, session.candidates, session.namer.none > 0.0)
 
-        what = f"a {settings.shape}" if settings.shape else "a hidden object"
+        what = "a hidden object"
+        if settings.shape:
+            what = with_article(titles_of((*session.candidates, settings.shape))[settings.shape])
         console.print(f"Exploring {what} by blind touch for {settings.seconds:g} s; Ctrl-C ends it …", highlight=False)
         view = _InTime(viewer, trial, f"Blind touch of {what}", right)
         try:

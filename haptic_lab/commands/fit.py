@@ -78,7 +78,7 @@ def main(arguments: list[str] | None = None) -> int:
             refuse(str(error))
         found = fit_report.table(fits)
         fit_report.tell(found, given.model, console)
-        for note in fit_report.notes(fits):
+        for note in (*fit_report.notes(fits), *fit_report.unheeded(given.tables, [given.model])):
             console.print(f"note: {note}", highlight=False)
         write_table(out, "fit", found, fit_report.picture(fits))
         write_csv(out / "predicted.csv", predicted(fits))

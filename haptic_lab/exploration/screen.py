@@ -52,9 +52,8 @@ class Screen:
             self.live.update(self._panel(seconds, step))
         elif self.live is None and step % each == 0:
             names = "  ".join(f"{self.titles[name]} {p:4.0%}" for name, p in self.observer_run.posterior.items())
-            self.console.print(
-                f"{seconds:5.1f} s  Neff {self.observer_run.belief.n_eff:6.1f}  {names}", highlight=False
-            )
+            line = f"{seconds:5.1f} s  Neff {self.observer_run.belief.n_eff:6.1f}  {names}"
+            self.console.print(line, highlight=False, soft_wrap=True)
 
     def _panel(self, seconds: float, step: int) -> Group:
         count = len(self.observer_run.belief.weights)

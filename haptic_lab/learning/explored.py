@@ -9,6 +9,7 @@ import numpy as np
 
 from agents.hold_action import HoldAction
 from haptic_env import hand_env, registration, shapes
+from haptic_env.objects import reset_options
 from haptic_lab.learning.presets import FOUR, NAME, RAW, TrainingWorld
 from observer import (
     BeliefObservation,
@@ -54,7 +55,7 @@ class DomainRandomisation(gym.Wrapper):
         sigma = float(self._rng.uniform(*self._sigma_deg))
         shape = str(self._rng.choice(self._shapes))
         size = self._rng.choice(self._scales) * shapes.default_size(shape)
-        drawn: dict[str, Any] = {"shape": shape, "size": size, "sigma_deg": sigma} | (options or {})
+        drawn: dict[str, Any] = {"shape": shape, "size": size, "sigma_deg": sigma, **reset_options(options)}
         result = self.env.reset(seed=seed, options=drawn)
         if self._observer is not None and self._tells_sigma:
             self._observer.sigma_deg = drawn["sigma_deg"]

@@ -24,6 +24,7 @@ from haptic_lab.learning.interrupt import InterruptGuard
 from haptic_lab.learning.learners import ALGORITHMS as ALGORITHMS
 from haptic_lab.learning.learning_curve import draw
 from haptic_lab.learning.presets import Preset
+from haptic_lab.progress import ProgressLines
 from haptic_lab.sweeps.provenance import versions
 
 CHECKPOINTS = "checkpoints"
@@ -74,6 +75,30 @@ class SaveCheckpoints(BaseCallback):
         state = {"seconds": self.seconds, "best": float(self.evaluation.best_mean_reward)}
         checkpoints.save(self.folder, self.model, state)
         self.saved = self.model.num_timesteps
+
+
+class TellSteps(BaseCallback):
+    """Says how far a run is, where no bar would be seen."""
+
+    def __init__(self, steps: int, console: Console) -> None:
+        """Say nothing yet.
+
+        Args:
+            steps: of the learner, until the end.
+            console: to say it on.
+        """
+        super().__init__()
+        self.lines = ProgressLines(console=console)
+        self.task, self.first = self.lines.add_task("steps", total=steps), 0
+
+    def _on_training_start(self) -> None:
+        self.first = self.model.num_timesteps
+
+    def _on_step(self) -> bool:
+        return True
+
+    def _on_rollout_end(self) -> None:
+        self.lines.update(self.task, completed=self.model.num_timesteps - self.first)
 
 
 class TrainingRun(NamedTuple):
@@ -167,8 +192,9 @@ def train(ready: TrainingRun, stop: InterruptGuard, console: Console) -> int:
         if left > 0:
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", message="rich is experimental")  # tqdm's way to draw the progress bar
-                callbacks = [ready.evaluation, save]
-                model.learn(left, callbacks, reset_num_timesteps=False, progress_bar=True, tb_log_name="run")
+                callbacks: list[BaseCallback] = [ready.evaluation, save, TellSteps(left, console)]
+                bar = console.is_terminal
+                model.learn(left, callbacks, reset_num_timesteps=False, progress_bar=bar, tb_log_name="run")
             save.save()
             seconds = save.seconds
     except KeyboardInterrupt:

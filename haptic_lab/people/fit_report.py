@@ -19,6 +19,7 @@ from haptic_lab.people.courses import Courses
 from haptic_lab.people.fitting import Fit
 from haptic_lab.people.models import LOGARITHMIC, UNITS, Model
 from haptic_lab.people.predictions import predicted
+from haptic_lab.people.trial_columns import DEADLINE
 from haptic_lab.style import BETTER, WORSE, as_drawn
 
 FILES = ("fit.csv", "predicted.csv", "fit.json", "fit.png")
@@ -157,6 +158,27 @@ def notes(fits: Mapping[str, Fit]) -> list[str]:
             f"the range of a parameter cuts its posterior off, so that its interval says nothing there: {places}"
         )
     return told
+
+
+def unheeded(tables: Mapping[str, pd.DataFrame], models: Sequence[Model]) -> list[str]:
+    """Say whose answers came before they were asked for, where no model heeds that.
+
+    Args:
+        tables: of trials, by subject.
+        models: that are fitted.
+
+    Returns:
+        A note, or none.
+    """
+    if any(model.timed for model in models):
+        return []
+    early = [name for name, table in tables.items() if DEADLINE in table and (table["seconds"] < table[DEADLINE]).any()]
+    if not early:
+        return []
+    return [
+        f"{validate.listed(early)} answered before being asked: that tells of what was believed too, which --model "
+        "stop_at heeds and this does not"
+    ]
 
 
 def chance_of(courses: Courses) -> float:

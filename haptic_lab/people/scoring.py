@@ -73,7 +73,8 @@ def design_of(
 
     Args:
         table: (M,) trials, as `read_trials` gives them.
-        kind: of `DESIGNS`; None: "yes-no" where all answers are yes or no, else "identification".
+        kind: of `DESIGNS`; None: "yes-no" where all answers are yes or no, "2afc" with a standard, else
+            "identification".
         candidates: that people could choose from; "none" is right of other objects. Nothing: all objects and answers
             of the table.
         absent: objects of which "no" is right.
@@ -94,7 +95,8 @@ def design_of(
             f"response is yes or no in some trials and a name in others, such as {validate.listed(other[:5])} in trial "
             f"{row} of the table: report them apart"
         )
-    found = ("yes-no" if binary else "identification") if kind is None else validate.choice("design", kind, DESIGNS)
+    of_binary = "2afc" if standard else "yes-no"
+    found = (of_binary if binary else "identification") if kind is None else validate.choice("design", kind, DESIGNS)
     if (found != "identification") != bool(binary):
         wanted = "names of objects" if found == "identification" else "yes or no"
         raise ValueError(f"responses of design {found!r} must be {wanted}, got {validate.listed(answers[:5])}")

@@ -21,7 +21,7 @@ from haptic_lab.people import evidence
 from haptic_lab.people.courses import Courses
 from haptic_lab.people.decisions import Decision, choices
 from haptic_lab.people.models import PARAMETERS, RULES, Model
-from haptic_lab.people.stopping import Stopping, first_beyond
+from haptic_lab.people.stopping import Stopping, first_beyond, moments
 from haptic_lab.people.trial_columns import DEADLINE
 
 NAME = "simulated {}"
@@ -144,8 +144,8 @@ def simulate(
     for trial, (cell, time) in enumerate(zip(cells, times, strict=True), 1):
         at_sigma = int(felt[0] if len(felt) == 1 else rng.choice(felt, p=level[felt]))
         course = held[cell, at_sigma, decks.deal(cell, time)]  # (T, C)
-        moments = np.append(at[at < time - evidence.LATE], time) if decision.stops else np.array([time])
-        believed = np.stack([np.interp(moments, at, course[:, name]) for name in range(course.shape[1])], axis=1)
+        when = moments(at, time) if decision.stops else np.array([time])
+        believed = np.stack([np.interp(when, at, course[:, name]) for name in range(course.shape[1])], axis=1)
         last = 0
         if decision.stops:
             best = softmax(believed, axis=1).max(axis=1)
@@ -158,7 +158,7 @@ def simulate(
             "subject": name,
             "object": courses.objects[cell],
             "response": courses.names[response],
-            "seconds": round(float(moments[last]), 6),
+            "seconds": round(float(when[last]), 6),
             "condition": courses.conditions[cell],
             "confidence": round(confidence, 4),
         }

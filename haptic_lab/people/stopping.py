@@ -35,6 +35,19 @@ def bin_of(seconds: ArrayLike, deadline: float, last: float) -> NDArray[np.intp]
     return np.where(told >= deadline - evidence.LATE, BINS - 1, np.minimum(bins, BINS - 2))
 
 
+def moments(at: Array, deadline: float) -> Array:
+    """Say when a subject may answer: not before it has felt anything, and when it is asked.
+
+    Args:
+        at: (T,) s, the times of courses, the first 0.
+        deadline: s, when it is asked.
+
+    Returns:
+        (n,) s, the last of which is the deadline.
+    """
+    return np.append(at[(at > 0.0) & (at < deadline - evidence.LATE)], deadline)
+
+
 class Stopping:
     """Explorations of which a subject may stop each when it likes, until it is asked."""
 
@@ -46,7 +59,7 @@ class Stopping:
             at: (T,) s, its times.
             deadline: s, when the answer is asked for.
         """
-        self.seconds = np.append(at[at < deadline - evidence.LATE], deadline)
+        self.seconds = moments(at, deadline)
         cells, count = len(held), len(self.seconds)
         told = evidence.asked(held, at, np.repeat(np.arange(cells), count), np.tile(self.seconds, cells))
         self.held = told.reshape(cells, count, *told.shape[1:])  # (M, n, S, R, C)

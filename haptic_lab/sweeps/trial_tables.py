@@ -20,7 +20,7 @@ from haptic_lab.terminal import as_path
 from haptic_lab.worlds import as_shape
 
 SAID = {"shapes": "--shapes", "objects": "--objects", "recordings": "--recordings"}  # which the table says
-FLAGS = {"columns": "--columns", "column": "--column", "unit": "--unit", "name": "--name", "under": "--under"}
+FLAGS = {name: f"--{name}" for name in ("columns", "column", "unit", "name", "under", "standard")}
 
 
 class Cell(NamedTuple):
@@ -57,6 +57,8 @@ def add_flags(add: Callable[..., Any]) -> None:
     add("--unit", nargs="+", metavar="OURS=UNIT", help="or its unit: seconds=ms")
     add("--name", nargs="+", metavar="THEIRS=SHAPE", help="or an object or response: ball=sphere")
     add("--under", nargs="+", metavar="CONDITION", help="only trials of these conditions (default all)")
+    told = "of choices of two intervals: what the other one had, to be explored as well (docs/people.md)"
+    add("--standard", type=as_shape, metavar="SHAPE", help=told)
 
 
 def read(given: argparse.Namespace) -> pd.DataFrame | None:
@@ -103,6 +105,8 @@ def cells_of(given: argparse.Namespace, table: pd.DataFrame) -> list[Cell]:
         ValueError: for trials that cannot be explored together.
     """
     found = dict.fromkeys(_cells(table))
+    if given.standard is not None:
+        found |= dict.fromkeys(each._replace(object=given.standard, recording="") for each in found)
     if given.courses:  # a course of the longest has the others in it
         longest: dict[tuple[str, str, str], Cell] = {}
         for each in found:

@@ -180,9 +180,7 @@ def run_trials(bundle: Sequence[SweepTask], *exemplars: Exemplars) -> list[list[
     """
     exploration, traces = explore(bundle, naming=True)
     ground_truth = GroundTruth.of(exploration, next(iter(traces[bundle[0]].values())).belief.grid)
-    return rows_of(
-        bundle, exemplars, exploration, traces, lambda trace: measures_of(exploration, ground_truth, trace)
-    )
+    return rows_of(bundle, exemplars, exploration, traces, lambda trace: measures_of(exploration, ground_truth, trace))
 
 
 def rows_of(

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -24,10 +25,9 @@ import agents
 from haptic_env import extras, validate
 from haptic_lab.learning.explored import explored
 from haptic_lab.learning.presets import NAME
-from haptic_lab.tasks.environment import CHANGES
+from haptic_lab.tasks.environment import CHANGES, changed
 from haptic_lab.tasks.guessing import felt_alone
 from haptic_lab.tasks.registry import TASKS
-from haptic_lab.worlds import environment
 
 ap_gym: Any = extras.load("ap_gym", "ap_gym", "the adapter to ap_gym")
 
@@ -48,7 +48,7 @@ class ActiveNaming(ap_gym.ActiveClassificationEnv):  # type: ignore[misc]
     def __init__(
         self,
         task: str = "Name",
-        hand: str = "two_finger",
+        hand: str | Path = "two_finger",
         *,
         observed: bool = False,
         held_out: bool = False,
@@ -70,8 +70,7 @@ class ActiveNaming(ap_gym.ActiveClassificationEnv):  # type: ignore[misc]
         """
         world = TASKS[validate.choice("task", task, NAMING)]
         validate.keywords("ActiveNaming", changes, ("hand", "observed", "held_out", "render_mode", *CHANGES))
-        told: dict[str, Any] = {k: tuple(value) if isinstance(value, list) else value for k, value in changes.items()}
-        self.world = replace(world, env=environment(hand), threshold=1.0, **told)
+        self.world = replace(changed(world, hand, changes), threshold=1.0)
         made = explored if validate.boolean("observed", observed) else felt_alone
         self._explored = made(self.world, validate.boolean("held_out", held_out), render_mode)
         self.render_mode = render_mode

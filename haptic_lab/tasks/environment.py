@@ -5,7 +5,9 @@ Shapes: D numbers of an observation, J joints, C labels.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -17,10 +19,33 @@ from haptic_lab.learning.explored import explored
 from haptic_lab.learning.presets import TrainingWorld
 from haptic_lab.tasks.picture import Picture
 from haptic_lab.tasks.registry import TASKS
+from haptic_lab.terminal import as_keys
 from haptic_lab.worlds import environment
 
 CHANGES = tuple(each.name for each in fields(TrainingWorld) if each.name not in ("env", "task"))
 TOLD = ("posterior", "decision", "is_success")  # of the info; beliefs are attributes, for they are large
+
+
+def changed(world: TrainingWorld, hand: Any, changes: Mapping[str, Any]) -> TrainingWorld:
+    """Make the world of a task another one.
+
+    Args:
+        world: of the task.
+        hand: that explores, as `TaskEnv`'s.
+        changes: keywords of the world; lists may stand for tuples.
+
+    Returns:
+        The world.
+
+    Raises:
+        ValueError: for an unknown hand, or a value out of range.
+    """
+    told: dict[str, Any] = {k: tuple(value) if isinstance(value, list) else value for k, value in changes.items()}
+    try:
+        env = environment(str(hand) if isinstance(hand, Path) else hand)
+    except ValueError as error:
+        raise ValueError(as_keys(str(error))) from error
+    return replace(world, env=env, **told)
 
 
 class TaskEnv(gym.Env[Any, NDArray[np.float32]]):
@@ -36,7 +61,7 @@ class TaskEnv(gym.Env[Any, NDArray[np.float32]]):
     def __init__(
         self,
         task: str,
-        hand: str = "two_finger",
+        hand: str | Path = "two_finger",
         *,
         held_out: bool = False,
         render_mode: str | None = None,
@@ -57,8 +82,7 @@ class TaskEnv(gym.Env[Any, NDArray[np.float32]]):
         world = TASKS[validate.choice("task", task, TASKS)]
         keywords = ("hand", "held_out", "render_mode", *CHANGES)
         validate.keywords(f"HapticSLAM/{task}-v0", changes, keywords)
-        told: dict[str, Any] = {k: tuple(value) if isinstance(value, list) else value for k, value in changes.items()}
-        self.world = replace(world, env=environment(hand), **told)
+        self.world = changed(world, hand, changes)
         self.render_mode = render_mode
         self._explored = explored(self.world, validate.boolean("held_out", held_out), render_mode)
         self.observation_space, self.action_space = self._explored.observation_space, self._explored.action_space

@@ -14,6 +14,7 @@ import gymnasium as gym
 import numpy as np
 
 import agents
+from agents.policy import Policy
 from haptic_env import hand_env, hand_of
 from haptic_lab.learning.explored import jitter, unobserved
 from haptic_lab.learning.presets import NAME, TrainingWorld
@@ -59,13 +60,19 @@ def check(policy: str, task: str, hand: str, trust: bool) -> None:
     check_model(unobserved(world), policy, namer(world, GUIDE_VARIANTS), trust)
 
 
-def judge(worlds: EvaluationSet, index: int, policy: str, hand: str, trust: bool) -> dict[str, Any]:
+def judge(
+    worlds: EvaluationSet,
+    index: int,
+    policy: str | type[Policy],
+    hand: str = "two_finger",
+    trust: bool = False,
+) -> dict[str, Any]:
     """Let a policy explore one world.
 
     Args:
         worlds: of evaluation.
         index: of one of them.
-        policy: name, or path of a model.
+        policy: name, or path of a model; or a class of one's own, which is made with the environment and a seed.
         hand: that explores.
         trust: whether a model may run code when it is read.
 
@@ -80,7 +87,9 @@ def judge(worlds: EvaluationSet, index: int, policy: str, hand: str, trust: bool
     env = guided(env, policy, sigma, namer(world, GUIDE_VARIANTS), **told)
     chance = int(np.random.SeedSequence(seed).generate_state(2)[0])  # as `Trial` would have it
     explorer: Any = policy
-    if policy == TO_MAP and not names:
+    if isinstance(policy, type):
+        explorer = policy(env, chance)
+    elif policy == TO_MAP and not names:
         explorer = agents.make(policy, env, chance, objective="map")
     elif agents.is_model(policy):
         explorer = agents.make(policy, env, chance, trust=trust)
@@ -91,7 +100,8 @@ def judge(worlds: EvaluationSet, index: int, policy: str, hand: str, trust: bool
     exploration, traces = trial.finish()
     trace = traces[GUIDE]
     env.close()
-    row = {"task": worlds.task, "policy": policy, "world": index, "seed": seed, "sigma_deg": sigma}
+    name = policy.__name__ if isinstance(policy, type) else policy
+    row = {"task": worlds.task, "policy": name, "world": index, "seed": seed, "sigma_deg": sigma}
     row["shape"] = exploration.solid.name
     if not names:
         occupancy, grid = trace.belief.occupancy, trace.belief.grid

@@ -91,6 +91,14 @@ def test_what_is_better_neither_way_has_no_verdict() -> None:
     }  # fmt: skip
 
 
+def test_between_two_that_are_the_same_there_is_no_closure() -> None:
+    rows = table(2.0, 0.5)
+    rows["surface_f_score_1"] = 0.8 + np.random.default_rng(1).normal(0.0, 0.05, len(rows))
+    lines = against.compare(rows, MEASURES)
+    assert np.isnan(line(lines, "surface_f_score_1")["closure"])
+    assert np.isfinite(line(lines, "pose_error_lagged_deg")["closure"])
+
+
 def test_without_a_floor_there_is_nothing_to_say() -> None:
     rows = table(2.0, 0.5)
     assert against.compare(rows[rows["observer"] != "floor"], MEASURES).empty

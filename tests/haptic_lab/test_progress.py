@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
@@ -61,6 +62,19 @@ def test_a_terminal_has_bars() -> None:
     assert isinstance(console.file, io.StringIO)
     assert "after" not in console.file.getvalue()
     assert "1/1" in console.file.getvalue()
+
+
+def test_training_is_told_rollout_by_rollout() -> None:
+    pytest.importorskip("stable_baselines3")
+    from haptic_lab.learning.training import TellSteps
+
+    console = piped()
+    told = TellSteps(100, console)
+    told.model = SimpleNamespace(num_timesteps=40)  # type: ignore[assignment]
+    told._on_training_start()
+    for told.model.num_timesteps in (45, 90, 140):
+        told._on_rollout_end()
+    assert lines(console) == ["steps: 50 of 100", "steps: 100 of 100"]
 
 
 SPEAK = """

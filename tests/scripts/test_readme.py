@@ -31,7 +31,9 @@ NEW = {  # files that a reader may add
     "haptic_lab/figures/mine.py",
 }
 ELSEWHERE = {"--logdir", "--nthreads", "--nworkers", "--array", "--cpus-per-task", "--time"}  # TensorBoard, dask, Slurm
-FOREIGN = {"Box", "RecordEpisodeStatistics", "RecordVideo", "VecNormalize"}  # Gymnasium's and Stable-Baselines3's
+FOREIGN = {  # classes of Gymnasium and Stable-Baselines3
+    *("AutoresetMode", "Box", "DummyVecEnv", "RecordEpisodeStatistics", "RecordVideo", "SyncVectorEnv", "VecNormalize"),
+}
 FOLDERS = r"(?:scripts|tests|haptic_lab|observer|haptic_env|agents|docs)/"
 WITH_EXAMPLES = [each for each in DOCUMENTS if documents.examples(each)]
 each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=documents.name_of)

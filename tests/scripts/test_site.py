@@ -69,7 +69,10 @@ def told(site: Path) -> set[str]:
 
 @pytest.mark.parametrize("module", MODULES)
 def test_the_reference_has_every_public_name(told: set[str], module: str) -> None:
-    assert {f"{module}.{name}" for name in _names_of(module)} <= told
+    missing = sorted({f"{module}.{name}" for name in _names_of(module)} - told)
+    assert not missing, (
+        f"add a line to a page of docs/reference for each: {', '.join(f'::: {each}' for each in missing)}"
+    )
 
 
 def test_the_reference_has_every_entry_point(told: set[str]) -> None:

@@ -57,6 +57,22 @@ def test_simulated_answers_are_as_often_as_decisions_say(courses):
         np.testing.assert_allclose(found, wanted, atol=0.06)
 
 
+@pytest.mark.parametrize("values", [{}, {"stop_at": 0.75}, {"price": 0.01}])
+def test_a_sigma_between_two_of_the_courses_is_each_in_its_share(values: dict[str, float]):
+    """As decisions have it: not a belief between the two, which would be right in all trials here."""
+    believed = np.log(np.array([[[0.9, 0.1]], [[0.2, 0.8]]]))[:, None].repeat(2, axis=2)  # (S, R, T, C)
+    both = np.stack([believed, believed[..., ::-1]])
+    two = Courses(
+        names=("cube", "sphere"), objects=("cube", "sphere"), conditions=("", ""), sigmas=np.array([1.0, 4.0]),
+        seconds=np.array([1.0, 2.0]), log_posterior=both,
+    )  # fmt: skip
+    subject = subject_of({"sigma_deg": 2.0, **values})
+    table = simulate(two, subject, 400, [2.0], np.random.default_rng(900_218))
+    wanted = subject.decision.response_probabilities(two, 0, 2.0, 2.0)[0]
+    assert wanted == pytest.approx(0.5)
+    assert (table["object"] == table["response"]).mean() == pytest.approx(wanted, abs=0.08)
+
+
 def test_each_repeat_is_dealt_once_before_any_is_dealt_again(courses):
     """Of as many trials as repeats the answers of the ideal are those of the repeats themselves."""
     table = simulate(courses, Subject(4.0, Decision()), 4 * 40, [2.0], np.random.default_rng(900_204))

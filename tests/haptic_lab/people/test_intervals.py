@@ -90,7 +90,8 @@ def test_observers_are_asked_as_people_were(courses: Courses) -> None:
     without = analyse(table, design_of(table, "2afc"), observers)
     assert any("--standard" in note for note in without.notes)
     assert "efficiency" not in without.tables
-    found = analyse(table, design_of(table, "2afc", standard=STANDARD), observers)
+    assert design_of(table, standard=STANDARD) == design_of(table, "2afc", standard=STANDARD)
+    found = analyse(table, design_of(table, standard=STANDARD), observers)
     efficiency = found.tables["efficiency"].query("who == 'people' and seconds.isna()").set_index("observer")
     line = efficiency.loc["ideal, σ = 4°"]
     assert line["low"] < 1.0 < line["high"]

@@ -85,6 +85,26 @@ def test_where_a_fit_says_nothing_is_told(
     assert (said in " ".join(capsys.readouterr().out.split())) == guesses
 
 
+def test_who_answers_when_it_likes_is_told_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.chdir(tmp_path)
+    flags = ["--courses", "example", "--sigma", "5", "--trials", "40", "--seconds", "5", "--out"]
+    for rule in (["--stop-at", "0.1"], ["--price", "5"]):  # at once: but not before anything was felt
+        assert simulate.main([*flags, "once.csv", *rule]) == 0
+        assert set(read_trials("once.csv")["seconds"]) == {Courses.load(options.SHIPPED["courses"]).seconds[0]}
+    assert simulate.main([*flags, "sure.csv", "--stop-at", "0.8"]) == 0
+    capsys.readouterr()
+    said = "answered before being asked"
+    for model, told in (("ideal", True), ("stop_at", False)):
+        held = ["--sigma", "5", "--lapse", "0", *(["--stop-at", "0.7", "0.9"] if model == "stop_at" else [])]
+        assert fit.main(["sure.csv", "--courses", "example", "--draws", "0", "--model", model, *held]) == 0
+        assert (said in " ".join(capsys.readouterr().out.split())) == told
+    predicted = pd.read_csv("out/fit/predicted.csv")
+    assert (predicted.groupby("object")["right"].diff().dropna() >= 0.0).all()  # by then
+    assert predicted["expected"].between(0.0, 1.0).all()
+
+
 def test_what_is_told_is_held_and_what_is_ranged_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     assert fit.main([*ONE, "--draws", "0", "--sigma", "4", "--memory-seconds", "inf", "--lapse", "0", "0.1"]) == 0

@@ -8,12 +8,14 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.special import gammaln
+from scipy.stats import dirichlet_multinomial
 
 from haptic_lab.people import answers, stopping
 from haptic_lab.people.comparing import check_models
 from haptic_lab.people.courses import Courses
 from haptic_lab.people.decisions import Decision
-from haptic_lab.people.fitting import Prepared, fit
+from haptic_lab.people.fitting import OF_REPEATS, Prepared, fit
 from haptic_lab.people.models import Model
 from haptic_lab.people.simulated import simulate, subject_of
 from haptic_lab.people.trials import check_trials
@@ -55,6 +57,20 @@ def test_probabilities_of_answers_and_times_are_those_of_decisions(courses: Cour
         wanted = np.array([joint[bins == each].sum(axis=0) for each in range(stopping.BINS)])
         assert np.abs(shares[question] - wanted).sum() < 0.3  # of which others' explorations take some noise
         assert shares[question].min() > 0.0
+
+
+def test_what_few_repeats_tell_is_averaged_over_all_shares_behind_them(courses: Courses) -> None:
+    held = {"sigma_deg": (4.0, 4.0), "stop_at": (0.8, 0.8), "lapse": (0.1, 0.1)}
+    prepared = Prepared(Model("one", courses, (), held), [6.0])
+    found = prepared.fit(answered("stop_at", 120))
+    shape = len(found.answers.cells), -1
+    alpha = OF_REPEATS * courses.repeats * found.expected.reshape(shape)
+    counts = found.answers.count.reshape(shape).astype(int)
+    wanted = 0.0
+    for each, count in zip(alpha, counts, strict=True):
+        orders = gammaln(count.sum() + 1.0) - gammaln(count + 1.0).sum()  # of the same answers
+        wanted += dirichlet_multinomial.logpmf(count, each, count.sum()) - orders
+    assert found.log_likelihood == pytest.approx(wanted, rel=1e-3)
 
 
 def test_leave_one_out_is_what_comes_of_leaving_one_out(courses: Courses) -> None:

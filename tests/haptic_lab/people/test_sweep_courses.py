@@ -158,6 +158,16 @@ def test_a_recording_of_a_subject_is_a_cell_of_its_own(tmp_path: Path) -> None:
     assert [lasted[courses.cell(*each)] for each in cells] == [3, 4]
 
 
+def test_of_two_intervals_the_standard_is_explored_as_long(tmp_path: Path) -> None:
+    table = tmp_path / "two.csv"
+    table.write_text(re.sub(",(cube|cylinder|sphere),(0.*)", r",yes,\2", TABLE), encoding="utf-8")
+    flags = ["--trial-table", str(table), *SWEEP, "--standard", "cylinder", "--out", "unused"]
+    plan = options.check(None, flags)
+    assert set(plan.settings.known) == {"cube", "sphere", "cylinder"}
+    lasts = {each.condition: each.seconds for each in plan.conditions if "cylinder" in plan.explored(each)}
+    assert lasts == {"bare": 0.6, "sheath": 0.6}
+
+
 @pytest.mark.parametrize(
     ("flags", "told"),
     [

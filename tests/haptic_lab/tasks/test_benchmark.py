@@ -10,10 +10,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import agents
 from haptic_lab.commands import benchmark as command
-from haptic_lab.tasks import benchmark, registry, report
+from haptic_lab.tasks import benchmark, judging, registry, report
 from haptic_lab.tasks.guessing import SCALE, guess_of, guessing
 from haptic_lab.tasks.judging import ACCURACY, COVERED, DECISION, RIGHT
+from haptic_lab.tasks.worlds import evaluation_set
 
 WRITTEN = {"trials.csv", "benchmark.csv", "benchmark.md", "benchmark.png", "config.json"}
 
@@ -113,6 +115,19 @@ def test_a_folder_of_another_benchmark_is_refused(tmp_path, short, capsys):
     assert "steps = 1000000, not 7" in capsys.readouterr().err
     kept = json.loads((tmp_path / "config.json").read_text(encoding="utf-8"))
     assert kept["worlds"]["Map"]["version"] == 1
+
+
+class Squeeze(agents.Policy):
+    """One of a user's own."""
+
+    def decide(self, observation, state, deterministic):
+        return np.full(self.joints, 0.5, np.float32), None
+
+
+def test_a_class_of_one_s_own_is_judged(short):
+    row = judging.judge(evaluation_set("Name"), 0, Squeeze)
+    assert row["policy"] == "Squeeze"
+    assert str(row) == str(judging.judge(evaluation_set("Name"), 0, Squeeze)), "a world is always the same"
 
 
 def rows_of(policy: str, times: list[float]) -> list[dict]:

@@ -83,6 +83,10 @@ def test_hands_are_named_and_others_refused():
     with pytest.raises(ValueError, match=r"choose from.*two_finger") as told:
         gym.make("HapticSLAM/Name-v0", hand="claw")
     assert "claw" in str(told.value)
+    own = DOCUMENT.parents[1] / "examples" / "gripper" / "gripper.toml"
+    assert gym.make("HapticSLAM/Map-v0", hand=own).get_wrapper_attr("hand").name == "gripper"
+    with pytest.raises(ValueError, match=r"reset options must be a dictionary of position, .*got 3"):
+        gym.make("HapticSLAM/Map-v0").reset(options=3)
     with pytest.raises(ValueError, match="sigma_degs") as told:
         gym.make("HapticSLAM/Name-v0", sigma_degs=3.0)
     assert "sigma_deg" in str(told.value)
