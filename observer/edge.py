@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import shapes, validate
 from haptic_env.arrays import Array
-from haptic_env.compiled import inner
+from haptic_env.compiled import GIVEN, inner
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
 from haptic_env.moved import renamed
@@ -28,6 +28,7 @@ __getattr__ = renamed(__name__, {"Told": "SensedStep"})
 
 WIDEST = float(np.float32(FeltAngles.BOUND))  # rad: what an environment's observation space allows
 LARGEST_ANGLE, LARGEST_VARIANCE = 1e3, 1e6  # rad and rad²: a pose that is believed is known better
+PLAIN = [tuple(map(np.dtype, ("f8", angles, contacts))) for angles in ("f4", "f8") for contacts in ("i1", "?")]
 ANGLES, SQUARE = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")  # as observers make them
 WORLD: dict[str, tuple[type, str]] = {
     "hand": (Hand, "a haptic_env.hand.Hand, such as env.unwrapped.hand"),
@@ -90,6 +91,8 @@ def told(
         ValueError: that names the joint, for a torque beyond ± 1 of its limit, an angle beyond ± 4π rad, and what is
             not finite, NaN of angles apart; and for contacts that are not 0, 1 or NaN.
     """
+    if (plain := _plainly(hand, torque, joint_angles, contacts)) is not None:
+        return plain
     commanded: Any = np.zeros(hand.joints) if torque is None and not needs_torque else torque
     u = validate.array("torque", commanded, (hand.joints,), bound=1.0, names=hand.joint_names)
     if (missing := _missing(joint_angles, hand.joints)) is None:
@@ -101,6 +104,27 @@ def told(
         return SensedStep(u, q, validate.binary("contacts", contacts, (len(hand.patches),)))
     z = validate.binary("contacts", np.where(missing, 0.0, contacts), (len(hand.patches),))
     return SensedStep(u, q, z, missing)
+
+
+def _plainly(hand: Hand, torque: Any, joint_angles: Any, contacts: Any) -> SensedStep | None:
+    """What an environment tells at most steps, checked in one call; None: it has to be looked at more closely."""
+    if not type(torque) is type(joint_angles) is type(contacts) is np.ndarray:
+        return None
+    shapes = torque.shape == joint_angles.shape == (hand.joints,) and contacts.shape == (len(hand.patches),)
+    if not (shapes and (torque.dtype, joint_angles.dtype, contacts.dtype) in PLAIN):
+        return None
+    q, felt = joint_angles.astype(np.float64, copy=False), contacts.view(np.uint8)
+    return SensedStep(torque, q, felt.astype(np.bool_)) if _plain(torque, q, felt, WIDEST) else None
+
+
+@inner(types.boolean(GIVEN, GIVEN, types.Array(types.uint8, 1, "A", readonly=True, aligned=False), types.float64))
+def _plain(torque: Array, angles: Array, contacts: NDArray[np.uint8], widest: float) -> bool:
+    plain = True  # torques are fractions, no angle is beyond ± `widest`, and contacts are 0 or 1
+    for j in range(len(torque)):
+        plain &= abs(torque[j]) <= 1.0 and abs(angles[j]) <= widest
+    for patch in range(len(contacts)):
+        plain &= contacts[patch] <= 1
+    return plain
 
 
 def _missing(given: ArrayLike, count: int) -> NDArray[np.bool_] | None:

@@ -253,7 +253,8 @@ def binary(what: str, value: ArrayLike, shape: tuple[int, ...] | None = None) ->
         raise ValueError(f"{what} must be 0 or 1{of}, got shape {result.shape}")
     _fits_memory(what, result)
     if result.dtype != np.bool_:
-        wrong = ~((result == 0) | (result == 1))
+        one_byte = result.dtype.kind in "iu" and result.dtype.itemsize == 1  # as an environment's contacts
+        wrong = result.view(np.uint8) > 1 if one_byte else ~((result == 0) | (result == 1))
         if wrong.any():
             raise ValueError(f"{what} must be 0 or 1, got {_first(result, wrong)}")
     return result.astype(np.bool_)

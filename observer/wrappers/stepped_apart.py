@@ -16,6 +16,16 @@ from numpy.typing import NDArray
 class SteppedApart(gym.Wrapper):
     """A wrapper whose step is `advance`, after which the world has moved on, and `told`, what there is to see then."""
 
+    _asked: gym.Env[Any, Any] | None = None
+    _inside_apart: SteppedApart | None = None
+
+    @property
+    def apart_inside(self) -> SteppedApart | None:
+        """The environment inside where it is stepped in two parts; asked at every step."""
+        if self._asked is not self.env:
+            self._asked, self._inside_apart = self.env, apart(self.env)
+        return self._inside_apart
+
     @abstractmethod
     def advance(self, action: NDArray[Any]) -> tuple[Any, bool, bool]:
         """Take a step.
@@ -41,7 +51,7 @@ class SteppedApart(gym.Wrapper):
         Returns:
             (C,) probability of each label.
         """
-        inside = apart(self.env)
+        inside = self.apart_inside
         return self.told_inside()[1]["posterior"] if inside is None else inside.posterior_now()
 
     def step(self, action: NDArray[Any]) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
@@ -66,7 +76,7 @@ class SteppedApart(gym.Wrapper):
         Returns:
             As `advance`.
         """
-        inside = apart(self.env)
+        inside = self.apart_inside
         if inside is not None:
             return inside.advance(action)
         observation, reward, terminated, truncated, info = self.env.step(action)
@@ -79,7 +89,7 @@ class SteppedApart(gym.Wrapper):
         Returns:
             As `told`.
         """
-        inside = apart(self.env)
+        inside = self.apart_inside
         return self._seen if inside is None else inside.told()
 
 
