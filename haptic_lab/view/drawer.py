@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from haptic_lab.view.encoding import Encoder
     from haptic_lab.view.moment import Moment
 
-POLITE = 15  # how much surfaces let others go first
+NICE, POLITE = 5, 15  # how much all that is drawn lets others go first, and surfaces do
 KEPT = 20  # surfaces that may wait to be drawn for a file
 OFTEN = 0.1  # s, from telling how many are left to telling it again
 LAST = 3.0  # s that browsers have to take what is left
@@ -41,7 +41,8 @@ def run(pipe: Connection, listener: socket.socket | None, options: ViewOptions) 
         options: of the view.
     """
     end_with_parent()
-    os.nice(10)
+    if hasattr(os, "nice"):  # not on Windows
+        os.nice(NICE)  # where cores are wanted the observer has them
     history = History()
     server = None
     if listener is not None:
