@@ -7,6 +7,7 @@ from typing import Any
 
 import gymnasium as gym
 
+from agents.ablation import ablate
 from agents.contour_following import ContourFollowing
 from agents.coverage import Coverage
 from agents.enclosure import Enclosure
@@ -15,6 +16,7 @@ from agents.information_gain import InformationGain
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
 from agents.sb3 import Sb3, Trained, is_model, load_model
+from agents.sweep import Sweep
 from agents.synergy import Synergy
 from haptic_env import validate
 from haptic_env.moved import moved
@@ -26,13 +28,14 @@ POLICIES: dict[str, type[Policy]] = {
     "information_gain": InformationGain,
     "random_torque": RandomTorque,
     "sb3": Sb3,
+    "sweep": Sweep,
     "synergy": Synergy,
     "trained": Trained,
 }
 
 moved({"agents.reach": ["agents.finger_kinematics"], "agents.smooth_chance": ["agents.ornstein_uhlenbeck"]})
 
-__all__ = ["POLICIES", "Guided", "Policy", "act", "export", "find", "is_model", "load_model", "make"]
+__all__ = ["POLICIES", "Guided", "Policy", "ablate", "act", "export", "find", "is_model", "load_model", "make"]
 
 
 def find(name: str | os.PathLike[str], called: str = "policy") -> type[Policy]:

@@ -10,7 +10,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
@@ -27,6 +27,33 @@ KIND, VERSION = "haptic-slam policy", 1
 NOISES = ("none", "constant", "by state", "lasting")
 LARGEST = 256 * reading.MIB
 LEAST_LOG_STD, MOST_LOG_STD = -20.0, 2.0  # of the noise that the state decides (Haarnoja et al. 2018, SAC)
+
+
+class Instead(NamedTuple):
+    """What a network is shown in place of some numbers of an observation (`agents.ablation`).
+
+    Attributes:
+        columns: (C,) of the observation.
+        shown: (N, T, C), for each of N episodes T decisions; the last one from then on.
+    """
+
+    columns: NDArray[np.int64]
+    shown: Array
+
+    def put(self, observation: NDArray[np.float32], episode: int, decision: int) -> NDArray[np.float32]:
+        """Put them in place.
+
+        Args:
+            observation: (D,).
+            episode: index.
+            decision: how many there were.
+
+        Returns:
+            (D,), a copy.
+        """
+        result = observation.copy()
+        result[self.columns] = self.shown[episode, min(decision, self.shown.shape[1] - 1)]
+        return result
 
 
 @dataclass(frozen=True)
@@ -47,6 +74,7 @@ class Network:
         most_mean: what the mean is clipped to before it is squashed, if it is.
         normalization: of the observation, if it is normalised.
         told: how it was trained.
+        instead: what `agents.make` shows it in place of some numbers; None: it is shown all that is.
     """
 
     observation_space: gym.Space[Any]
@@ -60,6 +88,7 @@ class Network:
     most_mean: float | None = None
     normalization: Normalization | None = None
     told: Mapping[str, Any] = field(default_factory=dict)
+    instead: Instead | None = None
 
     def predict(
         self, observation: Any, memory: Memory, began: bool, deterministic: bool, rng: np.random.Generator
@@ -147,6 +176,8 @@ class Network:
             arrays["log_std"] = self.log_std
         if self.normalization is not None:
             arrays |= self.normalization.arrays()
+        if self.instead is not None:
+            arrays["instead"] = self.instead.shown
         description = {
             "kind": KIND,
             "version": VERSION,
@@ -159,6 +190,7 @@ class Network:
             "most_mean": self.most_mean,
             "normalization": None if self.normalization is None else self.normalization.description(),
             "told": dict(self.told),
+            **({} if self.instead is None else {"instead": self.instead.columns.tolist()}),
         }
         arrays["description"] = np.array(json.dumps(description))
         with path.open("wb") as file:
@@ -266,7 +298,18 @@ def _restore(told: dict[str, Any], arrays: _Arrays) -> Network:
         None if most is None else validate.number("most_mean", most, above=0.0),
         None if normalization is None else Normalization.restore(normalization, observation, arrays.take),
         _training(told["told"]),
+        None if "instead" not in told else _instead(told["instead"], gym.spaces.flatdim(observation), arrays),
     )
+
+
+def _instead(columns: Any, width: int, arrays: _Arrays) -> Instead:
+    if not isinstance(columns, list) or not columns:
+        raise ValueError(f"what it is blind to must be a list of columns, got {columns!r}")
+    chosen = [validate.integer("column", column, 0, width - 1) for column in columns]
+    shown = arrays.take("instead", None, None, len(chosen))
+    if not shown.size:
+        raise ValueError("what it is shown instead is nothing")
+    return Instead(np.array(chosen, np.int64), shown)
 
 
 def _training(told: Any) -> dict[str, Any]:

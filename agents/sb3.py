@@ -92,6 +92,8 @@ class Sb3(Guided):
             lasting = noise.shape if isinstance(noise, np.ndarray) else None
             self.remembers = ((), (self.joints,), *[model.memory] * 2, lasting)
         self._hold = 1 if env.has_wrapper_attr("held") else model.told.get("hold", 1)
+        self._instead = model.instead if isinstance(model, Network) else None
+        self._episode = 0 if self._instead is None else int(self.rng.integers(len(self._instead.shown)))
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """Ask the model, where it is time.
@@ -113,6 +115,8 @@ class Sb3(Guided):
             if self._features is not None:
                 posterior = self.shape.posterior if "names" in self._features.entries else None
                 observation = self._features.vector(self.belief, observation["contacts"], posterior, int(step))
+            if self._instead is not None:
+                observation = self._instead.put(observation, self._episode, int(step) // self._hold)
             quiet, began = deterministic or self.noiseless, int(step) == 0
             try:
                 held, after = self._model.predict(observation, tuple(memory), began, quiet, self.rng)

@@ -1,18 +1,17 @@
 """What an observer is told, checked at its edge: what comes further is inside the arrays of its kernels.
 
-Shapes: J joints, P patches, N particles, K candidates, V voxels.
+Shapes: J joints, P patches.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env import shapes, validate
+from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.compiled import GIVEN, inner
 from haptic_env.grid import Grid
@@ -269,35 +268,3 @@ def _believable(mean: Array, follow: Array, before: Array, rest: Array, covarian
 def _own(array: Array) -> Array:
     """`array`, or a copy where kernels would have to be compiled anew for how it lies in memory."""
     return array if array.flags.carray else array.copy()
-
-
-def candidates(given: object, hand: Hand) -> Mapping[str, Sequence[Solid]]:
-    """Check what an object may be.
-
-    Args:
-        given: solids by label, or names of shapes.
-        hand: that explores.
-
-    Returns:
-        Solids by label; those of names of their default size, where the hand explores.
-
-    Raises:
-        ValueError: unless labels are texts with one solid each at least, and names those of shapes, each there once.
-    """
-    wrong: object = given
-    if isinstance(given, Mapping) and given:
-        wrong = next((pair for pair in given.items() if not isinstance(pair[0], str) or not _solids(pair[1])), None)
-        if wrong is None:
-            return given
-    elif isinstance(given, list | tuple) and given and all(isinstance(each, str) for each in given):
-        solids = {shapes.check("candidate", name): [shapes.usual(name, hand)] for name in given}
-        if len(solids) == len(given):
-            return solids
-    raise ValueError(
-        f"candidates must give each label at least one solid, got {validate.shown(wrong)}; or be a list of names of "
-        "shapes, each there once"
-    )
-
-
-def _solids(given: object) -> bool:
-    return isinstance(given, Sequence) and len(given) > 0 and all(isinstance(each, Solid) for each in given)

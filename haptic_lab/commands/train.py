@@ -9,6 +9,7 @@ TensorBoard shows. Killed at any moment, the same command goes on from the last 
 from __future__ import annotations
 
 import argparse
+import importlib
 import importlib.util
 import json
 from collections.abc import Iterable
@@ -32,10 +33,11 @@ from haptic_lab.worlds import SETS, expanded, named_or_set, typed_shape
 EXAMPLE = """examples: haptic-slam train --preset trained --out out/trained
           haptic-slam train --preset sac --steps 200000 --seed 3 --out out/sac
           tensorboard --logdir out/trained/tensorboard"""
-NEEDED = ("stable_baselines3", "sb3_contrib", "tensorboard", "tqdm")
+NEEDED = ("stable_baselines3", "sb3_contrib", "tensorboard", "tqdm", "cmaes")
 CONFIG = "config.json"
+LEARNT_BY = {presets.SEARCH: "search"}  # all others by Stable-Baselines3
 MODELS = [f"{name}.{kind}" for name in ("model", "best_model") for kind in ("npz", "zip")]
-FILES = (CONFIG, "training.json", "evaluations.npz", "learning_curve.png", *MODELS)
+FILES = (CONFIG, "training.json", "evaluations.npz", "learning_curve.png", "search.npz", *MODELS)
 
 
 def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
@@ -124,21 +126,18 @@ def main(arguments: list[str] | None = None) -> int:
     with claimed(given.out, FILES), InterruptGuard() as stop:
         check_configuration(given.out / CONFIG, preset)
         try:
-            from haptic_lab.learning.training import (  # takes seconds, and needs what `parse` has looked for
-                prepare,
-                train,
-            )
-
+            # Takes seconds, and needs what `parse` has looked for.
+            learning = importlib.import_module("haptic_lab.learning." + LEARNT_BY.get(preset.algorithm, "training"))
             stop.check()
             console = make_console()
-            ready = prepare(preset, given.jobs, given.out, stop, console)
+            ready = learning.prepare(preset, given.jobs, given.out, stop, console)
             write_json(given.out / CONFIG, presets.configuration(preset))
         except (ValueError, ImportError) as error:
             stop.check()  # an import that it has cut short may fail in its own way
             tell_error(str(error))
             return 2
         try:
-            return train(ready, stop, console)
+            return int(learning.train(ready, stop, console))
         except ValueError as error:  # of torch, where the learner went astray and its weights are no longer finite
             tell_error(f"{error}; the checkpoints before are kept")
             return 1

@@ -10,13 +10,15 @@ Shapes: E environments.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
 from typing import Any
 
 import gymnasium as gym
+import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
+from haptic_env import validate
 from observer import threads as observer_threads
 
 Maker = Callable[[], gym.Env[Any, Any]]
@@ -44,7 +46,7 @@ class StepAhead(gym.Wrapper, gym.utils.RecordConstructorArgs):
             action: of the environment.
             mode: when it is reset: at the step that ends an episode, or at the next one in place of a step.
         """
-        self._stepped = self._begun = None
+        self.forget()
         if mode == AutoresetMode.NEXT_STEP and self.over:
             self._begun, self.over = self.env.reset(), False
             return
@@ -52,6 +54,10 @@ class StepAhead(gym.Wrapper, gym.utils.RecordConstructorArgs):
         self.over = bool(self._stepped[2] or self._stepped[3])
         if mode == AutoresetMode.SAME_STEP and self.over:
             self._begun, self.over = self.env.reset(), False
+
+    def forget(self) -> None:
+        """Tell nothing of what was done ahead: somebody else's step failed, and this one will not be asked for."""
+        self._stepped = self._begun = None
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         told, self._stepped = self._stepped, None
@@ -80,7 +86,7 @@ def step_ahead(make: Maker) -> StepAhead:
 class Crew:
     """Threads that step environments, asleep until there is a step."""
 
-    def __init__(self, environments: Sequence[gym.Env[Any, Any]], threads: int | None) -> None:
+    def __init__(self, environments: Sequence[Any], threads: int | None) -> None:
         """Put environments side by side.
 
         Args:
@@ -92,26 +98,40 @@ class Crew:
         """
         chosen = observer_threads.chosen(observer_threads.check(threads), len(environments), 2.0)
         self.threads = min(chosen, len(environments))
-        self._environments = environments
+        self._environments, self._closed = environments, False
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
 
     def ahead(self, actions: Iterable[Any], mode: AutoresetMode) -> None:
         """Let each environment do what will be asked of it next.
 
+        Where one fails, the others end their steps, and what these gave is forgotten: a reset is a reset.
+
         Args:
             actions: E of them.
             mode: as `StepAhead.ahead`'s.
+
+        Raises:
+            RuntimeError: after `close`.
         """
+        if self._closed:
+            raise RuntimeError("the environments are closed; make new ones")
         turns = iter(list(zip(self._environments, actions, strict=True)))
         others = [self._pool.submit(_work, turns, mode) for _ in range(self.threads - 1)] if self._pool else []
         try:
-            _work(turns, mode)
-        finally:
+            try:
+                _work(turns, mode)
+            finally:
+                wait(others)
             for other in others:
                 other.result()
+        except BaseException:
+            for env in self._environments:
+                env.forget()
+            raise
 
     def close(self) -> None:
         """End the threads."""
+        self._closed = True
         if self._pool is not None:
             self._pool.shutdown()
 
@@ -150,7 +170,16 @@ class ThreadedVectorEnv(SyncVectorEnv):
 
         Returns:
             What `SyncVectorEnv.step` gives.
+
+        Raises:
+            ValueError: for actions of another shape, and as the environments.
+            RuntimeError: after `close`.
         """
+        if isinstance(self.action_space, gym.spaces.Box) and np.shape(actions) != self.action_space.shape:
+            raise ValueError(
+                f"actions must be of shape {self.action_space.shape}, a row for each environment, got "
+                f"{validate.shown(actions)} of shape {np.shape(actions)}"
+            )
         self.crew.ahead(gym.vector.utils.iterate(self.action_space, actions), self.autoreset_mode)
         return super().step(actions)
 

@@ -8,10 +8,11 @@ from sb3_contrib import RecurrentPPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from haptic_env import hand_env, hand_of, registration
+from haptic_env import hand_of, registration
 from haptic_lab.learning import checkpoints
 from haptic_lab.learning.imitation import imitate
 from haptic_lab.learning.presets import RAW, Preset
+from haptic_lab.learning.report import decision_seconds
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
     "PPO": stable_baselines3.PPO,
@@ -70,18 +71,6 @@ def make(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, log:
         hand = hand_of(registration.make(preset.world.env))
         imitate(model, env, preset.sweep, hand, decision_seconds(preset))
     return model
-
-
-def decision_seconds(preset: Preset) -> float:
-    """Say how long an action is held.
-
-    Args:
-        preset: of the learner.
-
-    Returns:
-        Seconds from one decision to the next.
-    """
-    return preset.world.hold / hand_env(registration.make(preset.world.env)).control_hz
 
 
 def versions() -> dict[str, str]:

@@ -14,7 +14,9 @@ from haptic_lab.style import BETTER, styled
 
 
 @styled
-def draw(path: Path, steps: Array, rewards: Array, seconds: Array, right: NDArray[np.bool_], longest: float) -> None:
+def draw(
+    path: Path, steps: Array, rewards: Array, seconds: Array, right: NDArray[np.bool_], longest: float, best: int
+) -> None:
     """Draw what E evaluations found, over the same K explorations.
 
     Args:
@@ -24,8 +26,8 @@ def draw(path: Path, steps: Array, rewards: Array, seconds: Array, right: NDArra
         seconds: (E, K), when each exploration ended.
         right: (E, K) whether it ended with the right name.
         longest: s, when an exploration ends undecided.
+        best: index of the evaluation whose model is kept.
     """
-    best = int(rewards.mean(axis=1).argmax())
     decided = right.astype(bool) & (seconds < longest - 1e-9)
     figure = Figure(figsize=(7.0, 5.0), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)

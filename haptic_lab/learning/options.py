@@ -119,6 +119,11 @@ LSTM: dict[str, Check] = {
     "shared_lstm": SWITCH,
     "enable_critic_lstm": SWITCH,
 }
+SEARCH: dict[str, Check] = {
+    "population": _integer(4, 10_000),
+    "worlds": _integer(1, 10_000),
+    "step": _number(0.0, 10.0, above=0.0),
+}
 OPTIONS: dict[str, dict[str, Check]] = {
     "PPO": PPO,
     "SAC": SAC,
@@ -137,6 +142,12 @@ def check(algorithm: str, told: Any, raw: bool) -> None:
     Raises:
         ValueError: for one that it does not have, or out of its range.
     """
+    if algorithm == "CMA-ES":
+        _table(SEARCH)("[learner]", told)
+        for name in SEARCH:
+            if name not in told:
+                raise ValueError(f"[learner] must set {name}")
+        return
     policy = f"{'MultiInput' if raw else 'Mlp'}{'Lstm' if algorithm == 'RecurrentPPO' else ''}Policy"
 
     def kind(what: str, value: Any) -> None:

@@ -15,13 +15,15 @@ from haptic_lab.learning import options
 from haptic_lab.learning.sweeping_motion import SweepingMotion
 from haptic_lab.terminal import as_keys
 from haptic_lab.worlds import expanded
-from observer.wrappers.belief_observation import ENTRIES, USUAL
+from observer.wrappers.belief_observation import ENTRIES, OF_MAPS, USUAL
 
 FOLDER = Path(__file__).parent / "presets"
-ALGORITHMS = ("PPO", "SAC", "RecurrentPPO")
+SEARCH = "CMA-ES"
+ALGORITHMS = ("PPO", "SAC", "RecurrentPPO", SEARCH)
 RAW = "raw"
 TASKS = NAME, MAP = "name", "map"
 FOUR = tuple(shapes.SHAPES)
+SEARCHED = tuple(entry for entry in ENTRIES if entry not in OF_MAPS)  # whose voxels would be too many weights
 NOISES = (*conditions.DEFAULTS, *BELIEVED)  # of a world
 
 
@@ -181,12 +183,16 @@ class Preset:
         validate.choice("algorithm", self.algorithm, ALGORITHMS)
         validate.integer("seed", self.seed, 0, 2**31)
         if self.sweep is not None and self.algorithm == "RecurrentPPO":
-            raise ValueError("[sweep] is for PPO and SAC, not for RecurrentPPO")
+            raise ValueError("[sweep] is for PPO, SAC and CMA-ES, not for RecurrentPPO")
         for name in ("steps", "evaluate_every", "checkpoint_every"):
             validate.integer(name, getattr(self, name), 1, 10**12)
         validate.integer("envs", self.envs, 1, 1024)
         validate.integer("episodes", self.episodes, 1, 1_000_000)
         options.check(self.algorithm, self.learner, raw=self.world.observation == (RAW,))
+        if self.algorithm == SEARCH:
+            validate.choice(f"task, for {SEARCH},", self.world.task, (NAME,))
+            for entry in self.world.observation:
+                validate.choice(f"entry of observation, for {SEARCH},", entry, SEARCHED)
 
 
 def configuration(preset: Preset) -> dict[str, Any]:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import shutil
 import time
 import warnings
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -16,16 +15,14 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from haptic_lab.files import write_json
 from haptic_lab.learning import checkpoints, learners
 from haptic_lab.learning.environments import close, make_env, make_vector
-from haptic_lab.learning.evaluation import EVALUATIONS, HeldOutEvaluation, keep, read_evaluations
+from haptic_lab.learning.evaluation import EVALUATIONS, HeldOutEvaluation, keep
 from haptic_lab.learning.interrupt import InterruptGuard
 from haptic_lab.learning.learners import ALGORITHMS as ALGORITHMS
-from haptic_lab.learning.learning_curve import draw
 from haptic_lab.learning.presets import Preset
+from haptic_lab.learning.report import report
 from haptic_lab.progress import ProgressLines
-from haptic_lab.sweeps.provenance import versions
 
 CHECKPOINTS = "checkpoints"
 
@@ -204,30 +201,5 @@ def train(ready: TrainingRun, stop: InterruptGuard, console: Console) -> int:
     finally:
         ready.close()
     keep(model, out, "model")
-    _report(preset, model, seconds, out, console)
+    report(preset, preset.world.hold * model.num_timesteps, seconds, learners.versions(), out, console)
     return code
-
-
-def _report(preset: Preset, model: BaseAlgorithm, seconds: float, out: Path, console: Console) -> None:
-    told: dict[str, Any] = {
-        **asdict(preset),
-        "environment_steps": preset.world.hold * model.num_timesteps,
-        "seconds": round(seconds),
-        "versions": {**versions(), **learners.versions()},
-    }
-    console.print(f"{told['environment_steps']} steps in {seconds / 60:.1f} min")
-    if (out / EVALUATIONS).exists():
-        decisions, rewards, lengths, right = read_evaluations(out / EVALUATIONS).values()
-        steps, seconds_of = preset.world.hold * decisions, learners.decision_seconds(preset) * lengths
-        draw(out / "learning_curve.png", steps, rewards, seconds_of, right, preset.world.seconds)
-        best = int(rewards.mean(axis=1).argmax())
-        told["best"] = {
-            "environment_steps": int(steps[best]),
-            "median_seconds": float(np.median(seconds_of[best])),
-            "right": float(right[best].mean()),
-        }
-        console.print(
-            f"Best on held-out sizes: decided after {told['best']['median_seconds']:.2f} s (median), "
-            f"{told['best']['right']:.0%} right, of {right.shape[1]} explorations"
-        )
-    write_json(out / "training.json", told)

@@ -13,6 +13,8 @@ from collections import deque
 
 import numpy as np
 
+from haptic_env.arrays import Array
+
 RECENT = 25  # steps that were taken in
 TOO_MANY = 0.2  # of all patches: false alarms of 5 % come to 0.08, patches that ring by chance to 0.37 at least
 
@@ -44,13 +46,16 @@ class Misfit:
         """Of all patches, over the recent steps; 0 before there are as many as that."""
         return -sum(self._recent) / self._most if len(self._recent) == RECENT and self._most > 0.0 else 0.0
 
-    def update(self, evidence: float) -> None:
+    def update(self, before: Array, after: Array, temper: float) -> None:
         """Take in one step; warns, once a trial, with `ContactsDoNotFit`.
 
         Args:
-            evidence: log probability of what was felt, under the likeliest candidate.
+            before: (H,) log evidence of each hypothesis before what was felt.
+            after: (H,) and with it.
+            temper: exponent of the evidence.
         """
-        self._recent.append(evidence)
+        likeliest = after.argmax()
+        self._recent.append((after[likeliest] - before[likeliest]) / temper)
         if not self._said and self.share > TOO_MANY:
             self._said = True
             warnings.warn(

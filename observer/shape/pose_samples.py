@@ -1,6 +1,10 @@
-"""Samples of the pose, moved on from step to step.
+"""Samples of the pose, moved on from step to step, and chosen again: a particle filter for each hypothesis.
 
-Shapes: S samples, J joints, C columns of the parts of a hand (`observer.shape.subchains`). Angles in radians.
+Shapes: H hypotheses, S samples, J joints, G parts of the hand, C columns of these. Angles in radians.
+
+Two things make so many filters cheap. Fingers err independently, so each part of the hand is weighted and resampled
+apart (`observer.shape.subchains`). And hypotheses differ little in what pose they make probable, so that all have the
+same samples, each hypothesis with weights of its own; they are resampled from the mixture of all.
 """
 
 from __future__ import annotations
@@ -11,9 +15,11 @@ from haptic_env.arrays import Array
 from observer.belief import Transition
 from observer.gaussian import lower_factor
 from observer.pose.seen import LaggedPose
+from observer.shape.contact_likelihood import resample
 from observer.shape.subchains import Subchains
 
 FRESH_SHARE = 8  # one sample in so many is drawn afresh at every step taken in
+FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
 
 
 def propagated(
@@ -75,3 +81,18 @@ def moved_on(
     result[:fresh] = (mean + normals[:fresh] @ lower_factor(covariance).T)[:, joint]
     # Whatever a belief says of how it moved: no kernel looks at a place that is no number.
     return np.where(np.isfinite(result), result, mean[joint])
+
+
+def choose_again(poses: Array, weights: Array, parts: Subchains, log_evidence: Array, uniform: Array) -> None:
+    """Resample, so that samples are where hypotheses that are probable have them; of a single one nothing is chosen.
+
+    Args:
+        poses: (S, C) rad, changed.
+        weights: (G, H, S), changed.
+        parts: of the hand.
+        log_evidence: (H,) of the hypotheses.
+        uniform: (G,) random numbers.
+    """
+    if len(poses) > 1:
+        share = np.exp(FLATTEN * (log_evidence - log_evidence.max()))
+        resample(weights, share / share.sum(), poses, parts.part, uniform)

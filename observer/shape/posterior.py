@@ -6,11 +6,8 @@ A hypothesis is a solid: a shape of one size at one place. If it were there, a p
 its surface and no link would lie inside it. The pose of the hand is only known as a Gaussian process. What is left
 unknown of it may be taken for a tolerance of each link's place, at the mean pose: that is the default, cheap and as
 good for a pose filter that is nearly sure. Or each hypothesis has a particle filter of its own over the pose
-(`samples`), with the solid as its known map; its evidence is the hypothesis's likelihood. That is worth its time where
-the pose is known badly, of raw angles say. Two things make it cheaper. Fingers err independently, so each part of the
-hand is weighted and resampled apart (`observer.shape.subchains`). And hypotheses differ little in what pose they make
-probable, so that all have the same samples, each hypothesis with weights of its own; they are resampled from the
-mixture of all.
+(`samples`, `observer.shape.pose_samples`), with the solid as its known map; its evidence is the hypothesis's
+likelihood. That is worth its time where the pose is known badly, of raw angles say.
 
 Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
 infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
@@ -25,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from haptic_env import shapes, validate
+from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import Solid
@@ -37,14 +34,15 @@ from observer.kinematics import placed, tree_of
 from observer.novelty import LITTLE, LinkHistory, note, unmeasured_links
 from observer.pose.seen import LaggedPose
 from observer.shape import fading
-from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, resample, weigh
+from observer.shape.candidates import checked
+from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, weigh
 from observer.shape.felt import Look
 from observer.shape.hypotheses import Variants, far_of
 from observer.shape.labels import Hypotheses, OfLabels
 from observer.shape.misfit import Misfit
 from observer.shape.names import NamePosterior
 from observer.shape.null_model import NullModel
-from observer.shape.pose_samples import propagated
+from observer.shape.pose_samples import choose_again, propagated
 from observer.shape.rejuvenation import Rejuvenation
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
@@ -52,7 +50,6 @@ from observer.shape.subchains import parts_of
 DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
 LOOSEST = 0.05  # m: tolerance with which distances are told apart as far as a table may reach
 WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
-FLATTEN = 0.5  # exponent of the posterior by which hypotheses share the samples: losers keep some
 MANY = 8  # labels, beyond which `repr` only counts them
 
 
@@ -114,12 +111,8 @@ class ShapePosterior:
             ValueError: for a value out of range.
         """
         edge.world(hand=hand)
-        if candidates is None:
-            candidates = {name: [shapes.make(name, position=hand.grasp_centre)] for name in shapes.SHAPES}
-        candidates = edge.candidates(candidates, hand)
         self.none = validate.number("none", none, 0.0, 0.99)
-        if self.none and NONE in candidates:
-            raise ValueError(f"a candidate must not be called {NONE!r} where none > 0, got none={none!r}")
+        candidates = checked(candidates, hand, self.none)
         self.hand = hand
         self.labels = (*candidates, *([NONE] if self.none else []))
         self.tolerance = validate.number("tolerance", tolerance, 0.0, LOOSEST, above=0.0, unit="m")
@@ -157,9 +150,8 @@ class ShapePosterior:
 
     def __repr__(self) -> str:
         told = ", ".join(f"{label} {p:.0%}" for label, p in zip(self.labels, self.posterior, strict=True))
-        return (
-            f"<ShapePosterior of {self.hand.name}: {told if len(self.labels) <= MANY else f'{len(self.labels)} names'}>"
-        )
+        few = told if len(self.labels) <= MANY else f"{len(self.labels)} names"
+        return f"<ShapePosterior of {self.hand.name}: {few}>"
 
     def reset(self, seed: int | None = None) -> Array:
         """Start a trial.
@@ -259,21 +251,14 @@ class ShapePosterior:
 
     def _hear(self, told: edge.Followed) -> None:
         now, covariance, contacts, root, unmeasured = told
-        if self.samples == 1 or self._moved is None:
-            self._moved = now
-        else:
-            self._moved = self._moved.then(now)
+        self._moved = now if self.samples == 1 or self._moved is None else self._moved.then(now)
         self._steps += 1
         if self._steps % self.stride:
             self._move()
             self._names.pass_by()
             return
-        moved = (
-            self._moved,
-            covariance,
-            self._steps == self.stride,
-        )  # the first time nothing was known of the pose before
-        self._poses = propagated(self._poses, self._weights, self._parts, *moved, self._rng)
+        anew = self._steps == self.stride  # the first time nothing was known of the pose before
+        self._poses = propagated(self._poses, self._weights, self._parts, self._moved, covariance, anew, self._rng)
         self._moved = None
         tree = placed(self._tree, root)
         near, *frames = link_stances(tree, self._lengths, now.mean, covariance, (self.tolerance, WIDEST))
@@ -290,8 +275,7 @@ class ShapePosterior:
             felt = PoseSamples(self._poses, self._parts.column), contacts, news, model
             contact_likelihood(tree, self._skin, self._solids, *felt, self._likelihood)
             weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
-        likeliest = self._log_evidence.argmax()
-        self._misfit.update((self._log_evidence[likeliest] - before[likeliest]) / self.temper)
+        self._misfit.update(before, self._log_evidence, self.temper)
         self._follow()
         self._names.take(self.log_likelihood, self._unfit)
 
@@ -303,9 +287,7 @@ class ShapePosterior:
             self._move()
             return
         uniform = self._rng.random(len(self._weights))
-        if self.samples > 1:  # of a single one nothing can be chosen
-            share = np.exp(FLATTEN * (self._log_evidence - self._log_evidence.max()))
-            resample(self._weights, share / share.sum(), self._poses, self._parts.part, uniform)
+        choose_again(self._poses, self._weights, self._parts, self._log_evidence, uniform)
         if (source := self.variants.move(self._units, self._log_evidence, self._rng)) is not None:
             self._weights = np.ascontiguousarray(self._weights[:, source])
             self._solids = self.variants.place(self._units)

@@ -75,7 +75,7 @@ def test_the_same_seed_is_the_same_bits(pair):
     env, name = pair
     first, second, other = (_play(agents.make(name, env, seed=seed), env, 30) for seed in (3, 3, 4))
     assert first.tobytes() == second.tobytes()
-    assert (first.tobytes() != other.tobytes()) == (name != "trained"), "which leaves nothing to chance"
+    assert (first.tobytes() != other.tobytes()) == (name not in ("sweep", "trained")), "which leave nothing to chance"
 
 
 class Replay(gym.Env):

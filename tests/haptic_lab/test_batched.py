@@ -141,6 +141,58 @@ def test_what_goes_wrong_in_one_is_told():
     env.close()
 
 
+class Fragile(gym.Wrapper):
+    """Fails at the actions that are told to."""
+
+    fails = False
+
+    def step(self, action):
+        if self.fails:
+            raise ValueError("the motor is off")
+        return self.env.step(action)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_after_one_has_failed_a_seed_is_what_it_was(mode, threads):
+    short = replace(WORLDS["what is felt"], seconds=0.06)
+    makers = [partial(make_env, short), lambda: Fragile(make_env(WORLDS["what is felt"]))]
+    env = ThreadedVectorEnv(makers, threads=threads, autoreset_mode=mode)
+
+    def first_steps():
+        return [env.reset(seed=900_000)[0], *(env.step(action)[0] for action in actions(2)[:2])]
+
+    usual = first_steps()
+    env.step(actions(2)[2])  # the first episode of the one that does not fail is over
+    env.envs[1].env.fails = True
+    with pytest.raises(ValueError, match="the motor is off"):
+        env.step(actions(2)[3])
+    env.envs[1].env.fails = False
+    same(first_steps(), usual)
+    env.close()
+
+
+@pytest.mark.parametrize(
+    "given", [None, np.zeros(8), np.zeros((1, 8)), np.zeros((2, 7)), np.zeros((3, 8)), "stop"], ids=str
+)
+def test_actions_are_a_row_for_each(given):
+    env = ThreadedVectorEnv([partial(gym.make, "HapticSLAM/TwoFinger-v0")] * 2, threads=1)
+    env.reset(seed=900_000)
+    with pytest.raises(ValueError, match=r"actions must be of shape \(2, 8\), a row for each environment, got "):
+        env.step(given)
+    env.close()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_what_is_closed_takes_no_step(threads):
+    env = ThreadedVectorEnv([partial(gym.make, "HapticSLAM/TwoFinger-v0")] * 2, threads=threads)
+    env.reset(seed=900_000)
+    env.close()
+    env.close()
+    with pytest.raises(RuntimeError, match="are closed"):
+        env.step(np.zeros(env.action_space.shape, np.float32))
+
+
 @pytest.mark.parametrize("threads", [0, 1.5, "two", True])
 def test_threads_are_a_number(threads):
     with pytest.raises(ValueError, match="threads must be"):

@@ -202,7 +202,7 @@ def test_a_folder_holds_one_run(finished, tmp_path, capsys):
 @pytest.mark.parametrize("name", presets.names())
 def test_presets_make_sense(name):
     preset = presets.read(name)
-    assert preset.algorithm in training.ALGORITHMS
+    assert preset.algorithm in presets.ALGORITHMS
     env = make_env(preset.world)
     env.reset(seed=0)
     env.close()
@@ -211,7 +211,7 @@ def test_presets_make_sense(name):
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ('algorithm = "DQN"\n[learner]', "unknown algorithm 'DQN'; choose from PPO, RecurrentPPO, SAC"),
+        ('algorithm = "DQN"\n[learner]', "unknown algorithm 'DQN'; choose from CMA-ES, PPO, RecurrentPPO, SAC"),
         ("seed = 3", "must set algorithm"),
         ('algorithm = "PPO"\nstep = 3\n[learner]', "did you mean 'steps'"),
         ('algorithm = "PPO"\n[learner]\n[world]\nprices = 3', "did you mean 'price'"),

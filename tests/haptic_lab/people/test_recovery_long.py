@@ -25,7 +25,7 @@ def test_intervals_hold_the_truth():
         first, second = (made(int(rng.integers(2**31)), repeats) for repeats in (75, 150))
         model = Model.named("limits", second)
         subject = drawn(model, rng)
-        found = fit(model, simulate(first, subject, TRIALS, SECONDS, rng), draws=8)
+        found = fit(model, simulate(first, subject, TRIALS, SECONDS, rng))
         ends = {name: found.interval(name)[1:] for name in model.parameters}
         held.append([low <= subject.truth[name] <= high for name, (low, high) in ends.items()])
     coverage = np.mean(held, axis=0)

@@ -35,6 +35,20 @@ def played(env: gym.Env, seed: int, decisions: int) -> list[np.ndarray]:
     return seen
 
 
+@pytest.mark.parametrize("mode", list(gym.vector.AutoresetMode))
+def test_a_vector_resets_as_it_is_told(mode):
+    for told in (mode, mode.value):
+        both = gym.make_vec("HapticSLAM/Name-v0", 2, autoreset_mode=told, **SHORT)
+        assert both.metadata["autoreset_mode"] is mode
+        both.close()
+
+
+@pytest.mark.parametrize("mode", ["same_step", "", None, 3])
+def test_a_mode_of_resets_is_one_of_three(mode):
+    with pytest.raises(ValueError, match=r"autoreset_mode .*NextStep"):
+        gym.make_vec("HapticSLAM/Name-v0", 2, autoreset_mode=mode)
+
+
 def test_every_registered_task_has_a_world():
     assert set(TASKS.values()) == set(registry.TASKS)
     assert all(gym.spec(each).kwargs == {"task": task} for each, task in TASKS.items())

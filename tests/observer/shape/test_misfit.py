@@ -52,17 +52,20 @@ def test_where_contacts_fit_nothing_is_said(explore, shape, noise):
 @pytest.mark.parametrize("surprise", [1e-9, 0.001, 0.5])
 def test_the_share_is_that_of_patches_that_surprise(surprise):
     misfit = Misfit(patches=50, surprise=surprise)
+    before, temper = np.array([-1.0, -700.0, -3.0]), 0.15
+    after = before + temper * np.log(surprise) * np.array([50, 0, 8])  # the third is likeliest now
+    after[0] -= 3.0
     for _ in range(RECENT - 1):
-        misfit.update(8 * np.log(surprise))
+        misfit.update(before, after, temper)
     assert misfit.share == 0.0
-    misfit.update(8 * np.log(surprise))
+    misfit.update(before, after, temper)
     assert misfit.share == pytest.approx(8 / 50)
 
 
 def test_where_nothing_surprises_nothing_is_said():
     misfit = Misfit(patches=50, surprise=1.0)
     for _ in range(2 * RECENT):
-        misfit.update(0.0)
+        misfit.update(np.zeros(2), np.zeros(2), 1.0)
     assert misfit.share == 0.0
 
 

@@ -22,6 +22,7 @@ from observer import (
     DecisionReward,
     InformationGainReward,
     ObserverWrapper,
+    ShapePosterior,
 )
 from observer.wrappers.belief_observation import ENTRIES as BELIEF_ENTRIES
 from tests.properties import samples
@@ -49,6 +50,12 @@ J, P = samples.JOINTS, samples.PATCHES
 def observed() -> gym.Env:
     """An environment whose observer also names the object."""
     return ObserverWrapper(samples.environment(reveal_truth=True), samples.slam(), samples.namer())
+
+
+@lru_cache(maxsize=1)
+def _named_as_shipped() -> gym.Env:
+    """An environment whose observer names what the model that ships does."""
+    return ObserverWrapper(samples.environment(reveal_truth=True), samples.slam(), ShapePosterior(samples.hand()))
 
 
 @lru_cache(maxsize=16)
@@ -238,6 +245,16 @@ ENTRIES: dict[str, Entry] = {
         lambda model, path: agents.export(model, path),
         {"model": Parameter(OTHERS, OTHERS, needed=True), "path": one_of("a.npz").always},
         POLICY,
+        weight=0.3,
+    ),
+    "agents.ablate": Entry(
+        lambda entries, path, episodes: agents.ablate(_named_as_shipped(), SHIPPED, path, entries, episodes=episodes),
+        {
+            "entries": several(name(["names", "rhythm"]), 1, 2).always,
+            "path": one_of("a.npz").always,
+            "episodes": integer(0, 1),
+        },
+        Allowed(words=("entry", "entries", "path", "to must")),
         weight=0.3,
     ),
     "agents.make": Entry(lambda name: _made(name), {"name": name(agents.POLICIES).always}, POLICY),

@@ -1,0 +1,196 @@
+"""A population search: what its candidates share, and that a run which was stopped goes on with the same bits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+pytest.importorskip("cmaes")
+pytest.importorskip("stable_baselines3")
+
+import agents
+from agents.sweep import SweepingMotion
+from haptic_lab.commands import train
+from haptic_lab.learning import presets, search
+from haptic_lab.learning.candidates import Outcome, doubts
+from haptic_lab.learning.evaluation import OF_EVALUATIONS
+from haptic_lab.learning.finger_weights import FingerWeights
+from observer import BeliefFeatures, HapticSLAM, ObserverWrapper, ShapePosterior
+from observer.wrappers.belief_observation import CLOCKS_HZ
+
+TINY = """
+algorithm = "CMA-ES"
+steps = {steps}
+evaluate_every = 150
+episodes = 2
+[world]
+seconds = 0.3
+observation = ["rhythm", "names", "contacts", "pose"]
+variants = 4
+hold = 2
+[sweep]
+[learner]
+population = 4
+worlds = 1
+step = 0.15
+"""
+LABELS = ("a", "b", "c")
+
+
+@pytest.fixture(scope="module")
+def hand():
+    return gym.make("HapticSLAM/TwoFinger-v0").unwrapped.hand
+
+
+def weights(hand, *entries: str, sweep: SweepingMotion | None = None) -> FingerWeights:
+    return FingerWeights(hand, BeliefFeatures(hand, LABELS, 10.0, 50.0, entries), len(LABELS), sweep)
+
+
+@pytest.mark.parametrize("before", [(), ("names",), ("contacts", "time", "pose")])
+def test_weights_of_zero_are_the_sweep(hand, before):
+    sweep = SweepingMotion(flexion=0.4, sideways=0.7)
+    made = weights(hand, *before, "rhythm", sweep=sweep)
+    for seconds in (0.0, 0.3, 2.9, 7.7):
+        turns = [2 * np.pi * hz * seconds for hz in CLOCKS_HZ]
+        clocks = [wave(turn) for turn in turns for wave in (np.sin, np.cos)]
+        matrix = made.matrix(np.zeros(made.size))
+        shown = np.concatenate([np.full(matrix.shape[1] - 1 - len(clocks), 0.5), clocks])
+        expected = sweep.torques(np.array([seconds]), hand)[0]
+        np.testing.assert_allclose(matrix[:, 0] + matrix[:, 1:] @ shown, expected, atol=1e-6)
+    with pytest.raises(ValueError, match=r'\[sweep\] needs the entry "rhythm" in observation, got pose'):
+        weights(hand, "pose", sweep=sweep)
+
+
+def test_fingers_share_their_weights_and_are_mirrored(hand):
+    """What the thumb does about what it feels, the index does about the same, its abductor the other way."""
+    made = weights(hand, "contacts")
+    matrix = made.matrix(np.random.default_rng(0).standard_normal(made.size))
+    patch = {name: 1 + column for column, name in enumerate(hand.patches.names)}
+    mirrored = {"left": "right", "right": "left"}
+    for name in hand.patches.names:
+        if not name.startswith("thumb"):
+            continue
+        end = name.rsplit("_", 1)[1]
+        twin = name.replace("thumb", "index").removesuffix(end) + mirrored.get(end, end)
+        thumb, index = matrix[:4, patch[name]], matrix[4:, patch[twin]]
+        np.testing.assert_array_equal(thumb * [-1, 1, 1, 1], index)
+        assert not matrix[4:, patch[name]].any(), "a finger does nothing about what the other one feels"
+        assert thumb.all()
+
+
+def test_time_in_doubt_is_the_mean_of_outcomes():
+    outcomes = [Outcome(doubt, 0.0, 1, True) for doubt in (1.0, 2.0, 3.0, 4.0)]
+    np.testing.assert_array_equal(doubts(outcomes, (2, 2)).mean(axis=0), [2.0, 3.0])
+
+
+def run(folder: Path, out: Path, steps: int) -> int:
+    path = folder / f"{steps}.toml"
+    path.write_text(TINY.format(steps=steps))
+    return train.main(["--preset", str(path), "--out", str(out), "--jobs", "1"])
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a whole search."""
+    folder = tmp_path_factory.mktemp("search")
+    assert run(folder, folder / "out", 250) == 0
+    return folder / "out"
+
+
+def test_a_search_leaves_a_policy(finished):
+    assert {each.name for each in finished.iterdir()} == {
+        "best_model.npz",
+        "config.json",
+        "evaluations.npz",
+        "learning_curve.png",
+        "model.npz",
+        "search.npz",
+        "training.json",
+    }
+    env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", episode_seconds=0.3)
+    env = ObserverWrapper(env, HapticSLAM(env.unwrapped.hand, particles=1), ShapePosterior(env.unwrapped.hand))
+    observation, _ = env.reset(seed=0)
+    policy = agents.make(finished / "model.npz", env)
+    assert policy.predict(observation)[0] in env.action_space
+    with np.load(finished / "search.npz") as kept:
+        assert kept["costs"].shape[1] == 4
+        assert (kept["costs"] > 0.0).all()
+        assert (kept["costs"] <= 0.3 + 1e-9).all(), "no longer than an exploration is it in doubt"
+
+
+def test_a_search_that_was_stopped_goes_on_with_the_same_bits(finished, tmp_path, capsys):
+    assert run(tmp_path, tmp_path / "out", 100) == 0
+    assert run(tmp_path, tmp_path / "out", 250) == 0
+    assert "Going on after" in capsys.readouterr().out
+    with np.load(finished / "search.npz") as whole, np.load(tmp_path / "out" / "search.npz") as parts:
+        np.testing.assert_array_equal(whole["costs"], parts["costs"])
+    with np.load(finished / "model.npz") as whole, np.load(tmp_path / "out" / "model.npz") as parts:
+        np.testing.assert_array_equal(whole["mean.weight"], parts["mean.weight"])
+
+
+def test_a_search_that_was_stopped_before_its_first_generation_goes_on(tmp_path):
+    search.History(
+        table={name: [row] for name, row in zip(OF_EVALUATIONS, (0, (1.0,), (2,), (True,)), strict=True)}
+    ).write(tmp_path)
+    found = search.read_history(tmp_path, 4)
+    assert (found.costs, found.steps, found.best) == ([], 0, np.inf)
+
+
+@pytest.mark.parametrize("content", [b"", b"no archive", None])
+def test_a_history_that_is_none_is_refused(finished, tmp_path, content):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / search.HISTORY).write_bytes((finished / "model.npz").read_bytes() if content is None else content)
+    with pytest.raises(ValueError, match=r"search.npz is no search of 4 candidates: .*; choose another --out"):
+        search.read_history(out, 4)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ("population = 4", "population of [learner] must be an integer in [4, 10000], got 3"),
+        ("step = 0.15", "step of [learner] must be"),
+        ("worlds = 1", "[learner] must set worlds"),
+        ('"pose"]', "unknown entry of observation, for CMA-ES, 'occupancy'"),
+    ],
+)
+def test_what_a_search_may_say(tmp_path, change, said):
+    wrong = {"population = 4": "population = 3", "step = 0.15": "step = 0", "worlds = 1": "", '"pose"]': '"occupancy"]'}
+    path = tmp_path / "mine.toml"
+    path.write_text(TINY.format(steps=100).replace(change, wrong[change]))
+    with pytest.raises(ValueError, match=r"mine\.toml: ") as error:
+        presets.read(str(path))
+    assert said in str(error.value)
+
+
+@pytest.fixture
+def guided():
+    """About a cube, for a moment."""
+    env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", episode_seconds=0.2)
+    yield ObserverWrapper(env, HapticSLAM(env.unwrapped.hand, particles=1), ShapePosterior(env.unwrapped.hand))
+    env.close()
+
+
+@pytest.mark.parametrize("episodes", [0, 2])
+def test_a_model_made_blind_acts_on_what_it_is_shown_instead(guided, finished, tmp_path, episodes):
+    agents.ablate(guided, finished / "model.npz", tmp_path / "blind.npz", ["contacts"], episodes=episodes, seed=900000)
+    seeing, blind = (agents.make(path, guided, seed=0) for path in (finished / "model.npz", tmp_path / "blind.npz"))
+    observation, _ = guided.reset(seed=0)
+    touched = {**observation, "contacts": np.ones_like(observation["contacts"])}
+    assert (seeing.predict(observation)[0] != seeing.predict(touched)[0]).any()
+    np.testing.assert_array_equal(blind.predict(observation)[0], blind.predict(touched)[0])
+    if not episodes:
+        np.testing.assert_array_equal(blind.predict(observation)[0], seeing.predict(observation)[0])
+
+
+def test_what_cannot_be_made_blind_is_told(guided, finished, tmp_path):
+    for entries, to, said in (
+        (["spread"], "blind.npz", "unknown entry that the model sees 'spread'"),
+        (["pose"], "blind.zip", "to must end in .npz"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            agents.ablate(guided, finished / "model.npz", tmp_path / to, entries)
+    assert not list(tmp_path.iterdir())
