@@ -252,7 +252,7 @@ def _psychometric(
 ) -> list[str]:
     """Add the table and picture of psychometric functions, where there are any; says why not."""
     try:
-        what, levels = curves.levels_of(table, level)
+        what, levels = curves.levels_of(table, level, design.standard)
     except ValueError as error:
         if level is not None:
             raise

@@ -21,8 +21,8 @@ class Match(NamedTuple):
 
     Attributes:
         label: of the observer.
-        answers: a row for each of its own trials: `object`, `condition`, `seconds`, `response`, and `weight`, by which
-            its cells are as frequent as people's.
+        answers: a row for each of its own trials: `object`, `condition`, `seconds`, `response`, `weight`, by which
+            its cells are as frequent as people's, and `exploration`, of which it is, as it may be of several times.
         probabilities: (M, C) of each answer as it believes, the mean over its trials in this cell; NaN where it has
             none.
         answered: (M, C) how often it would give each answer, likewise.
@@ -90,8 +90,12 @@ def match(table: pd.DataFrame, design: Design, observer: Observed) -> Match:
         answered[trials] = np.bincount(best, minlength=shape[1]) / len(best)
         decided[trials] = np.sort(found.decided[whole])[len(best) // 2]  # a median that may be infinite
         share = len(trials) / len(best)
-        rows += [(cell.object, cell.condition, cell.seconds, design.answers[each], share) for each in best]
-    answers = pd.DataFrame(rows, columns=["object", "condition", "seconds", "response", "weight"])
+        where = cell.object, cell.condition, cell.seconds
+        rows += [
+            (*where, design.answers[each], share, f"{number} {cell.recording}")
+            for each, number in zip(best, found.explorations[whole], strict=True)
+        ]
+    answers = pd.DataFrame(rows, columns=["object", "condition", "seconds", "response", "weight", "exploration"])
     return Match(observer.label, answers, probabilities, answered, decided, tuple(missing))
 
 

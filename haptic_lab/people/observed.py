@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from scipy.special import expit
 
 from haptic_env import reading, validate
@@ -54,10 +55,12 @@ class Found(NamedTuple):
     Attributes:
         posterior: (R, C) of each name.
         decided: (R,) s, from when on it is sure; infinite where it never is.
+        explorations: (R,) which these are: at another time of the cell the same number is the same exploration.
     """
 
     posterior: Array
     decided: Array
+    explorations: NDArray[Any]
 
 
 class Observed(NamedTuple):
@@ -152,7 +155,7 @@ def in_two_intervals(observer: Observed, standard: str) -> Observed:
             return None
         count = min(len(ours), len(theirs))
         told = difference(ours[:count, None], theirs[:count, None])[:, 0]
-        return Found(np.stack([expit(told), expit(-told)], axis=1), np.full(count, math.inf))
+        return Found(np.stack([expit(told), expit(-told)], axis=1), np.full(count, math.inf), np.arange(count))
 
     def _against(posterior: Array, name: str) -> Array:
         ours, theirs = (np.maximum(posterior[:, observer.names.index(each)], LEAST) for each in (name, standard))
@@ -216,7 +219,8 @@ def _in_table(rows: pd.DataFrame, columns: Sequence[str]) -> Callable[[Cell], Fo
         else:  # empty is what this recording's object cannot be
             posterior = there[list(columns)].fillna(0.0).to_numpy(dtype=np.float64)
         whole = posterior.sum(axis=1) > 0.0
-        return Found(posterior[whole], decided[whole]) if whole.any() else None
+        numbers = there["seed"].to_numpy() if "seed" in there else np.arange(len(there))
+        return Found(posterior[whole], decided[whole], numbers[whole]) if whole.any() else None
 
     return find
 
@@ -250,7 +254,7 @@ def _in_courses(courses: Courses, sigma: int) -> Callable[[Cell], Found | None]:
         if not there.any():
             return None
         course = np.exp(course[there])
-        return Found(course[:, until], _decisions(course, courses.seconds))
+        return Found(course[:, until], _decisions(course, courses.seconds), np.flatnonzero(there))
 
     return find
 

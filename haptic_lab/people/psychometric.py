@@ -108,13 +108,13 @@ def fit_psychometric(
     x, k, n = x[n > 0], k[n > 0], n[n > 0]
     trials_in_all = max(float(n.sum()), 1.0)
     slope = (x - n @ x / trials_in_all) @ (k - n * k.sum() / trials_in_all)
-    falls = alternatives is None and bool(slope < 0.0)
-    sigmoid = "neg_gauss" if falls else "norm"
+    falls = bool(slope < 0.0)
+    # Mirrored: psignifit's own functions that fall have the rates of guesses and lapses change places.
     found = fitted(
-        np.column_stack([x, k, n]),
+        np.column_stack([-x if falls else x, k, n]),
         "a psychometric function",
         experiment_type="yes/no" if alternatives is None else f"{alternatives}AFC",
-        sigmoid=sigmoid,
+        sigmoid="norm",
         grid_steps=GRID if alternatives is None else {"gamma": 1},
     )
     return _as_ours(found, falls)
@@ -215,4 +215,6 @@ def _as_ours(found: Any, falls: bool) -> Psychometric:
     threshold, lapse, guess, overdispersion = (
         estimate(found, name) for name in ("threshold", "lambda", "gamma", "eta")
     )
+    if falls:
+        threshold = Estimate(-threshold.value, -threshold.high, -threshold.low)
     return Psychometric(threshold, slope, lapse, guess, overdispersion)

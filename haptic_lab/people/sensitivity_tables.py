@@ -9,7 +9,7 @@ import pandas as pd
 
 from haptic_lab.people.detection import Sensitivity, efficiency, forced_choice, group_draws, yes_no
 from haptic_lab.people.scoring import YES, Design
-from haptic_lab.people.summaries import PEOPLE, WHERE, Group, parts, rights
+from haptic_lab.people.summaries import PEOPLE, WHERE, Group, parts, worth
 
 Found = Mapping[tuple[str, str, str, float], Sensitivity]  # by kind, who, condition and seconds
 
@@ -30,12 +30,12 @@ def sensitivities(groups: Sequence[Group], design: Design) -> Found:
             continue
         for where, mine in parts(answers[answers["correct"].notna()]):
             if design.kind != "yes-no":
-                made = forced_choice(rights(mine), len(mine), design.alternatives)
+                made = forced_choice(*worth(mine, mine["correct"]), design.alternatives)
             else:
                 absent = mine["object"].isin(design.absent)
                 if absent.all() or not absent.any():
                     continue
-                counts = [(_said_yes(part), len(part)) for part in (mine[~absent], mine[absent])]
+                counts = [worth(part, part["response"] == YES) for part in (mine[~absent], mine[absent])]
                 made = yes_no(*counts[0], *counts[1])
             found[(kind, who, *where)] = made
     return found
@@ -101,10 +101,6 @@ def efficiencies(found: Found) -> pd.DataFrame:
             if of == "subject" and there == place:
                 lines.append((who, label, *place, *efficiency(person, observer)))
     return pd.DataFrame(lines, columns=["who", "observer", *WHERE, "efficiency", "low", "high"])
-
-
-def _said_yes(answers: pd.DataFrame) -> int:
-    return round(float(np.average(answers["response"] == YES, weights=answers["weight"])) * len(answers))
 
 
 def _by_place(found: Found) -> dict[tuple, list[Sensitivity]]:

@@ -29,7 +29,8 @@ class Group(NamedTuple):
     Attributes:
         who: what they are called.
         kind: "subject", "people" or "observer".
-        answers: a row for each trial: `object`, `condition`, `seconds` (as `binned`), `response`, `correct`, `weight`.
+        answers: a row for each trial: `object`, `condition`, `seconds` (as `binned`), `response`, `correct`, `weight`,
+            and `exploration`, which those of one object have alike that are of one.
     """
 
     who: str
@@ -69,7 +70,7 @@ def groups_of(table: pd.DataFrame, design: Design, matches: Sequence[Match]) -> 
         All people first, then each subject where there are several, then the observers.
     """
     times = binned(table)
-    people = _in_form(table.assign(weight=1.0), design, times)
+    people = _in_form(table.assign(weight=1.0, exploration=np.arange(len(table))), design, times)
     subjects = table["subject"]
     found = [Group(PEOPLE, "people", people)]
     found += [Group(str(name), "subject", people[subjects == name]) for name in dict.fromkeys(subjects)]
@@ -81,7 +82,9 @@ def groups_of(table: pd.DataFrame, design: Design, matches: Sequence[Match]) -> 
 
 def _in_form(answers: pd.DataFrame, design: Design, times: Mapping[float, float]) -> pd.DataFrame:
     condition = answers.get("condition", "")
-    form = answers[["object", "response", "weight"]].assign(condition=condition, seconds=answers["seconds"].map(times))
+    form = answers[["object", "response", "weight", "exploration"]].assign(
+        condition=condition, seconds=answers["seconds"].map(times)
+    )
     right = design.right(answers["object"])
     return form.assign(correct=(answers["response"] == right).where(right != "").astype(np.float64))
 
@@ -128,11 +131,9 @@ def accuracy(groups: Sequence[Group]) -> pd.DataFrame:
     lines = []
     for who, kind, answers in groups:
         for where, mine in parts(answers[answers["correct"].notna()]):
-            share, ends = (
-                float(np.average(mine["correct"], weights=mine["weight"])),
-                share_interval(rights(mine), len(mine)),
-            )
-            lines.append((who, kind, *where, share, *ends, len(mine)))
+            share = float(np.average(mine["correct"], weights=mine["weight"]))
+            count, trials = worth(mine, mine["correct"])
+            lines.append((who, kind, *where, share, *share_interval(count, trials), trials))
     return pd.DataFrame(lines, columns=["who", "kind", *WHERE, "share", "low", "high", "trials"])
 
 
@@ -213,16 +214,31 @@ def agreement(table: pd.DataFrame, design: Design, matches: Sequence[Match], flo
     )
 
 
-def rights(answers: pd.DataFrame) -> int:
-    """Count right answers.
+def worth(answers: pd.DataFrame, which: pd.Series) -> tuple[int, int]:
+    """Count answers of a kind, in as many trials as tell as much if each is an exploration of its own.
+
+    An observer's answers at several times of one exploration are alike, so that they tell less than as many trials: by
+    the ratio of the variance of their mean to that of independent ones (the design effect, Kish 1965).
 
     Args:
         answers: of a group.
+        which: 1 or 0 of each, whether it is of the kind.
 
     Returns:
-        Those of as many trials as there are rows, whatever their weights.
+        Those of the kind, as their weights have it, and of how many trials.
     """
-    return round(float(np.average(answers["correct"], weights=answers["weight"])) * len(answers))
+    weights, there = answers["weight"].to_numpy(), which.to_numpy(dtype=np.float64)
+    share, whole = float(np.average(there, weights=weights)), len(answers)
+    explored = answers.groupby(["object", "exploration"], sort=False).ngroup().to_numpy()
+    different = len(np.unique(explored))
+    if different < whole:
+        cells = answers.groupby(["object", "seconds"], sort=False).ngroup().to_numpy()
+        usual = np.bincount(cells, there) / np.bincount(cells)
+        apart = weights * (there - usual[cells])
+        alone = float((apart**2).sum())
+        effect = float((np.bincount(explored, apart) ** 2).sum()) / alone if alone > 0.0 else math.inf
+        whole = round(whole / min(max(effect, 1.0), whole / different))
+    return round(share * whole), whole
 
 
 def _subjects(table: pd.DataFrame) -> list[tuple[str, np.ndarray]]:

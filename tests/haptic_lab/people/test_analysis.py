@@ -83,7 +83,7 @@ def test_an_observer_without_mistakes_has_no_efficiency_and_says_what_to_do(tmp_
     assert mine["efficiency"].isna().all()
     assert (mine["high"] > 0.0).all()
     (note,) = found.notes
-    assert re.search(r"No mistake was made by haptic SLAM in 80 trials.*more noise.*less time", note)
+    assert re.search(r"No mistake was made by haptic SLAM in 40 trials.*more noise.*less time", note)
 
 
 def test_a_subject_without_mistakes_is_told_and_has_a_bound(tmp_path: Path) -> None:
@@ -207,6 +207,46 @@ def test_an_observer_is_weighted_as_often_as_people_explored() -> None:
     d_prime = line(found.tables["sensitivity"], who="mine")["d_prime"]
     assert float(share_correct(d_prime, 2)) == pytest.approx(6.5 / 9)  # 6 of 8 with the correction
     assert line(found.tables["agreement"], who="A", observer="mine")["kappa"] == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("alike", [True, False])
+@pytest.mark.parametrize("absent", [[], ["sphere"]])
+def test_an_exploration_seen_at_several_times_is_no_more_trials(alike: bool, absent: list[str]) -> None:
+    """An observer that never changes its mind knows no more of all times than of one; else each time may tell more."""
+    rng, repeats, times = np.random.default_rng(900_023), 100, 4
+    right = rng.random((2, repeats, 1 if alike else times)) < 0.8
+    log_posterior = np.log(np.where(right[..., None] ^ [[[[False, True]]], [[[True, False]]]], 0.9, 0.1))
+    courses = Courses(
+        names=("cube", "sphere"), objects=("cube", "sphere"), conditions=("", ""), sigmas=np.array([3.0]),
+        seconds=np.arange(1.0, times + 1.0),
+        log_posterior=np.broadcast_to(log_posterior, (2, repeats, times, 2))[:, None],
+    )  # fmt: skip
+    objects = [name for name in ("cube", "sphere") for _ in range(times)]
+    answers = [("no" if name in absent else "yes") if absent else name for name in objects]
+    told = {"subject": "A", "object": objects, "response": answers, "seconds": [*courses.seconds] * 2}
+    table = check_trials(pd.DataFrame(told))
+    found = analyse(table, design_of(table, absent=absent), of_courses(courses, "mine")).tables
+    for name in ("accuracy", "sensitivity"):
+        every, one = (line(found[name], who="mine", seconds=time) for time in (None, 2.0))
+        assert one["trials"] == 2 * repeats
+        if alike:
+            pd.testing.assert_series_equal(every.drop("seconds"), one.drop("seconds"), rtol=0.02)
+        else:
+            assert every["trials"] > 0.7 * times * one["trials"]
+
+
+@pytest.mark.parametrize(("sizes", "said"), [((0.046, 0.048, 0.052), True), ((0.046, 0.047, 0.048), False)])
+def test_a_standard_between_the_levels_has_no_threshold(sizes: tuple[float, ...], said: bool) -> None:
+    objects = [f"cube(size={size:g})" for size in sizes] * 4
+    answers = ["yes", "no", "yes"] * 3 + ["no", "yes", "yes"]
+    table = check_trials(pd.DataFrame({"subject": "A", "object": objects, "response": answers, "seconds": 1.0}))
+    design = design_of(table, standard=table["object"][0].replace("46", "5"))
+    if said:
+        with pytest.raises(ValueError, match=r"below that of the standard, 0\.05, in some objects and above it"):
+            levels_of(table, None, design.standard)
+        assert any("report the two apart" in note for note in analyse(table, design).notes)
+    else:
+        assert [*levels_of(table, None, design.standard)[1].values()] == list(sizes)
 
 
 def test_many_times_are_put_together() -> None:

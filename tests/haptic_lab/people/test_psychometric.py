@@ -17,13 +17,18 @@ needs_psignifit = pytest.mark.skipif(importlib.util.find_spec("psignifit") is No
 
 
 @needs_psignifit
-@pytest.mark.parametrize(("alternatives", "guess", "sign"), [(2, 0.5, 1), (None, 0.05, -1)])
-def test_what_was_put_in_is_within_the_intervals(alternatives: int | None, guess: float, sign: int) -> None:
-    psi = guess + (1 - guess - 0.03) * norm.cdf(sign * (LEVELS - 1.12) / 0.05)
+@pytest.mark.parametrize(
+    ("alternatives", "guess", "lapse", "sign"),
+    [(2, 0.5, 0.03, 1), (2, 0.5, 0.03, -1), (None, 0.03, 0.15, 1), (None, 0.03, 0.15, -1)],
+)
+def test_what_was_put_in_is_within_the_intervals(
+    alternatives: int | None, guess: float, lapse: float, sign: int
+) -> None:
+    psi = guess + (1 - guess - lapse) * norm.cdf(sign * (LEVELS - 1.12) / 0.05)
     trials = np.full(len(LEVELS), 200)
     found = fit_psychometric(LEVELS, np.random.default_rng(900003).binomial(trials, psi), trials, alternatives)
     slope = sign / (0.05 * math.sqrt(2 * math.pi))
-    for estimate, truth in ((found.threshold, 1.12), (found.slope, slope), (found.lapse, 0.03), (found.guess, guess)):
+    for estimate, truth in ((found.threshold, 1.12), (found.slope, slope), (found.lapse, lapse), (found.guess, guess)):
         assert estimate.low <= truth <= estimate.high
         assert estimate.low <= estimate.value <= estimate.high
     assert found.threshold.high - found.threshold.low < 0.05
