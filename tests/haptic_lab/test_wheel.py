@@ -18,7 +18,6 @@ import pytest
 
 from haptic_env import recordings
 from haptic_lab.cli import COMMANDS
-from haptic_lab.learning import presets
 from tests.haptic_env.movements import closing
 from tests.haptic_env.test_rendering import offscreen  # noqa: F401 - skips where nothing can be drawn
 from tests.haptic_lab.test_portability import FEW_STEPS
@@ -91,8 +90,7 @@ def test_all_that_is_read_is_in_it(told: dict, site: Path) -> None:
     assert set(told["places"]) == {str(site)}
     assert all(told["typed"])
     assert all(told["gloves"])
-    assert told["presets"] == [presets.read(name).algorithm for name in presets.names()]
-    assert len(told["presets"]) > 2
+    assert sorted(told["presets"]) == ["CMA-ES", "PPO", "PPO", "RecurrentPPO", "SAC"]
 
 
 def test_an_editable_install_is_a_path_that_type_checkers_follow(site: Path, tmp_path: Path) -> None:
