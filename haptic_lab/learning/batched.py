@@ -111,11 +111,15 @@ class Crew:
             mode: as `StepAhead.ahead`'s.
 
         Raises:
+            ValueError: for another number of actions, and as the environments.
             RuntimeError: after `close`.
         """
         if self._closed:
             raise RuntimeError("the environments are closed; make new ones")
-        turns = iter(list(zip(self._environments, actions, strict=True)))
+        told, count = list(actions), len(self._environments)
+        if len(told) != count:
+            raise ValueError(f"actions must be {count}, one for each environment, got {len(told)}")
+        turns = iter(list(zip(self._environments, told, strict=True)))
         others = [self._pool.submit(_work, turns, mode) for _ in range(self.threads - 1)] if self._pool else []
         try:
             try:

@@ -54,8 +54,10 @@ class DomainRandomisation(gym.Wrapper):
             self._rng = np.random.default_rng(seed)
         sigma = float(self._rng.uniform(*self._sigma_deg))
         shape = str(self._rng.choice(self._shapes))
-        size = self._rng.choice(self._scales) * shapes.default_size(shape)
-        drawn: dict[str, Any] = {"shape": shape, "size": size, "sigma_deg": sigma, **reset_options(options)}
+        scale = self._rng.choice(self._scales)
+        told = {name: value for name, value in reset_options(options).items() if value is not None}
+        drawn: dict[str, Any] = {"shape": shape, "sigma_deg": sigma, **told}
+        drawn.setdefault("size", scale * shapes.default_size(drawn["shape"]))
         result = self.env.reset(seed=seed, options=drawn)
         if self._observer is not None and self._tells_sigma:
             self._observer.sigma_deg = drawn["sigma_deg"]

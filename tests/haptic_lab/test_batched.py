@@ -183,6 +183,15 @@ def test_actions_are_a_row_for_each(given):
     env.close()
 
 
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_stable_baselines_too_is_told_that_actions_are_too_few_or_too_many(count):
+    env = ThreadedVecEnv([partial(gym.make, "HapticSLAM/TwoFinger-v0")] * 2, threads=1)
+    env.reset()
+    with pytest.raises(ValueError, match=f"actions must be 2, one for each environment, got {count}"):
+        env.step(np.zeros((count, 8), np.float32))
+    env.close()
+
+
 @pytest.mark.parametrize("threads", [1, 2])
 def test_what_is_closed_takes_no_step(threads):
     env = ThreadedVectorEnv([partial(gym.make, "HapticSLAM/TwoFinger-v0")] * 2, threads=threads)

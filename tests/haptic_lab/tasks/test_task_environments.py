@@ -15,6 +15,7 @@ from gymnasium.utils.env_checker import check_env
 import agents
 import haptic_env
 from haptic_env.registration import TASKS
+from haptic_env.shapes import default_size
 from haptic_lab.tasks import registry
 from observer.wrappers.belief_observation import features_of
 
@@ -75,6 +76,21 @@ def test_a_seed_is_a_world_and_a_belief(env_id):
     assert all((a == b).all() for a, b in zip(first, second, strict=True))
     other = played(gym.make(env_id, **SHORT), 900_004, 4)
     assert not all((a == b).all() for a, b in zip(first[1:], other[1:], strict=True))
+
+
+@pytest.mark.parametrize("name", ["cube", "torus", "superquadric(0.3, 1)", "noise(2, 0.2)"])
+def test_an_object_that_is_told_has_a_size_of_its_own(name):
+    env = gym.make("HapticSLAM/Map-v0", **SHORT)
+    scales = []
+    for seed in range(900_000, 900_006):
+        env.reset(seed=seed, options={"shape": name, "quaternion": None})
+        solid = env.get_wrapper_attr("solid")
+        scale = np.asarray(solid.size) / default_size(name)
+        assert np.ptp(scale) < 1e-9
+        scales.append(scale[0])
+    assert min(scales) >= 0.8
+    assert max(scales) <= 1.2
+    assert len(set(scales)) > 1
 
 
 @pytest.mark.parametrize("mode", [None, "sync", "vector_entry_point"])
