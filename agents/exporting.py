@@ -20,7 +20,7 @@ from agents.normalization import Normalization
 from agents.saved_model import WHY, SavedModel
 from agents.training import training_of
 from haptic_env import validate
-from haptic_env.files import atomic
+from haptic_env.files import atomic, check_writable
 
 SAMPLES = 8  # observations at which the file must act as the model
 TOLERANCE = 1e-4  # of the torque limits: float32, summed in another order
@@ -46,13 +46,15 @@ def export(
         hold: control steps for which each of its actions lasts; None: as the `HoldAction` of its environment says.
 
     Raises:
-        ValueError: for another path, a model that is no plain network: of images, with layers that are not known, or
-            that does not act as its layers say, and for entries that it cannot have been shown.
-        OSError: where it cannot be written.
+        ValueError: for another path, one that cannot be written, a model that is no plain network: of images, with
+            layers that are not known, or that does not act as its layers say, and for entries that it cannot have been
+            shown.
+        OSError: where the disk is full.
     """
     path = validate.path("path", path)
     if path.suffix != ".npz":
         raise ValueError(f"path must end in .npz, got {str(path)!r}")
+    check_writable("path", path)
     network = network_of(model, normalize, entries, hold)
     with atomic(path) as place:
         network.write(place)
@@ -84,7 +86,7 @@ def export_saved(
     Raises:
         ValueError: as `export`, where the file is no model, and where it is not to be trusted.
         ImportError: without Stable-Baselines3.
-        OSError: where it cannot be written.
+        OSError: where the disk is full.
     """
     target, source = validate.path("path", path), validate.path("saved", saved)
     if target.suffix != ".npz" or source.suffix != ".zip":
@@ -93,6 +95,8 @@ def export_saved(
         raise ValueError(f"{str(source)!r} must be a file that exists")
     if not validate.boolean("trust", trust):
         raise ValueError(f"{source} is not read: {WHY}")
+    for each in (target, target.with_suffix(".json")):
+        check_writable("path", each)
     model = SavedModel(source, normalize)
     policy = model.policy
     network = network_of(

@@ -19,6 +19,7 @@ from haptic_lab.files import part_of_name, write_csv, write_json
 from haptic_lab.learning.explored import unobserved
 from haptic_lab.sweeps.executors import local_workers
 from haptic_lab.tasks import judging, learners
+from haptic_lab.tasks.judging import DECISION, measured
 from haptic_lab.tasks.learners import END_TO_END, LEARNERS
 from haptic_lab.tasks.registry import TASKS
 from haptic_lab.tasks.worlds import evaluation_set
@@ -218,13 +219,27 @@ def read(path: Path) -> list[dict[str, Any]]:
         return []
     try:
         table = pd.read_csv(path)
-        rows: list[Any] = table.to_dict("records")
-        if not set(KEY) <= set(table) or not set(table["task"]) <= set(TASKS) or table[KEY].isna().any(axis=None):
-            raise ValueError(f"it must have the columns {', '.join(KEY)}, with tasks of {', '.join(TASKS)}")
-        table["world"].astype(int)
+        _check(table)
     except (ValueError, OSError) as error:
         raise ValueError(f"{path} is no table of this command: {error}; choose another --out") from error
+    rows: list[Any] = table.to_dict("records")
     return rows
+
+
+def _check(table: pd.DataFrame) -> None:
+    """Raise `ValueError` unless each row is a whole one of this command; without a decision is whole."""
+    if not set(KEY) <= set(table) or not set(table["task"]) <= set(TASKS) or table[KEY].isna().any(axis=None):
+        raise ValueError(f"it must have the columns {', '.join(KEY)}, with tasks of {', '.join(TASKS)}")
+    broken = table.duplicated(KEY)
+    for task, mine in table.groupby("task"):
+        shares = [each for each in measured(TASKS[str(task)]) if each != DECISION]
+        numbers = mine.reindex(columns=["world", *shares]).apply(pd.to_numeric, errors="coerce")
+        whole = numbers["world"].isin(range(evaluation_set(str(task)).count))
+        for share in shares:
+            whole &= numbers[share].between(0.0, 1.0)
+        broken[mine.index] |= ~whole
+    if broken.any():
+        raise ValueError(f"line {int(np.argmax(broken)) + 2} is broken, or there twice")
 
 
 def _run(calls: list[tuple[Any, ...]], jobs: int) -> Iterator[dict[str, Any]]:

@@ -71,6 +71,7 @@ def test_the_statistics_of_its_training_go_with_it(tmp_path):
         (("model.zip", "--trust", "--hold", "0"), "hold must be an integer"),
         (("model.zip", "--trust", "--entries", "pose"), "entries must be pose, spread"),
         (("broken.zip", "--trust"), "is no whole model"),
+        (("broken.zip", "--trust", "--out", "nowhere/a.npz"), "must be a file in a folder that can be written to"),
     ],
 )
 def test_what_cannot_be_made_is_refused_in_a_line_and_leaves_nothing(
@@ -86,6 +87,14 @@ def test_what_cannot_be_made_is_refused_in_a_line_and_leaves_nothing(
     assert told in line
     assert line.count("\n") == 1
     assert sorted(each.name for each in tmp_path.iterdir()) == ["broken.zip", "model.zip"]
+
+
+@pytest.mark.parametrize("name", ["nowhere/a.npz", "folder.npz", "a.npz/a.npz"])
+def test_a_place_that_cannot_be_written_is_told_before_the_model_is_looked_at(tmp_path, name):
+    (tmp_path / "folder.npz").mkdir()
+    (tmp_path / "a.npz").touch()
+    with pytest.raises(ValueError, match=r"path (must be a file|cannot be written)"):
+        agents.export(None, tmp_path / name)
 
 
 def test_nothing_in_a_zip_runs_that_is_not_trusted(tmp_path):

@@ -124,6 +124,40 @@ class Squeeze(agents.Policy):
         return np.full(self.joints, 0.5, np.float32), None
 
 
+HEAD = f"task,policy,world,seed,sigma_deg,shape,{DECISION},{ACCURACY},{RIGHT},{COVERED}\n"
+WHOLE = "Name,enclosure,0,81000,3.0,cube,2.1,0.9,1.0,\nMap,enclosure,0,83000,3.0,cube,,,,0.2\n"
+
+
+def test_rows_that_are_whole_are_kept(tmp_path):
+    (tmp_path / "trials.csv").write_text(HEAD + WHOLE + "Name,coverage,1,81001,5,cube,,0,0.0,\n")
+    rows = benchmark.read(tmp_path / "trials.csv")
+    assert [(row["task"], row["policy"], row["world"]) for row in rows] == [
+        ("Name", "enclosure", 0),
+        ("Map", "enclosure", 0),
+        ("Name", "coverage", 1),
+    ]
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        "Name,enclosure,1,",  # cut off
+        "Name,enclosure,1,81001,5.0,cube,2.1,0.9,,",
+        "Name,enclosure,1,81001,5.0,cube,2.1,inf,1.0,",
+        "Name,enclosure,1,81001,5.0,cube,2.1,much,1.0,",
+        "Name,enclosure,1.5,81001,5.0,cube,2.1,0.9,1.0,",
+        "Name,enclosure,400,81001,5.0,cube,2.1,0.9,1.0,",
+        "Name,enclosure,-1,81001,5.0,cube,2.1,0.9,1.0,",
+        "Name,enclosure,0,81000,3.0,cube,2.1,0.9,1.0,",  # twice
+        "Map,enclosure,1,83001,5.0,cube,2.1,0.9,1.0,",
+    ],
+)
+def test_a_row_that_is_broken_is_told(tmp_path, row):
+    (tmp_path / "trials.csv").write_text(HEAD + WHOLE + row)
+    with pytest.raises(ValueError, match=r"trials\.csv is no table of this command: line 4 is broken, or there twice"):
+        benchmark.read(tmp_path / "trials.csv")
+
+
 def test_a_class_of_one_s_own_is_judged(short):
     row = judging.judge(evaluation_set("Name"), 0, Squeeze)
     assert row["policy"] == "Squeeze"
