@@ -16,6 +16,7 @@ from haptic_lab.people.courses import Courses
 from observer.shape.fading import faded
 
 LEAST = -700.0  # nats: what is less probable counts as impossible, and takes no part in sums as infinity would
+SAME = 1e-9  # nats, by which names may differ that are equally probable beforehand
 LATE = 1e-6  # s, by which a question may come after the last time of the courses
 
 
@@ -29,11 +30,27 @@ def held(courses: Courses, memory_seconds: float = math.inf) -> Array:
     Returns:
         (M, S, R, T, C) nats but for a constant of each time, at `times`; the first is the prior.
     """
-    believed = faded(courses.log_posterior, courses.seconds, memory_seconds)
+    if math.isinf(memory_seconds):
+        believed = courses.log_posterior
+    else:  # cell by cell, as sweeps that were put together may have begun otherwise
+        told = zip(courses.log_posterior, _priors(courses), strict=True)
+        believed = np.stack([faded(each, courses.seconds, memory_seconds, prior) for each, prior in told])
     believed = np.maximum(believed, LEAST)  # NaN stays
     if courses.seconds[0] == 0.0:
         return believed
     return np.concatenate((np.zeros_like(believed[..., :1, :]), believed), axis=3)
+
+
+def _priors(courses: Courses) -> list[Array | None]:
+    """(C,) nats of each cell, which do not fade; None: all names are equally probable, or it is not known."""
+    found: list[Array | None] = []
+    for cell in courses.log_posterior[..., 0, :]:
+        told = cell.reshape(-1, cell.shape[-1])
+        told = told[~np.isnan(told).any(axis=1)]
+        possible = np.isfinite(told[0]) if len(told) else np.zeros(0, dtype=bool)
+        plain = courses.seconds[0] != 0.0 or not possible.any() or np.ptp(told[0][possible]) < SAME
+        found.append(None if plain else np.where(possible, told[0], 0.0))
+    return found
 
 
 def times(courses: Courses) -> Array:

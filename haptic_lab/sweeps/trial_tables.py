@@ -85,7 +85,9 @@ def read(given: argparse.Namespace) -> pd.DataFrame | None:
     table = read_trials(given.trial_table, trial_columns.typed(given.columns, *told))
     if given.under is None:
         return table
-    there = [*dict.fromkeys(table["condition"])] if "condition" in table else []
+    if "condition" not in table:
+        raise ValueError(f"--under is for tables with a column condition, and {given.trial_table} has none")
+    there = [*dict.fromkeys(table["condition"])]
     for name in given.under:
         validate.choice(f"condition of {given.trial_table}", name, there)
     return table[table["condition"].isin(given.under)]

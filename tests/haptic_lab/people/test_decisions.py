@@ -84,6 +84,27 @@ def test_what_everybody_knows_of_the_limits(courses):
     )
 
 
+@pytest.mark.parametrize("prior", [(0.25, 0.25, 0.25, 0.25), (0.5, 0.3, 0.1, 0.1), (0.6, 0.4, 0.0, 0.0)])
+def test_what_is_forgotten_leaves_the_prior(prior: tuple[float, ...]):
+    """The prior, the first row of courses that begin at 0 s, is no evidence: belief is prior · exp(E)."""
+    rng, seconds, memory = np.random.default_rng(900_401), np.arange(6.0), 1.5
+    with np.errstate(divide="ignore"):
+        ideal = np.log(prior) + np.concatenate([np.zeros((2, 1, 4)), rng.normal(size=(2, 5, 4)).cumsum(axis=1)], axis=1)
+    ideal -= np.logaddexp.reduce(ideal, axis=-1, keepdims=True)
+    courses = Courses(
+        names=("cube", "sphere", "cone", "none"), objects=("cube",), conditions=("",), sigmas=np.array([3.0]),
+        seconds=seconds, log_posterior=ideal[None, None],
+    )  # fmt: skip
+    told, held = np.zeros((2, 4)), evidence.held(courses, memory)[0, 0]
+    for step in range(1, len(seconds)):
+        with np.errstate(invalid="ignore"):
+            told = np.exp(-1.0 / memory) * told + np.nan_to_num(ideal[:, step] - ideal[:, step - 1])
+        wanted = np.exp(told) * prior
+        wanted /= wanted.sum(axis=-1, keepdims=True)
+        np.testing.assert_allclose(softmax(held[:, step], axis=-1), wanted, atol=1e-12)
+    np.testing.assert_allclose(softmax(held[:, 0], axis=-1), [prior] * 2, atol=1e-12)
+
+
 def test_equal_evidence_is_decided_by_lot():
     np.testing.assert_allclose(choices(np.array([1.0, 1.0, 0.0]), 0.0), [0.5, 0.5, 0.0])
     assert np.isnan(choices(np.full(3, np.nan), 0.0)).all()

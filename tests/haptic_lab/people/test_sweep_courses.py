@@ -202,3 +202,12 @@ def test_an_altered_course_is_refused_by_its_line(swept: Path, tmp_path: Path) -
         Courses.of_sweep(swept, observer="nobody")
     with pytest.raises(ValueError, match=r"is not there: it must be a folder of haptic-slam evaluate --courses"):
         Courses.of_sweep(tmp_path)
+
+
+def test_of_a_table_without_conditions_none_is_chosen(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    table = tmp_path / "plain.csv"
+    table.write_text("subject,object,response,seconds\nA,cube,cube,1\n", encoding="utf-8")
+    with pytest.raises(SystemExit) as ended:
+        evaluate.main(["--trial-table", str(table), *TINY, "--under", "bare", "--out", str(tmp_path / "out")])
+    assert ended.value.code == 2
+    assert "--under is for tables with a column condition, and" in capsys.readouterr().err
