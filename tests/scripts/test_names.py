@@ -82,7 +82,7 @@ def test_every_figure_of_a_sweep(meshes: list[str], tmp_path: Path, monkeypatch:
         f"here/out/trials/{name}"
         for name in (
             *(f"calibration_{observer}.png" for observer in ("floor", "haptic_slam")),
-            *("calibration.csv", "evaluate.png", "summary.csv"),
+            *("against_floor.csv", "calibration.csv", "evaluate.png", "summary.csv"),
         )
     }
 
