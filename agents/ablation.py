@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents import network
-from agents.network import Instead
+from agents.instead import Instead
 from agents.sb3 import Sb3
 from haptic_env import validate
 from haptic_env.files import atomic

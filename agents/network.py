@@ -10,13 +10,14 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
 from agents import spaces_json
+from agents.instead import Instead, instead
 from agents.layers import ACTIVATIONS, Array, Cell, Layer, times
 from agents.normalization import Normalization
 from agents.training import MOST_HELD
@@ -27,33 +28,6 @@ KIND, VERSION = "haptic-slam policy", 1
 NOISES = ("none", "constant", "by state", "lasting")
 LARGEST = 256 * reading.MIB
 LEAST_LOG_STD, MOST_LOG_STD = -20.0, 2.0  # of the noise that the state decides (Haarnoja et al. 2018, SAC)
-
-
-class Instead(NamedTuple):
-    """What a network is shown in place of some numbers of an observation (`agents.ablation`).
-
-    Attributes:
-        columns: (C,) of the observation.
-        shown: (N, T, C), for each of N episodes T decisions; the last one from then on.
-    """
-
-    columns: NDArray[np.int64]
-    shown: Array
-
-    def put(self, observation: NDArray[np.float32], episode: int, decision: int) -> NDArray[np.float32]:
-        """Put them in place.
-
-        Args:
-            observation: (D,).
-            episode: index.
-            decision: how many there were.
-
-        Returns:
-            (D,), a copy.
-        """
-        result = observation.copy()
-        result[self.columns] = self.shown[episode, min(decision, self.shown.shape[1] - 1)]
-        return result
 
 
 @dataclass(frozen=True)
@@ -298,18 +272,8 @@ def _restore(told: dict[str, Any], arrays: _Arrays) -> Network:
         None if most is None else validate.number("most_mean", most, above=0.0),
         None if normalization is None else Normalization.restore(normalization, observation, arrays.take),
         _training(told["told"]),
-        None if "instead" not in told else _instead(told["instead"], gym.spaces.flatdim(observation), arrays),
+        None if "instead" not in told else instead(told["instead"], gym.spaces.flatdim(observation), arrays.take),
     )
-
-
-def _instead(columns: Any, width: int, arrays: _Arrays) -> Instead:
-    if not isinstance(columns, list) or not columns:
-        raise ValueError(f"what it is blind to must be a list of columns, got {columns!r}")
-    chosen = [validate.integer("column", column, 0, width - 1) for column in columns]
-    shown = arrays.take("instead", None, None, len(chosen))
-    if not shown.size:
-        raise ValueError("what it is shown instead is nothing")
-    return Instead(np.array(chosen, np.int64), shown)
 
 
 def _training(told: Any) -> dict[str, Any]:
