@@ -15,7 +15,6 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv
 
 from haptic_lab.learning.batched_learners import ThreadedVecEnv
-from haptic_lab.learning.explored import DomainRandomisation as DomainRandomisation
 from haptic_lab.learning.explored import explored
 from haptic_lab.learning.presets import TrainingWorld
 from haptic_lab.processes import end_with_parent
