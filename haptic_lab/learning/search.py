@@ -173,6 +173,7 @@ def train(ready: SearchRun, stop: InterruptGuard, console: Console) -> int:
     try:
         if not history.table["timesteps"]:
             _evaluate(ready)
+            history.write(out)
         with Progress(console=console, disable=not console.is_terminal) as progress:
             bar = progress.add_task("steps", total=preset.steps, completed=history.steps)
             while history.steps < preset.steps:
@@ -222,7 +223,6 @@ def _evaluate(ready: SearchRun) -> None:
     if mean < history.best:
         history.best, history.kept = mean, decisions
         _keep(ready, BEST)
-    history.write(ready.out)
 
 
 def _keep(ready: SearchRun, name: str) -> None:
