@@ -15,7 +15,6 @@ from typing import Any
 import cmaes
 import numpy as np
 from rich.console import Console
-from rich.progress import Progress
 
 from haptic_env import reading
 from haptic_env.arrays import Array
@@ -27,6 +26,7 @@ from haptic_lab.learning.finger_weights import FingerWeights
 from haptic_lab.learning.interrupt import InterruptGuard
 from haptic_lab.learning.presets import Preset
 from haptic_lab.learning.report import report
+from haptic_lab.progress import ProgressLines
 from observer.wrappers.belief_observation import labels_of
 
 FIRST_SEED = 10_000_000  # of what candidates explore; what policies are reported on has seeds below
@@ -174,7 +174,7 @@ def train(ready: SearchRun, stop: InterruptGuard, console: Console) -> int:
         if not history.table["timesteps"]:
             _evaluate(ready)
             history.write(out)
-        with Progress(console=console, disable=not console.is_terminal) as progress:
+        with ProgressLines(console=console) as progress:
             bar = progress.add_task("steps", total=preset.steps, completed=history.steps)
             while history.steps < preset.steps:
                 turn = history.steps // preset.evaluate_every

@@ -124,7 +124,9 @@ def test_a_search_leaves_a_policy(finished):
 def test_a_search_that_was_stopped_goes_on_with_the_same_bits(finished, tmp_path, capsys):
     assert run(tmp_path, tmp_path / "out", 100) == 0
     assert run(tmp_path, tmp_path / "out", 250) == 0
-    assert "Going on after" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "Going on after" in told
+    assert "\nsteps: " in told, "away from a terminal there are lines"
     with np.load(finished / "search.npz") as whole, np.load(tmp_path / "out" / "search.npz") as parts:
         np.testing.assert_array_equal(whole["costs"], parts["costs"])
     with np.load(finished / "model.npz") as whole, np.load(tmp_path / "out" / "model.npz") as parts:
