@@ -66,15 +66,16 @@ class History:
             np.savez(file, costs=np.array(self.costs) if self.costs else np.zeros((0, 0)), counters=counters)
 
 
-def read_history(out: Path, population: int) -> History:
+def read_history(out: Path, population: int, hold: int) -> History:
     """Read what a run that was stopped has left.
 
     Args:
         out: its folder.
         population: P.
+        hold: control steps of a decision, by which evaluations are counted.
 
     Returns:
-        The history; an empty one where there is none.
+        The history; an empty one where there is none. Evaluations after its last generation are forgotten.
 
     Raises:
         ValueError: for files that are not of such a run.
@@ -93,7 +94,7 @@ def read_history(out: Path, population: int) -> History:
             raise ValueError(f"costs must be finite, of shape (any, {population}), got {costs.dtype} {costs.shape}")
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path} is no search of {population} candidates: {error}; choose another --out") from error
-    upto = table["timesteps"] <= steps
+    upto = table["timesteps"] <= steps // hold
     rows = {name: list(each[upto]) for name, each in table.items()}
     return History(list(costs), int(steps), float(seconds), float(best), int(decisions), rows)
 
@@ -141,7 +142,7 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console:
         weights = FingerWeights(hand, features, len(labels_of(env)), preset.sweep)
     finally:
         env.close()
-    history = read_history(out, preset.learner["population"])
+    history = read_history(out, preset.learner["population"], preset.world.hold)
     search = cmaes.SepCMA(
         np.zeros(weights.size),
         preset.learner["step"],

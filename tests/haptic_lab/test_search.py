@@ -137,8 +137,19 @@ def test_a_search_that_was_stopped_before_its_first_generation_goes_on(tmp_path)
     search.History(
         table={name: [row] for name, row in zip(OF_EVALUATIONS, (0, (1.0,), (2,), (True,)), strict=True)}
     ).write(tmp_path)
-    found = search.read_history(tmp_path, 4)
+    found = search.read_history(tmp_path, 4, 2)
     assert (found.costs, found.steps, found.best) == ([], 0, np.inf)
+
+
+@pytest.mark.parametrize("hold", [1, 2, 5])
+def test_an_evaluation_whose_generation_was_not_kept_is_forgotten(tmp_path, hold):
+    """Killed after the table of evaluations was written, and before the history."""
+    kept, lost = (40, (1.0,), (2,), (True,)), (41, (1.0,), (2,), (True,))
+    table = {name: list(rows) for name, *rows in zip(OF_EVALUATIONS, kept, lost, strict=True)}
+    search.History(costs=[np.ones(4)], steps=40 * hold, table=table).write(tmp_path)
+    found = search.read_history(tmp_path, 4, hold)
+    assert found.table["timesteps"] == [40]
+    assert [len(rows) for rows in found.table.values()] == [1] * len(OF_EVALUATIONS)
 
 
 @pytest.mark.parametrize("content", [b"", b"no archive", None])
@@ -147,7 +158,7 @@ def test_a_history_that_is_none_is_refused(finished, tmp_path, content):
     out.mkdir()
     (out / search.HISTORY).write_bytes((finished / "model.npz").read_bytes() if content is None else content)
     with pytest.raises(ValueError, match=r"search.npz is no search of 4 candidates: .*; choose another --out"):
-        search.read_history(out, 4)
+        search.read_history(out, 4, 2)
 
 
 @pytest.mark.parametrize(
