@@ -23,7 +23,7 @@ from haptic_lab.learning.candidates import Judge, Outcome, doubts
 from haptic_lab.learning.environments import make_env
 from haptic_lab.learning.evaluation import BEST, EVALUATION_SEED, EVALUATIONS, OF_EVALUATIONS, read_evaluations
 from haptic_lab.learning.finger_weights import FingerWeights
-from haptic_lab.learning.interrupt import InterruptGuard
+from haptic_lab.learning.interrupt import InterruptGuard, stopped
 from haptic_lab.learning.presets import Preset
 from haptic_lab.learning.report import report
 from haptic_lab.progress import ProgressLines
@@ -187,8 +187,7 @@ def train(ready: SearchRun, stop: InterruptGuard, console: Console) -> int:
                 history.write(out)
                 progress.update(bar, completed=history.steps)
     except KeyboardInterrupt:
-        console.print("Stopped; the same command goes on from here.")
-        code = 130
+        code = stopped(console)
     finally:
         ready.judge.close()
     _keep(ready, "model")
