@@ -20,8 +20,8 @@ from haptic_env import reading
 from haptic_env.arrays import Array
 from haptic_lab.files import atomic
 from haptic_lab.learning.candidates import Judge, Outcome, doubts
-from haptic_lab.learning.environments import make_env
 from haptic_lab.learning.evaluation import BEST, EVALUATION_SEED, EVALUATIONS, OF_EVALUATIONS, read_evaluations
+from haptic_lab.learning.explored import explored
 from haptic_lab.learning.finger_weights import FingerWeights
 from haptic_lab.learning.interrupt import InterruptGuard, stopped
 from haptic_lab.learning.presets import Preset
@@ -136,7 +136,7 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console:
     Raises:
         ValueError: where the preset or what is in `out` makes no sense.
     """
-    env = make_env(preset.world)
+    env = explored(preset.world)
     try:
         features, hand = env.get_wrapper_attr("features"), env.get_wrapper_attr("hand")
         weights = FingerWeights(hand, features, len(labels_of(env)), preset.sweep)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import gymnasium as gym
@@ -84,6 +86,14 @@ def test_fingers_share_their_weights_and_are_mirrored(hand):
 def test_time_in_doubt_is_the_mean_of_outcomes():
     outcomes = [Outcome(doubt, 0.0, 1, True) for doubt in (1.0, 2.0, 3.0, 4.0)]
     np.testing.assert_array_equal(doubts(outcomes, (2, 2)).mean(axis=0), [2.0, 3.0])
+
+
+def test_processes_in_which_candidates_explore_import_no_learner():
+    told = (
+        "import sys, haptic_lab.learning.candidates; print('stable_baselines3' in sys.modules, 'torch' in sys.modules)"
+    )
+    ran = subprocess.run([sys.executable, "-c", told], capture_output=True, encoding="utf-8", check=True)
+    assert ran.stdout.split() == ["False"] * 2
 
 
 def run(folder: Path, out: Path, steps: int) -> int:
