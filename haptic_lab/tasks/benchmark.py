@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -58,8 +58,8 @@ class Benchmark:
         Returns:
             What JSON can say.
         """
-        sets = {task: asdict(evaluation_set(task)) for task in TASKS}
-        told = {task: {"version": each["version"], "sha256": each["sha256"]} for task, each in sets.items()}
+        sets = {task: evaluation_set(task) for task in TASKS}
+        told = {task: {"version": each.version, "sha256": each.sha256} for task, each in sets.items()}
         return {"hand": self.hand, "steps": self.steps, "worlds": told}
 
 
