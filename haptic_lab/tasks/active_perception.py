@@ -20,6 +20,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import softmax
 
 import agents
 from haptic_env import extras, validate
@@ -153,9 +154,7 @@ def acts_of(agent: Agent) -> Callable[[Any, bool], tuple[Any, Any]]:
 
     def acts(observation: Any, began: bool) -> tuple[Any, Any]:
         told = agent(observation)
-        logits = np.asarray(told["prediction"], dtype=np.float64)
-        p = np.exp(logits - logits.max())
-        return told["action"], p / p.sum()
+        return told["action"], softmax(np.asarray(told["prediction"], dtype=np.float64))
 
     return acts
 
