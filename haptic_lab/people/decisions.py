@@ -103,7 +103,8 @@ class Decision:
         if self.stops:
             stopping = Stopping(held, at, until)
             asked, mine = stopping.seconds, stopping.held[cell]  # (n,), (n, S, R, C)
-            chosen = choices(mine, self.decision_noise) * stopping.first(*self.rule)[cell][..., None]
+            (first,) = stopping.first(*self.rule, np.array([cell]))
+            chosen = choices(mine, self.decision_noise) * first[..., None]
         else:
             asked = np.array([until])
             mine = evidence.asked(held, at, np.array([cell]), asked)

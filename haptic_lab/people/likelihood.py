@@ -76,7 +76,7 @@ def predicted(model: Model, answers: Answers, drawn: Array) -> Predicted:
                 continue
             told, known = (stopping.Stopping(each, at, part.seconds) for each in (held, ideal))
             for (x, bound), (p, price) in product(enumerate(bounds), enumerate(prices)):
-                when = told.when(bound, price)[part.cells]  # (c, S, R)
+                when = told.when(bound, price, part.cells)  # (c, S, R)
                 asked, believed = (each.at(when, part.cells) for each in (told, known))  # (c, S, R, C)
                 weights = repeats.when_stopped(part, answers.cells[part.questions], courses, believed)
                 stopped, moments = part._replace(weights=weights), told.seconds[when]
