@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from haptic_lab.analysis.statistics import interval
+from haptic_lab.analysis.statistics import interval, side
 from haptic_lab.files import write_table
 from haptic_lab.style import BETTER, OUTLINE, WORSE
 from observer.variants import FULL
@@ -139,9 +139,10 @@ def draw(lines: pd.DataFrame) -> Figure:
 
 def _colour(low: float, high: float, more: bool | None) -> str:
     """Grey where the interval holds 0 or nothing is better than anything."""
-    if more is None or math.isnan(low) or low <= 0 <= high:
+    where = side(low, high)
+    if more is None or not where:
         return "#777777"
-    return BETTER if (low > 0) == more else WORSE
+    return BETTER if (where > 0) == more else WORSE
 
 
 def _told(cell: pd.Series, more: bool | None) -> Text:

@@ -12,7 +12,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from haptic_lab.analysis.statistics import interval
+from haptic_lab.analysis.statistics import interval, side
 from haptic_lab.analysis.summary import ALL, CEILING, FLOOR, TITLES
 from haptic_lab.conditions import factors_in
 from haptic_lab.style import OBSERVER_NAMES
@@ -20,7 +20,7 @@ from observer import metrics
 
 LESS = ("pose_error", "_ece", "_brier", "_log_loss", "time_to_decision")  # is better, of measures that are called so
 MORE = ("f_score", "precision", "recall", "surface_coverage", "step_accuracy", "correct")
-BETTER, UNDECIDED, WORSE = "better", "undecided", "worse"
+VERDICTS = {1: "better", 0: "undecided", -1: "worse"}  # by the side of 0, and which way is better
 RESAMPLES = 2000
 HALVES = (0.025, 0.975)
 
@@ -73,7 +73,7 @@ def compare(rows: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
                 difference, low, high, count = interval(gaps[measure].dropna().to_numpy())
                 closure = (math.nan,) * 3 if of_closure is None else of_closure[:, column]
                 means = floor[measure].mean(), mine[measure].mean()
-                verdict = _verdict(low, high, direction(measure))
+                verdict = VERDICTS[side(low, high) * direction(measure)]
                 lines.append((*names, observer, measure, *means, difference, low, high, verdict, count, *closure))
     return pd.DataFrame(lines, columns=columns)
 
@@ -92,18 +92,12 @@ def print_table(lines: pd.DataFrame, console: Console) -> None:
         return
     title = "Against raw angles (floor) in the same explorations, 95 %: cells of one shape and noise"
     result = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
-    for name in ("observer", "measure", BETTER, UNDECIDED, WORSE):
+    for name in ("observer", "measure", *VERDICTS.values()):
         result.add_column(name, justify="left" if name in ("observer", "measure") else "right")
     for (observer, measure), mine in cells.groupby(["observer", "measure"], sort=False):
-        counts = (str((mine["verdict"] == each).sum()) for each in (BETTER, UNDECIDED, WORSE))
+        counts = (str((mine["verdict"] == each).sum()) for each in VERDICTS.values())
         result.add_row(OBSERVER_NAMES.get(str(observer), str(observer)), str(measure), *counts)
     console.print(result)
-
-
-def _verdict(low: float, high: float, better: int) -> str:
-    if math.isnan(low) or low <= 0 <= high:
-        return UNDECIDED
-    return BETTER if (low > 0) == (better > 0) else WORSE
 
 
 def _closures(floor: pd.DataFrame, mine: pd.DataFrame, ceiling: pd.DataFrame) -> NDArray[np.float64]:
@@ -120,7 +114,7 @@ def _closures(floor: pd.DataFrame, mine: pd.DataFrame, ceiling: pd.DataFrame) ->
     result = np.full((3, len(floor.columns)), np.nan)
     for column in range(result.shape[1]):
         bracket = (tables[2] - tables[1])[held[:, column], column]
-        if _verdict(*interval(bracket)[1:3], 1) == UNDECIDED:
+        if not side(*interval(bracket)[1:3]):
             continue  # what lies between two that are the same
         result[0, column] = metrics.closure(*(float(each[0, column]) for each in means))
         if np.isfinite(drawn[:, column]).all():

@@ -29,6 +29,19 @@ def interval(values: np.ndarray) -> tuple[float, float, float, int]:
     return mean, mean - half, mean + half, count
 
 
+def side(low: float, high: float) -> int:
+    """Say on which side of 0 an interval lies.
+
+    Args:
+        low: its one end.
+        high: its other end.
+
+    Returns:
+        1 above 0, -1 below; 0 where it holds 0 or has no ends.
+    """
+    return int(low > 0.0) - int(high < 0.0)
+
+
 def told_of_trials(trials: int, intervals: str = "95 % intervals") -> str:
     """Say what intervals a picture has.
 

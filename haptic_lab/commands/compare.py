@@ -19,7 +19,6 @@ from haptic_lab.folder_lock import claimed
 from haptic_lab.people import compare_report, fit_report, options
 from haptic_lab.people.comparing import check_models, compare, recoveries, recovery_table
 from haptic_lab.people.models import MODELS
-from haptic_lab.people.trial_columns import DEADLINE
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, progress_on
 from haptic_lab.terminal import Parser, as_path, make_console, refuse
@@ -59,9 +58,6 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         check_models(given.models)
         given.tables = options.by_subject(table, given.models)
         given.asked = sorted(set(table["seconds"]))
-        if given.models[0].timed:
-            last = float(courses.seconds[-1])
-            given.asked = sorted(set(table[DEADLINE].fillna(last))) if DEADLINE in table else [last]
         given.trials = round(float(table.groupby("subject").size().median()))
     except (ValueError, OSError) as error:
         parser.error(str(error))
@@ -102,8 +98,7 @@ def main(arguments: list[str] | None = None) -> int:
         compare_report.tell(table, console)
         best = table.groupby("subject", sort=False)["nats"].max()
         chance = fit_report.chance_of(given.models[0].courses)
-        guessed = [] if given.models[0].timed else list(best.index[best < chance])
-        if guessed:
+        if guessed := list(best.index[best < chance]):
             console.print(f"note: {fit_report.worse_than_guesses(guessed, chance)}", highlight=False)
         for note in fit_report.unheeded(given.tables, given.models):
             console.print(f"note: {note}", highlight=False)

@@ -132,7 +132,7 @@ def _average(axes: Axes, lines: pd.DataFrame) -> float:
 
 
 def _shapes(axes: Axes, lines: pd.DataFrame, observer: str, shapes: list[str]) -> None:
-    lines = lines[(lines["observer"] == observer) & (lines["trials"] > 0)]
+    lines = lines[lines["observer"] == observer]
     if lines.empty:
         axes.text(0.5, 0.5, MISSING, transform=axes.transAxes, ha="center", va="center", color="#777777")
         return

@@ -58,6 +58,11 @@ class Decision:
         """Whether it may answer before it is asked."""
         return self.stop_at is not None or self.price > 0.0
 
+    @property
+    def rule(self) -> tuple[float, float]:
+        """Of stopping: `stop_at`, infinite where there is none, and `price`."""
+        return math.inf if self.stop_at is None else self.stop_at, self.price
+
     def response_probabilities(self, courses: Courses, cell: int, sigma: float, seconds: float) -> Array:
         """Say how probable each answer is, whenever it comes, if it is asked for after some time.
 
@@ -98,8 +103,8 @@ class Decision:
         if self.stops:
             stopping = Stopping(held, at, until)
             asked, mine = stopping.seconds, stopping.held[cell]  # (n,), (n, S, R, C)
-            bound = math.inf if self.stop_at is None else self.stop_at
-            chosen = choices(mine, self.decision_noise) * stopping.first(bound, self.price)[cell][..., None]
+            (first,) = stopping.first(*self.rule, np.array([cell]))
+            chosen = choices(mine, self.decision_noise) * first[..., None]
         else:
             asked = np.array([until])
             mine = evidence.asked(held, at, np.array([cell]), asked)

@@ -108,24 +108,24 @@ def fit(
     answers = table if isinstance(table, Answers) else counting.answers_of(table, model.courses, model.timed)
     if predicted is None:
         predicted = _predicted(model, answers, draws, seed)
-    count = answers.count.astype(np.float32)
+    count = len(answers.count)
     strength = OF_REPEATS * model.courses.repeats if answers.timed else None
     size = tuple(len(grid.values) for grid in model.grids.values())
     prior = 1.0 / np.prod(size)
     sures, guesses = predicted
     total = np.empty(len(sures))
     posterior = np.empty((len(sures), *size))
-    expected, inverse = (np.empty((len(sures), len(count))) for _ in range(2))
+    expected, inverse = (np.empty((len(sures), count)) for _ in range(2))
     most, best = -np.inf, np.zeros(len(size), dtype=np.intp)
     for draw, sure in enumerate(sures):
         fits, tops = np.empty(size), np.empty(size[0])
-        sums = np.empty((2, size[0], len(count)))
+        sums = np.empty((2, size[0], count))
         for level, probability in enumerate(
             likelihood.probabilities(model, sure, None if guesses is None else guesses[draw])
         ):  # one sigma: to fit into a cache
             fits[level] = _log_likelihood(probability, answers, strength)
             tops[level] = fits[level].max()
-            each, flat = probability.reshape(-1, len(count)), np.exp(fits[level] - tops[level]).astype(np.float32)
+            each, flat = probability.reshape(-1, count), np.exp(fits[level] - tops[level]).astype(np.float32)
             sums[:, level] = flat.reshape(-1) @ each, flat.reshape(-1) @ (1.0 / _told_others(each, answers, strength))
         if (largest := float(tops.max())) > most:
             most, best = largest, np.array(np.unravel_index(int(np.argmax(fits)), size))

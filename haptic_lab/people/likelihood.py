@@ -72,17 +72,19 @@ def predicted(model: Model, answers: Answers, drawn: Array) -> Predicted:
             if not answers.timed:
                 asked = evidence.asked(held, at, part.cells, np.full(len(part.cells), part.seconds))  # (c, S, R, C)
                 for n, noise in enumerate(noises):
-                    _fill(sure[:, q, n, 0, 0], answers, part, _shares(part, asked, noise)[None])
+                    _fill(sure[:, q, n, 0, 0], answers, part, _shares(part, _chosen(asked, noise))[None])
                 continue
             told, known = (stopping.Stopping(each, at, part.seconds) for each in (held, ideal))
             for (x, bound), (p, price) in product(enumerate(bounds), enumerate(prices)):
-                when = told.when(bound, price)[part.cells]  # (c, S, R)
+                when = told.when(bound, price, part.cells)  # (c, S, R)
                 asked, believed = (each.at(when, part.cells) for each in (told, known))  # (c, S, R, C)
                 weights = repeats.when_stopped(part, answers.cells[part.questions], courses, believed)
                 stopped, moments = part._replace(weights=weights), told.seconds[when]
                 bins = stopping.bin_of(moments, part.seconds, float(at[-1]))
                 for n, noise in enumerate(noises):
-                    shares = np.stack([_shares(stopped, asked, noise, bins == each) for each in range(stopping.BINS)])
+                    chosen = _chosen(asked, noise)
+                    then = (chosen * (bins == each)[..., None] for each in range(stopping.BINS))
+                    shares = np.stack([_shares(stopped, each) for each in then])
                     shares = (1.0 - STRAY) * shares + STRAY / (shares.shape[0] * shares.shape[-1])
                     guesses = np.broadcast_to(shares.mean(axis=-1, keepdims=True), shares.shape)
                     _fill(sure[:, q, n, x, p], answers, part, shares)
@@ -90,11 +92,13 @@ def predicted(model: Model, answers: Answers, drawn: Array) -> Predicted:
     return Predicted(sure, guess)
 
 
-def _shares(part: Weighed, asked: Array, noise: float, there: NDArray[np.bool_] | None = None) -> Floats:
-    """(k, S, B, C) how often each answer comes of explorations (c, S, R, C), of those that are `there` (c, S, R)."""
-    chosen = np.nan_to_num(choices(asked, noise)).astype(np.float32)
-    if there is not None:
-        chosen *= there[..., None]
+def _chosen(asked: Array, noise: float) -> Floats:
+    """(c, S, R, C) probability of each name; 0 where there is no evidence."""
+    return np.asarray(np.nan_to_num(choices(asked, noise)).astype(np.float32))
+
+
+def _shares(part: Weighed, chosen: Floats) -> Floats:
+    """(k, S, B, C) how often each answer comes of explorations (c, S, R, C)."""
     chosen = chosen.transpose(1, 0, 2, 3)
     return np.asarray(part.weights @ chosen.reshape(1, chosen.shape[0], -1, chosen.shape[-1]))
 

@@ -141,7 +141,7 @@ class Model:
     def __post_init__(self) -> None:
         for each in (*self.free, *self.ranges):
             validate.choice("parameter", each, PARAMETERS)
-        if self.timed and all(self.grids[name] != Grid(USUAL[name], USUAL[name], 1, False) for name in RULES):
+        if len(self._rules) > 1:
             raise ValueError("either stop_at or price says when a subject answers, and not both")
 
     @classmethod
@@ -174,7 +174,12 @@ class Model:
     @property
     def timed(self) -> bool:
         """Whether it tells when a subject answers, which is then explained as well."""
-        return any(grid.values[0] != USUAL[name] for name, grid in self.grids.items() if name in RULES)
+        return bool(self._rules)
+
+    @property
+    def _rules(self) -> list[str]:
+        """Of stopping, those that it has."""
+        return [name for name, grid in self.grids.items() if name in RULES and grid.values[0] != USUAL[name]]
 
     def _grid(self, name: str) -> Grid:
         low, high = _ends(name, self.ranges.get(name, self._usual(name)), self.courses)

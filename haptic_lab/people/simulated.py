@@ -139,7 +139,7 @@ def simulate(
     there = ~np.asarray(np.isnan(courses.log_posterior[..., 0][:, level > 0.0]).any(axis=1))  # (M, R, T)
     cells, times = _design(len(courses.objects), asked_at, trials, rng)
     decks = _Decks(there, courses, rng)
-    bounds = {float(time): _bounds(held, at, float(time), decision) for time in asked_at if decision.stops}
+    bounds = {time: Stopping(held, at, time).bounds(*decision.rule) for time in asked_at.tolist() if decision.stops}
     rows: list[dict[str, Any]] = []
     for trial, (cell, time) in enumerate(zip(cells, times, strict=True), 1):
         at_sigma = int(felt[0] if len(felt) == 1 else rng.choice(felt, p=level[felt]))
@@ -176,13 +176,6 @@ def _design(cells: int, seconds: Array, trials: int, rng: np.random.Generator) -
     chosen = [*pairs * whole, *(pairs[index] for index in rng.permutation(len(pairs))[:rest])]
     order = rng.permutation(trials)
     return np.array([cell for cell, _ in chosen], dtype=np.intp)[order], np.array([time for _, time in chosen])[order]
-
-
-def _bounds(held: Array, at: Array, deadline: float, decision: Decision) -> Array:
-    """(n, S) how sure it must be to answer before it is asked."""
-    return Stopping(held, at, deadline).bounds(
-        math.inf if decision.stop_at is None else decision.stop_at, decision.price
-    )
 
 
 class _Decks:

@@ -5,6 +5,8 @@ Shapes: M cells, S sigmas, R repeats, T times, C names; n times at which it may 
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import softmax
@@ -60,10 +62,19 @@ class Stopping:
             deadline: s, when the answer is asked for.
         """
         self.seconds = moments(at, deadline)
-        cells, count = len(held), len(self.seconds)
-        told = evidence.asked(held, at, np.repeat(np.arange(cells), count), np.tile(self.seconds, cells))
-        self.held = told.reshape(cells, count, *told.shape[1:])  # (M, n, S, R, C)
-        self.best = softmax(self.held, axis=-1).max(axis=-1)  # (M, n, S, R)
+        self._courses, self._at = held, at
+
+    @cached_property
+    def held(self) -> Array:
+        """(M, n, S, R, C) nats."""
+        cells, count = len(self._courses), len(self.seconds)
+        told = evidence.asked(self._courses, self._at, np.repeat(np.arange(cells), count), np.tile(self.seconds, cells))
+        return told.reshape(cells, count, *told.shape[1:])
+
+    @cached_property
+    def best(self) -> Array:
+        """(M, n, S, R) probability of the best name."""
+        return np.asarray(softmax(self.held, axis=-1).max(axis=-1))
 
     def bounds(self, stop_at: float, price: float) -> Array:
         """Say how probable the best name must be for an answer.
@@ -77,32 +88,34 @@ class Stopping:
         """
         if price > 0.0:
             return worthwhile(np.moveaxis(self.best, 1, -1), self.seconds, price)
-        return np.full((len(self.seconds), self.best.shape[2]), stop_at)
+        return np.full((len(self.seconds), self._courses.shape[1]), stop_at)
 
-    def first(self, stop_at: float, price: float) -> NDArray[np.bool_]:
+    def first(self, stop_at: float, price: float, cells: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Say when it answers.
 
         Args:
             stop_at: as of `bounds`.
             price: likewise.
+            cells: (c,) of which cells.
 
         Returns:
-            (M, n, S, R) whether it does at each time.
+            (c, n, S, R) whether it does at each time.
         """
         bounds = self.bounds(stop_at, price)
-        return np.stack([first_beyond(best, bounds) for best in self.best])
+        return np.stack([first_beyond(self.best[cell], bounds) for cell in cells])
 
-    def when(self, stop_at: float, price: float) -> NDArray[np.intp]:
+    def when(self, stop_at: float, price: float, cells: NDArray[np.intp]) -> NDArray[np.intp]:
         """Say when it answers.
 
         Args:
             stop_at: as of `bounds`.
             price: likewise.
+            cells: (c,) of which cells.
 
         Returns:
-            (M, S, R) which of the times that is.
+            (c, S, R) which of the times that is.
         """
-        return self.first(stop_at, price).argmax(axis=1)
+        return self.first(stop_at, price, cells).argmax(axis=1)
 
     def at(self, when: NDArray[np.intp], cells: NDArray[np.intp]) -> Array:
         """Take what is held at some times.

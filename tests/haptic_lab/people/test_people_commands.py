@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from haptic_lab.commands import compare, design, fit, simulate
-from haptic_lab.people import options
+from haptic_lab.people import options, stopping
 from haptic_lab.people.courses import Courses
 from haptic_lab.people.trials import read_trials
 
@@ -101,7 +101,12 @@ def test_who_answers_when_it_likes_is_told_of(
         assert fit.main(["sure.csv", "--courses", "example", "--draws", "0", "--model", model, *held]) == 0
         assert (said in " ".join(capsys.readouterr().out.split())) == told
     predicted = pd.read_csv("out/fit/predicted.csv")
-    assert (predicted.groupby("object")["right"].diff().dropna() >= 0.0).all()  # by then
+    sure, edges = read_trials("sure.csv"), stopping.SHARES * Courses.load(options.SHIPPED["courses"]).seconds[-1]
+    right = sure["object"] == sure["response"]
+    for name, lines in predicted.groupby("object"):
+        by_then = [float((right & (sure["seconds"] <= edge + 1e-6))[sure["object"] == name].mean()) for edge in edges]
+        assert list(lines["right"]) == pytest.approx(by_then)
+        assert by_then[0] < by_then[-1]
     assert predicted["expected"].between(0.0, 1.0).all()
 
 

@@ -43,8 +43,11 @@ def test_a_rule_is_found_from_answers_and_their_times(courses: Courses) -> None:
 
 
 @pytest.mark.parametrize("rule", [{"stop_at": 0.8}, {"price": 0.05}])
-def test_probabilities_of_answers_and_times_are_those_of_decisions(courses: Courses, rule: dict[str, float]) -> None:
-    held = {"sigma_deg": 4.0, "lapse": 0.1, **rule}
+@pytest.mark.parametrize("lapse", [0.1, 1.0])  # a guess comes when another answer would have
+def test_probabilities_of_answers_and_times_are_those_of_decisions(
+    courses: Courses, rule: dict[str, float], lapse: float
+) -> None:
+    held = {"sigma_deg": 4.0, "lapse": lapse, **rule}
     model = Model("one", courses, (), {name: (value, value) for name, value in held.items()})
     prepared = Prepared(model, [3.0, 6.0])
     every, count = prepared.answers, len(courses.names)
@@ -52,7 +55,7 @@ def test_probabilities_of_answers_and_times_are_those_of_decisions(courses: Cour
     shares = found.expected.reshape(-1, stopping.BINS, count)
     np.testing.assert_allclose(shares.sum(axis=(1, 2)), 1.0, atol=1e-5)
     for question, (cell, until) in enumerate(zip(every.cells, every.seconds, strict=True)):
-        seconds, joint = Decision(**rule, lapse=0.1).answers(courses, int(cell), 4.0, float(until))
+        seconds, joint = Decision(**rule, lapse=lapse).answers(courses, int(cell), 4.0, float(until))
         bins = stopping.bin_of(seconds, until, 6.0)
         wanted = np.array([joint[bins == each].sum(axis=0) for each in range(stopping.BINS)])
         assert np.abs(shares[question] - wanted).sum() < 0.3  # of which others' explorations take some noise

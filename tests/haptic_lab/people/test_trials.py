@@ -76,6 +76,7 @@ def test_columns_units_and_names_of_ones_own(tmp_path: Path) -> None:
 def test_every_trial_may_have_taken_as_long(tmp_path: Path) -> None:
     place = written(tmp_path, "subject,object,response\nA,cube,cube\n")
     assert list(read_trials(place, typed(columns=["seconds=5"]))["seconds"]) == [5.0]
+    assert list(read_trials(place, typed(columns=["seconds=5", "deadline=6"]))["deadline"]) == [6.0]
 
 
 @pytest.mark.parametrize("ending", ["csv", "tsv"])
