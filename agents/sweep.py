@@ -6,7 +6,7 @@ Shapes: E environments, J joints.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
@@ -19,6 +19,23 @@ from haptic_env.hand import Hand
 from observer.wrappers.belief_observation import CLOCKS_HZ
 
 DECISION = 0.1  # s for which torques are held
+
+
+class _Roles(NamedTuple):
+    """What each joint of a hand does in a sweep, (J,) each: whether it is an abductor, which is known by its name, 1 or
+    -1, for fingers take turns, and its share of the strokes that curl fingers."""
+
+    sideways: NDArray[np.bool_]
+    side: NDArray[np.float64]
+    curl: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, hand: Hand) -> _Roles:
+        return cls(
+            np.array(["abduction" in name for name in hand.joint_names]),
+            np.where(hand.joint_group % 2 == 0, 1.0, -1.0),
+            FingerKinematics(hand).strokes(hand.rest_pose, hand.grasp_centre).curl.sum(axis=0),
+        )
 
 
 @dataclass(frozen=True)
@@ -47,7 +64,7 @@ class SweepingMotion:
             validate.number(name, getattr(self, name), -10.0, 10.0)
 
     def torques(self, seconds: NDArray[np.float64], hand: Hand) -> NDArray[np.float32]:
-        """Say what the sweep commands; abductors are known by their names, and fingers take turns.
+        """Say what the sweep commands.
 
         Args:
             seconds: (E,) of an episode.
@@ -56,13 +73,13 @@ class SweepingMotion:
         Returns:
             (E, J) fractions, not yet clipped to -1 and 1, for that is no linear function of the clocks.
         """
-        sideways = np.array(["abduction" in name for name in hand.joint_names])
-        curl = FingerKinematics(hand).strokes(hand.rest_pose, hand.grasp_centre).curl.sum(axis=0)
-        side = np.where(hand.joint_group % 2 == 0, 1.0, -1.0)
+        return self._commanded(seconds, _Roles.of(hand))
+
+    def _commanded(self, seconds: NDArray[np.float64], roles: _Roles) -> NDArray[np.float32]:
         turn, beat, drift = (2 * np.pi * hz * seconds[:, None] for hz in CLOCKS_HZ)
-        across = self.sideways * np.cos(turn) * side
-        close = self.flexion + self.opening * np.sin(beat) + self.curl * np.sin(drift) * curl
-        return np.where(sideways, across, close).astype(np.float32)
+        across = self.sideways * np.cos(turn) * roles.side
+        close = self.flexion + self.opening * np.sin(beat) + self.curl * np.sin(drift) * roles.curl
+        return np.where(roles.sideways, across, close).astype(np.float32)
 
 
 class Sweep(Policy):
@@ -99,7 +116,7 @@ class Sweep(Policy):
         """
         super().__init__(env, seed)
         base = hand_env(env)
-        self._hand, self._step_seconds = base.hand, 1.0 / base.control_hz
+        self._roles, self._step_seconds = _Roles.of(base.hand), 1.0 / base.control_hz
         self._hold = max(1, round(DECISION * base.control_hz))
         self._alone = FingerKinematics(base.hand).alone.any(axis=0)
         self._motion = SweepingMotion(flexion, opening, sideways, curl)
@@ -117,5 +134,5 @@ class Sweep(Policy):
         """
         step = 0 if state is None else int(state[0])
         seconds = np.array([step // self._hold * self._hold * self._step_seconds])
-        torque = np.clip(self._motion.torques(seconds, self._hand)[0], -1.0, 1.0)
+        torque = np.clip(self._motion._commanded(seconds, self._roles)[0], -1.0, 1.0)
         return np.where(self._alone, torque, np.float32(0.0)), (np.array(step + 1),)
