@@ -204,20 +204,7 @@ def read(path: Path) -> Network:
     Raises:
         ValueError: for a file that is none, or not whole.
     """
-    try:
-        found = dict(reading.npz(path, LARGEST))
-    except OSError as error:
-        raise ValueError(f"{path} cannot be read: {error}") from error
-    try:
-        if "description" not in found:
-            raise ValueError(f"it has no description; it holds {validate.listed(found) or 'nothing'}")
-        told = json.loads(str(found.pop("description")))
-        if not isinstance(told, dict) or (told.get("kind"), told.get("version")) != (KIND, VERSION):
-            raise ValueError(f"its description is not of a {KIND} of version {VERSION}")
-        return _restore(told, _Arrays(found))
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
-        told_in_a_line = " ".join(str(error).split())
-        raise ValueError(f"{path} is no policy that `agents.export` has written: {told_in_a_line}") from error
+    return _read(path)[0]
 
 
 def describe(path: Path) -> dict[str, Any]:
@@ -232,8 +219,25 @@ def describe(path: Path) -> dict[str, Any]:
     Raises:
         ValueError: as `read`.
     """
-    read(path)
-    return dict(json.loads(str(reading.npz(path, LARGEST)["description"])))
+    return _read(path)[1]
+
+
+def _read(path: Path) -> tuple[Network, dict[str, Any]]:
+    """The network of a file, and its description."""
+    try:
+        found = dict(reading.npz(path, LARGEST))
+    except OSError as error:
+        raise ValueError(f"{path} cannot be read: {error}") from error
+    try:
+        if "description" not in found:
+            raise ValueError(f"it has no description; it holds {validate.listed(found) or 'nothing'}")
+        told = json.loads(str(found.pop("description")))
+        if not isinstance(told, dict) or (told.get("kind"), told.get("version")) != (KIND, VERSION):
+            raise ValueError(f"its description is not of a {KIND} of version {VERSION}")
+        return _restore(told, _Arrays(found)), told
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        told_in_a_line = " ".join(str(error).split())
+        raise ValueError(f"{path} is no policy that `agents.export` has written: {told_in_a_line}") from error
 
 
 def _restore(told: dict[str, Any], arrays: _Arrays) -> Network:
