@@ -16,7 +16,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
 from haptic_lab.learning import checkpoints, learners
-from haptic_lab.learning.environments import close, make_env, make_vector
+from haptic_lab.learning.environments import MOST_THREADS, close, make_env, make_vector
 from haptic_lab.learning.evaluation import EVALUATIONS, HeldOutEvaluation, keep
 from haptic_lab.learning.interrupt import InterruptGuard, stopped
 from haptic_lab.learning.learners import ALGORITHMS as ALGORITHMS
@@ -144,7 +144,7 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console:
     torch.set_num_threads(1)
     found, broken = checkpoints.newest(out / CHECKPOINTS)
     began = time.monotonic()
-    if jobs > 1:  # a worker could not say what is wrong with a world
+    if jobs > MOST_THREADS:  # a process could not say what is wrong with a world
         make_env(preset.world).close()
     env = make_vector(preset.world, preset.envs, jobs)
     held_out = None
