@@ -76,11 +76,11 @@ def check(plan: Benchmark) -> None:
     for policy in plan.policies:
         if policy in LEARNERS:
             continue
-        if not agents.is_model(policy):
-            validate.choice("--policies", policy, dict.fromkeys((*POLICIES, *agents.POLICIES)))
-        agents.find(policy, "--policies")
         if agents.is_model(policy):
+            agents.find(policy, "--policies")
             agents.load_model(policy, trust=plan.trust)
+        else:
+            validate.choice("--policies", policy, dict.fromkeys((*POLICIES, *agents.POLICIES)))
 
 
 def entries(plan: Benchmark) -> tuple[list[tuple[str, str]], dict[tuple[str, str], str]]:
