@@ -1,16 +1,19 @@
-"""A folder of results is one command's alone for as long as that runs."""
+"""A folder of results is one command's alone for as long as that runs, and of one configuration."""
 
 from __future__ import annotations
 
 import errno
+import json
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from filelock import FileLock, Timeout
 
+from haptic_env import reading
 from haptic_lab.files import UNFINISHED, check_file
 from haptic_lab.terminal import refuse
 
@@ -78,6 +81,26 @@ def claimed(folder: Path, files: Iterable[str] = ()) -> Iterator[None]:
         except ValueError as error:
             refuse(str(error))
         yield
+
+
+def check_configuration(path: Path, configuration: Mapping[str, Any], what: str) -> None:
+    """End the program with code 2 where a folder holds results of another configuration.
+
+    Args:
+        path: of the JSON file in the folder that says which it holds; there need be none.
+        configuration: what results of one folder must have in common.
+        what: the folder holds, for the error.
+    """
+    if not path.exists():
+        return
+    try:
+        kept = json.loads(reading.text(path))
+    except (OSError, ValueError, RecursionError) as error:
+        refuse(f"{path} is not whole: {error}; choose another --out")
+    for key, value in configuration.items():
+        held = kept.get(key) if isinstance(kept, dict) else None
+        if held != value:
+            refuse(f"{path.parent} holds a {what} with {key} = {held!r}, not {value!r}; choose another --out")
 
 
 def _let_go(lock: FileLock) -> None:

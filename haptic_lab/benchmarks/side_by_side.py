@@ -23,9 +23,9 @@ from haptic_lab.benchmarks.table import BenchRow, number, spread
 from haptic_lab.learning.batched import ThreadedVectorEnv
 from haptic_lab.learning.explored import explored, unobserved
 from haptic_lab.learning.presets import TrainingWorld
+from haptic_lab.tasks.registry import OF_NAMES
 from observer import ObserverWrapper, PoseOnly, ShapePosterior
 
-SEEN = ("pose", "spread", "motion", "contacts", "names", "time", "rhythm")
 EVALUATION: dict[str, Any] = {"variants": 240, "stride": 3, "temper": 0.07}  # its posterior; a world has training's
 NAMES = {
     "alone": "belief steps, one environment",
@@ -67,11 +67,8 @@ def belief_steps(env_id: str, count: int, decisions: int, seed: int, threads: in
         Control steps a second, by the keys of `NAMES`; and with ", processor" behind these the seconds of a processor
         that one takes, which other work on the machine changes less.
     """
-    never: dict[str, Any] = {
-        "threshold": 1.0,
-        "seconds": 600.0,
-        "observation": SEEN,
-    }  # so that no episode ends in the middle
+    # No episode ends in the middle.
+    never: dict[str, Any] = {"threshold": 1.0, "seconds": 600.0, "observation": OF_NAMES}
     world = TrainingWorld(env=env_id, **never, **EVALUATION)
     physics = partial(_held, world)
     training = partial(explored, TrainingWorld(env=env_id, **never))

@@ -10,22 +10,21 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-import json
 import sys
 from pathlib import Path
 
 from joblib import cpu_count
 
-from haptic_env import reading, validate
+from haptic_env import validate
 from haptic_lab.files import write_table, write_text
-from haptic_lab.folder_lock import claimed
+from haptic_lab.folder_lock import check_configuration, claimed
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import run as keeping
 from haptic_lab.tasks import benchmark, report
 from haptic_lab.tasks.benchmark import CONFIG, POLICIES, Benchmark
 from haptic_lab.tasks.learners import LEARNERS, NEEDED
 from haptic_lab.tasks.registry import TASKS
-from haptic_lab.terminal import Parser, as_path, make_console, refuse
+from haptic_lab.terminal import Parser, as_path, make_console
 from haptic_lab.worlds import HANDS_OR_IDS, environment
 
 EXAMPLE = """examples: haptic-slam benchmark --quick --out out/quick
@@ -107,7 +106,7 @@ def main(arguments: list[str] | None = None) -> int:
     command = f"haptic-slam benchmark {' '.join(sys.argv[1:] if arguments is None else arguments)}".strip()
     console = make_console()
     with claimed(out, FILES):
-        _check_configuration(out / CONFIG, plan)
+        check_configuration(out / CONFIG, plan.configuration(), "benchmark")
 
         def work() -> None:
             rows, left = benchmark.run(plan, out, given.jobs, console)
@@ -121,16 +120,3 @@ def main(arguments: list[str] | None = None) -> int:
             )
 
         return keeping(work, console)
-
-
-def _check_configuration(path: Path, plan: Benchmark) -> None:
-    if not path.exists():
-        return
-    try:
-        kept = json.loads(reading.text(path))
-    except (OSError, ValueError, RecursionError) as error:
-        refuse(f"{path} is not whole: {error}; choose another --out")
-    for key, value in plan.configuration().items():
-        held = kept.get(key) if isinstance(kept, dict) else None
-        if held != value:
-            refuse(f"{path.parent} holds a benchmark with {key} = {held!r}, not {value!r}; choose another --out")

@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import importlib.util
-import json
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -19,15 +18,14 @@ from typing import Any
 
 from joblib import cpu_count
 
-from haptic_env import reading, validate
+from haptic_env import validate
 from haptic_env.extras import how_to_install
-from haptic_lab import believed, conditions
+from haptic_lab import believed, conditions, folder_lock
 from haptic_lab.files import write_json
-from haptic_lab.folder_lock import claimed
 from haptic_lab.learning import presets
 from haptic_lab.learning.interrupt import InterruptGuard
 from haptic_lab.learning.presets import Preset
-from haptic_lab.terminal import Parser, as_path, make_console, refuse, tell_error
+from haptic_lab.terminal import Parser, as_path, make_console, tell_error
 from haptic_lab.worlds import SETS, expanded, named_or_set, typed_shape
 
 EXAMPLE = """examples: haptic-slam train --preset trained --out out/trained
@@ -101,16 +99,7 @@ def check_configuration(path: Path, preset: Preset) -> None:
         path: of the file in the folder that says which it holds.
         preset: of this run.
     """
-    if not path.exists():
-        return
-    try:
-        kept = json.loads(reading.text(path))
-    except (OSError, ValueError, RecursionError) as error:
-        refuse(f"{path} is not whole: {error}; choose another --out")
-    for key, value in presets.configuration(preset).items():
-        held = kept.get(key) if isinstance(kept, dict) else None
-        if held != value:
-            refuse(f"{path.parent} holds a run with {key} = {held!r}, not {value!r}; choose another --out")
+    folder_lock.check_configuration(path, presets.configuration(preset), "run")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -123,7 +112,7 @@ def main(arguments: list[str] | None = None) -> int:
         Its exit code.
     """
     preset, given = parse(arguments)
-    with claimed(given.out, FILES), InterruptGuard() as stop:
+    with folder_lock.claimed(given.out, FILES), InterruptGuard() as stop:
         check_configuration(given.out / CONFIG, preset)
         try:
             # Takes seconds, and needs what `parse` has looked for.

@@ -14,7 +14,7 @@ import numpy as np
 
 from haptic_env import hand_env
 from haptic_env.arrays import Array
-from haptic_lab.learning.environments import make_env
+from haptic_lab.learning.explored import explored
 from haptic_lab.learning.presets import TrainingWorld
 from haptic_lab.processes import end_with_parent
 from observer.wrappers.belief_observation import labels_of
@@ -88,7 +88,7 @@ class _Player:
     def play(self, held_out: bool, pair: Pair) -> Outcome:
         matrix, seed = pair
         if held_out not in self._env:
-            self._env[held_out] = make_env(self._world, held_out)
+            self._env[held_out] = explored(self._world, held_out)
         env = self._env[held_out]
         observation, _ = env.reset(seed=seed)
         base = hand_env(env)

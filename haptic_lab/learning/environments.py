@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -14,14 +13,13 @@ from numpy.typing import NDArray
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import SubprocVecEnv, VecEnv
 
+from haptic_lab.learning.batched import Maker
 from haptic_lab.learning.batched_learners import ThreadedVecEnv
-from haptic_lab.learning.explored import DomainRandomisation as DomainRandomisation
 from haptic_lab.learning.explored import explored
 from haptic_lab.learning.presets import TrainingWorld
 from haptic_lab.processes import end_with_parent
 from observer import threads
 
-Maker = Callable[[], gym.Env[Any, Any]]
 MOST_THREADS = 4  # more would wait for Python's lock, a fifth of the time of a step
 
 

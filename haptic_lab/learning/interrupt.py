@@ -1,9 +1,14 @@
-"""Ctrl-C, kept where it was lost: some libraries swallow it while they are imported, or in a callback of C."""
+"""Ctrl-C, kept where it was lost: some libraries swallow it while they are imported, or in a callback of C.
+
+And what a run says that it has stopped.
+"""
 
 from __future__ import annotations
 
 import signal
 from types import TracebackType
+
+from rich.console import Console
 
 
 class InterruptGuard:
@@ -31,3 +36,16 @@ class InterruptGuard:
         """
         if self.asked:
             raise KeyboardInterrupt
+
+
+def stopped(console: Console) -> int:
+    """Say that a run was stopped by Ctrl-C.
+
+    Args:
+        console: to say it.
+
+    Returns:
+        Exit code.
+    """
+    console.print("Stopped; the same command goes on from here.")
+    return 130

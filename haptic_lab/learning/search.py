@@ -15,18 +15,18 @@ from typing import Any
 import cmaes
 import numpy as np
 from rich.console import Console
-from rich.progress import Progress
 
 from haptic_env import reading
 from haptic_env.arrays import Array
 from haptic_lab.files import atomic
 from haptic_lab.learning.candidates import Judge, Outcome, doubts
-from haptic_lab.learning.environments import make_env
 from haptic_lab.learning.evaluation import BEST, EVALUATION_SEED, EVALUATIONS, OF_EVALUATIONS, read_evaluations
+from haptic_lab.learning.explored import explored
 from haptic_lab.learning.finger_weights import FingerWeights
-from haptic_lab.learning.interrupt import InterruptGuard
+from haptic_lab.learning.interrupt import InterruptGuard, stopped
 from haptic_lab.learning.presets import Preset
 from haptic_lab.learning.report import report
+from haptic_lab.progress import ProgressLines
 from observer.wrappers.belief_observation import labels_of
 
 FIRST_SEED = 10_000_000  # of what candidates explore; what policies are reported on has seeds below
@@ -66,15 +66,16 @@ class History:
             np.savez(file, costs=np.array(self.costs) if self.costs else np.zeros((0, 0)), counters=counters)
 
 
-def read_history(out: Path, population: int) -> History:
+def read_history(out: Path, population: int, hold: int) -> History:
     """Read what a run that was stopped has left.
 
     Args:
         out: its folder.
         population: P.
+        hold: control steps of a decision, by which evaluations are counted.
 
     Returns:
-        The history; an empty one where there is none.
+        The history; an empty one where there is none. Evaluations after its last generation are forgotten.
 
     Raises:
         ValueError: for files that are not of such a run.
@@ -93,7 +94,7 @@ def read_history(out: Path, population: int) -> History:
             raise ValueError(f"costs must be finite, of shape (any, {population}), got {costs.dtype} {costs.shape}")
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path} is no search of {population} candidates: {error}; choose another --out") from error
-    upto = table["timesteps"] <= steps
+    upto = table["timesteps"] <= steps // hold
     rows = {name: list(each[upto]) for name, each in table.items()}
     return History(list(costs), int(steps), float(seconds), float(best), int(decisions), rows)
 
@@ -135,13 +136,13 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console:
     Raises:
         ValueError: where the preset or what is in `out` makes no sense.
     """
-    env = make_env(preset.world)
+    env = explored(preset.world)
     try:
         features, hand = env.get_wrapper_attr("features"), env.get_wrapper_attr("hand")
         weights = FingerWeights(hand, features, len(labels_of(env)), preset.sweep)
     finally:
         env.close()
-    history = read_history(out, preset.learner["population"])
+    history = read_history(out, preset.learner["population"], preset.world.hold)
     search = cmaes.SepCMA(
         np.zeros(weights.size),
         preset.learner["step"],
@@ -173,7 +174,8 @@ def train(ready: SearchRun, stop: InterruptGuard, console: Console) -> int:
     try:
         if not history.table["timesteps"]:
             _evaluate(ready)
-        with Progress(console=console, disable=not console.is_terminal) as progress:
+            history.write(out)
+        with ProgressLines(console=console) as progress:
             bar = progress.add_task("steps", total=preset.steps, completed=history.steps)
             while history.steps < preset.steps:
                 turn = history.steps // preset.evaluate_every
@@ -185,8 +187,7 @@ def train(ready: SearchRun, stop: InterruptGuard, console: Console) -> int:
                 history.write(out)
                 progress.update(bar, completed=history.steps)
     except KeyboardInterrupt:
-        console.print("Stopped; the same command goes on from here.")
-        code = 130
+        code = stopped(console)
     finally:
         ready.judge.close()
     _keep(ready, "model")
@@ -222,7 +223,6 @@ def _evaluate(ready: SearchRun) -> None:
     if mean < history.best:
         history.best, history.kept = mean, decisions
         _keep(ready, BEST)
-    history.write(ready.out)
 
 
 def _keep(ready: SearchRun, name: str) -> None:

@@ -18,7 +18,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from haptic_lab.learning import checkpoints, learners
 from haptic_lab.learning.environments import close, make_env, make_vector
 from haptic_lab.learning.evaluation import EVALUATIONS, HeldOutEvaluation, keep
-from haptic_lab.learning.interrupt import InterruptGuard
+from haptic_lab.learning.interrupt import InterruptGuard, stopped
 from haptic_lab.learning.learners import ALGORITHMS as ALGORITHMS
 from haptic_lab.learning.presets import Preset
 from haptic_lab.learning.report import report
@@ -196,8 +196,7 @@ def train(ready: TrainingRun, stop: InterruptGuard, console: Console) -> int:
             seconds = save.seconds
     except KeyboardInterrupt:
         save.save()
-        console.print("Stopped; the same command goes on from here.")
-        code, seconds = 130, save.seconds
+        code, seconds = stopped(console), save.seconds
     finally:
         ready.close()
     keep(model, out, "model")

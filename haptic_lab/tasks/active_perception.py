@@ -20,12 +20,13 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import softmax
 
 import agents
 from haptic_env import extras, validate
 from haptic_lab.learning.explored import explored
 from haptic_lab.learning.presets import NAME
-from haptic_lab.tasks.environment import CHANGES, changed
+from haptic_lab.tasks.environment import CHANGES, OuterEnv, changed
 from haptic_lab.tasks.guessing import felt_alone
 from haptic_lab.tasks.registry import TASKS
 
@@ -36,14 +37,12 @@ LEAST = 1e-12  # probability of a logit
 Agent = Callable[[Any], dict[str, Any]]
 
 
-class ActiveNaming(ap_gym.ActiveClassificationEnv):  # type: ignore[misc]
+class ActiveNaming(OuterEnv, ap_gym.ActiveClassificationEnv):  # type: ignore[misc]
     """A task whose reward is the loss of what the agent predicts, not what an observer believes.
 
     An episode lasts as long as the task's at most; a name that is sure does not end it. Where an observer runs beside
     it, `get_wrapper_attr` finds `belief` and `shape`, as in the task itself.
     """
-
-    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"]}  # noqa: RUF012 - as gymnasium declares it
 
     def __init__(
         self,
@@ -72,17 +71,10 @@ class ActiveNaming(ap_gym.ActiveClassificationEnv):  # type: ignore[misc]
         validate.keywords("ActiveNaming", changes, ("hand", "observed", "held_out", "render_mode", *CHANGES))
         self.world = replace(changed(world, hand, changes), threshold=1.0)
         made = explored if validate.boolean("observed", observed) else felt_alone
-        self._explored = made(self.world, validate.boolean("held_out", held_out), render_mode)
-        self.render_mode = render_mode
-        super().__init__(len(self.world.shapes), self._explored.action_space)
-        self.observation_space = self._explored.observation_space
-        fps = self._explored.metadata["render_fps"] / self.world.hold
-        self.metadata = {**type(self).metadata, "render_fps": max(1, round(fps))}
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
-            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
-        return self._explored.get_wrapper_attr(name)
+        inside = made(self.world, validate.boolean("held_out", held_out), render_mode)
+        OuterEnv.__init__(self, inside, self.world.hold, render_mode)
+        ap_gym.ActiveClassificationEnv.__init__(self, len(self.world.shapes), inside.action_space)
+        self.observation_space = inside.observation_space
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Start an episode in a world that is drawn anew.
@@ -105,22 +97,6 @@ class ActiveNaming(ap_gym.ActiveClassificationEnv):  # type: ignore[misc]
         """What `ap_gym` asks for: the base reward is 0, and the target (an index) comes last."""
         observation, _, terminated, truncated, _ = self._explored.step(action)
         return observation, 0.0, terminated, truncated, {}, self._target
-
-    def render(self) -> Any:
-        """Show the scene.
-
-        Returns:
-            An (H, W, 3) picture in mode "rgb_array", else None.
-
-        Raises:
-            gymnasium.error.ResetNeeded: before the first reset.
-            RuntimeError: where there is no OpenGL, or no display for a window.
-        """
-        return self._explored.render()
-
-    def close(self) -> None:
-        """Close the window, if any."""
-        self._explored.close()
 
 
 def logits_of(posterior: ArrayLike) -> NDArray[np.float32]:
@@ -178,9 +154,7 @@ def acts_of(agent: Agent) -> Callable[[Any, bool], tuple[Any, Any]]:
 
     def acts(observation: Any, began: bool) -> tuple[Any, Any]:
         told = agent(observation)
-        logits = np.asarray(told["prediction"], dtype=np.float64)
-        p = np.exp(logits - logits.max())
-        return told["action"], p / p.sum()
+        return told["action"], softmax(np.asarray(told["prediction"], dtype=np.float64))
 
     return acts
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import agents
 from haptic_env import hand_of, validate
 from haptic_lab.files import part_of_name, write_csv, write_json
 from haptic_lab.learning.explored import unobserved
+from haptic_lab.sweeps.driver import progress_on
 from haptic_lab.sweeps.executors import local_workers
 from haptic_lab.tasks import judging, learners
 from haptic_lab.tasks.judging import DECISION, measured
@@ -58,8 +58,8 @@ class Benchmark:
         Returns:
             What JSON can say.
         """
-        sets = {task: asdict(evaluation_set(task)) for task in TASKS}
-        told = {task: {"version": each["version"], "sha256": each["sha256"]} for task, each in sets.items()}
+        sets = {task: evaluation_set(task) for task in TASKS}
+        told = {task: {"version": each.version, "sha256": each.sha256} for task, each in sets.items()}
         return {"hand": self.hand, "steps": self.steps, "worlds": told}
 
 
@@ -130,8 +130,7 @@ def run(plan: Benchmark, out: Path, jobs: int, console: Console) -> tuple[pd.Dat
     write_json(out / CONFIG, plan.configuration())
     rows = read(out / TRIALS)
     done = {(row["task"], row["policy"], int(row["world"])) for row in rows}
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console) as progress:
+    with progress_on(console) as progress:
         for task, policy in pairs:
             path = model_path(out, task, policy)
             if policy in LEARNERS and not path.exists():

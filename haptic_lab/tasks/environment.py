@@ -48,15 +48,51 @@ def changed(world: TrainingWorld, hand: Any, changes: Mapping[str, Any]) -> Trai
     return replace(world, env=env, **told)
 
 
-class TaskEnv(gym.Env[Any, NDArray[np.float32]]):
+class OuterEnv(gym.Env[Any, Any]):
+    """An environment with another one inside, of which `get_wrapper_attr` finds whatever it and its wrappers have."""
+
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"]}  # noqa: RUF012 - as gymnasium declares it
+
+    def __init__(self, inside: gym.Env[Any, Any], hold: int, render_mode: str | None) -> None:
+        """Keep what is inside.
+
+        Args:
+            inside: what is explored.
+            hold: control steps of an action.
+            render_mode: of the scene.
+        """
+        self._explored, self.render_mode = inside, render_mode
+        self.metadata = {**type(self).metadata, "render_fps": max(1, round(inside.metadata["render_fps"] / hold))}
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        return self._explored.get_wrapper_attr(name)
+
+    def render(self) -> Any:
+        """Show the scene.
+
+        Returns:
+            An (H, W, 3) picture in mode "rgb_array", else None.
+
+        Raises:
+            gymnasium.error.ResetNeeded: before the first reset.
+            RuntimeError: where there is no OpenGL, or no display for a window.
+        """
+        return self._explored.render()
+
+    def close(self) -> None:
+        """Close the window, if any."""
+        self._explored.close()
+
+
+class TaskEnv(OuterEnv):
     """Explore one object, see what is believed of it, and be paid for what one comes to know.
 
     Whatever the environment, the observer and the wrappers inside have is found by `get_wrapper_attr`: `hand`,
     `belief`, `shape` (the namer), `features`. What is not known of the world is drawn at each reset; `info` tells
     none of it.
     """
-
-    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"]}  # noqa: RUF012 - as gymnasium declares it
 
     def __init__(
         self,
@@ -83,17 +119,10 @@ class TaskEnv(gym.Env[Any, NDArray[np.float32]]):
         keywords = ("hand", "held_out", "render_mode", *CHANGES)
         validate.keywords(f"HapticSLAM/{task}-v0", changes, keywords)
         self.world = changed(world, hand, changes)
-        self.render_mode = render_mode
-        self._explored = explored(self.world, validate.boolean("held_out", held_out), render_mode)
-        self.observation_space, self.action_space = self._explored.observation_space, self._explored.action_space
-        fps = self._explored.metadata["render_fps"] / self.world.hold
-        self.metadata = {**type(self).metadata, "render_fps": max(1, round(fps))}
+        inside = explored(self.world, validate.boolean("held_out", held_out), render_mode)
+        super().__init__(inside, self.world.hold, render_mode)
+        self.observation_space, self.action_space = inside.observation_space, inside.action_space
         self._picture: Picture | None = None
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
-            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
-        return self._explored.get_wrapper_attr(name)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Start an episode in a world that is drawn anew.
@@ -136,16 +165,12 @@ class TaskEnv(gym.Env[Any, NDArray[np.float32]]):
             gymnasium.error.ResetNeeded: before the first reset.
             RuntimeError: where there is no OpenGL, or no display for a window.
         """
-        scene = self._explored.render()
+        scene = super().render()
         if not isinstance(scene, np.ndarray):
             return None
         if self._picture is None:
             self._picture = Picture(self._explored, scene.shape)
         return self._picture.draw(scene, self._posterior)
-
-    def close(self) -> None:
-        """Close the window, if any."""
-        self._explored.close()
 
     def _noted(self, info: dict[str, Any]) -> dict[str, Any]:
         self._posterior = info.get("posterior")

@@ -10,6 +10,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import softmax
 
 from agents.hold_action import HoldAction
 from haptic_lab.learning.explored import DomainRandomisation, unobserved
@@ -59,9 +60,8 @@ def guess_of(action: NDArray[Any], joints: int) -> NDArray[np.float64]:
     Returns:
         (C,) probabilities.
     """
-    logits = SCALE * np.asarray(action[joints:], dtype=np.float64)
-    p = np.exp(logits - logits.max())
-    return p / p.sum()
+    guess: NDArray[np.float64] = softmax(SCALE * np.asarray(action[joints:], dtype=np.float64))
+    return guess
 
 
 def guessing(world: TrainingWorld) -> gym.Env[Any, Any]:

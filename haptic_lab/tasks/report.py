@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from haptic_lab.analysis.statistics import bootstrapped
 from haptic_lab.learning.presets import NAME
@@ -42,8 +41,8 @@ def table_of(rows: pd.DataFrame) -> pd.DataFrame:
         decided = float(mine[DECISION].notna().mean()) if TASKS[str(task)].task == NAME else np.nan
         for measure in measured(TASKS[str(task)]):
             values = mine[measure].fillna(np.inf).to_numpy(dtype=np.float64)[:, None]
-            estimate = _median if measure == DECISION else _mean
-            value, low, high = estimate(values), np.nan, np.nan
+            estimate = np.median if measure == DECISION else np.mean
+            value, low, high = float(estimate(values)), np.nan, np.nan
             if len(values) >= LEAST:
                 with np.errstate(invalid="ignore"):  # of decisions that were not taken
                     value, low, high = bootstrapped(values, estimate)
@@ -52,17 +51,6 @@ def table_of(rows: pd.DataFrame) -> pd.DataFrame:
     columns = ["task", "policy", "measure", "value", "low", "high", "worlds", "decided"]
     table = pd.DataFrame(lines, columns=columns)
     return table.sort_values("task", key=lambda tasks: tasks.map(order), kind="stable", ignore_index=True)
-
-
-def _mean(values: NDArray[np.float64]) -> float:
-    return float(values.mean())
-
-
-def _median(values: NDArray[np.float64]) -> float:
-    """Of an even number the later of the middle two, where that is infinite; else their mean."""
-    ordered = np.sort(values, axis=None)
-    low, high = ordered[(len(ordered) - 1) // 2], ordered[len(ordered) // 2]
-    return float(high if np.isinf(high) else 0.5 * (low + high))
 
 
 def page(table: pd.DataFrame, command: str, steps: int, left: dict[tuple[str, str], str]) -> str:

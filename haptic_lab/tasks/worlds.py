@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from importlib import resources
 from typing import Any
 
@@ -74,9 +75,16 @@ def evaluation_set(task: str) -> EvaluationSet:
     Raises:
         ValueError: for an unknown task.
     """
-    told = json.loads(resources.files("haptic_lab.tasks").joinpath("worlds.json").read_text(encoding="utf-8"))
-    said = told["sets"][validate.choice("task", task, TASKS)]
+    said = _sets()[validate.choice("task", task, TASKS)]
     return EvaluationSet(task, **{**said, "sigmas_deg": tuple(said["sigmas_deg"])})
+
+
+@cache
+def _sets() -> dict[str, Any]:
+    """What `worlds.json` says of each task."""
+    told = resources.files("haptic_lab.tasks").joinpath("worlds.json").read_text(encoding="utf-8")
+    sets: dict[str, Any] = json.loads(told)["sets"]
+    return sets
 
 
 def as_drawn(world: TrainingWorld) -> gym.Env[Any, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import gymnasium as gym
@@ -86,6 +88,14 @@ def test_time_in_doubt_is_the_mean_of_outcomes():
     np.testing.assert_array_equal(doubts(outcomes, (2, 2)).mean(axis=0), [2.0, 3.0])
 
 
+def test_processes_in_which_candidates_explore_import_no_learner():
+    told = (
+        "import sys, haptic_lab.learning.candidates; print('stable_baselines3' in sys.modules, 'torch' in sys.modules)"
+    )
+    ran = subprocess.run([sys.executable, "-c", told], capture_output=True, encoding="utf-8", check=True)
+    assert ran.stdout.split() == ["False"] * 2
+
+
 def run(folder: Path, out: Path, steps: int) -> int:
     path = folder / f"{steps}.toml"
     path.write_text(TINY.format(steps=steps))
@@ -124,7 +134,9 @@ def test_a_search_leaves_a_policy(finished):
 def test_a_search_that_was_stopped_goes_on_with_the_same_bits(finished, tmp_path, capsys):
     assert run(tmp_path, tmp_path / "out", 100) == 0
     assert run(tmp_path, tmp_path / "out", 250) == 0
-    assert "Going on after" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "Going on after" in told
+    assert "\nsteps: " in told, "away from a terminal there are lines"
     with np.load(finished / "search.npz") as whole, np.load(tmp_path / "out" / "search.npz") as parts:
         np.testing.assert_array_equal(whole["costs"], parts["costs"])
     with np.load(finished / "model.npz") as whole, np.load(tmp_path / "out" / "model.npz") as parts:
@@ -135,8 +147,19 @@ def test_a_search_that_was_stopped_before_its_first_generation_goes_on(tmp_path)
     search.History(
         table={name: [row] for name, row in zip(OF_EVALUATIONS, (0, (1.0,), (2,), (True,)), strict=True)}
     ).write(tmp_path)
-    found = search.read_history(tmp_path, 4)
+    found = search.read_history(tmp_path, 4, 2)
     assert (found.costs, found.steps, found.best) == ([], 0, np.inf)
+
+
+@pytest.mark.parametrize("hold", [1, 2, 5])
+def test_an_evaluation_whose_generation_was_not_kept_is_forgotten(tmp_path, hold):
+    """Killed after the table of evaluations was written, and before the history."""
+    kept, lost = (40, (1.0,), (2,), (True,)), (41, (1.0,), (2,), (True,))
+    table = {name: list(rows) for name, *rows in zip(OF_EVALUATIONS, kept, lost, strict=True)}
+    search.History(costs=[np.ones(4)], steps=40 * hold, table=table).write(tmp_path)
+    found = search.read_history(tmp_path, 4, hold)
+    assert found.table["timesteps"] == [40]
+    assert [len(rows) for rows in found.table.values()] == [1] * len(OF_EVALUATIONS)
 
 
 @pytest.mark.parametrize("content", [b"", b"no archive", None])
@@ -145,7 +168,7 @@ def test_a_history_that_is_none_is_refused(finished, tmp_path, content):
     out.mkdir()
     (out / search.HISTORY).write_bytes((finished / "model.npz").read_bytes() if content is None else content)
     with pytest.raises(ValueError, match=r"search.npz is no search of 4 candidates: .*; choose another --out"):
-        search.read_history(out, 4)
+        search.read_history(out, 4, 2)
 
 
 @pytest.mark.parametrize(

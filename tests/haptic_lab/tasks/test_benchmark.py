@@ -75,10 +75,11 @@ def test_learners_learn_and_are_judged_by_their_own_guesses(tmp_path, short):
     assert "judged by their own guesses" in page
 
 
-def test_the_surface_is_judged_where_nothing_is_to_be_named(tmp_path, short):
+def test_the_surface_is_judged_where_nothing_is_to_be_named(tmp_path, short, capsys):
     assert run(tmp_path, "--tasks", "Map", "--policies", "random_torque", "trained", "--worlds", "1") == 0
     rows = pd.read_csv(tmp_path / "trials.csv")
     assert rows["policy"].tolist() == ["random_torque"]
+    assert "explorations: 1 of 1 after" in capsys.readouterr().out, "away from a terminal there are lines"
     assert rows[COVERED].between(0.0, 1.0).all()
     page = (tmp_path / "benchmark.md").read_text(encoding="utf-8")
     assert "surface covered after 20 s" in page
