@@ -58,9 +58,9 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
             ("this recursion,\nthe paper's names", lambda axes: _shapes(axes, one_shot, SLAM, shapes)),
             ("the paper's names, all shapes,\nby recursion", lambda axes: _average(axes, averages)),
         ]
-    height = 0.9 + 1.95 * (bool(above) + bool(times))
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    parts: Any = figure.subfigures(bool(above) + bool(times), 1, squeeze=False).ravel()
+    count = 1 + bool(above)
+    figure = Figure(figsize=(WIDTH, 0.9 + 1.95 * count), layout="constrained")
+    parts: Any = figure.subfigures(count, 1, squeeze=False).ravel()
     sigmas = sorted(set(data["sigma_deg"]))
     chance = PERCENT / len(shapes)
     if above:
@@ -73,20 +73,17 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
         panels[0].set(ylim=(-3, 104), ylabel="named right from one map (%)")
         panels[0].set_xticks(sigmas, [f"{each:g}" for each in sigmas])
         _legend(parts[0], panels[-2])
-        if not times:
-            _legend(parts[0], panels[-1])
-    if times:
-        panels = parts[-1].subplots(1, len(times), sharex=True, sharey=True, squeeze=False)[0]
-        lowest = PERCENT
-        for axes, (measure, after) in zip(panels, times.items(), strict=True):
-            mine = data[(data["measure"] == measure) & (data["shape"] == ALL) & (data["observer"] != PAPER)]
-            lowest = min(lowest, _average(axes, mine))
-            axes.set(title=f"shapes known,\nafter {after:g} s", xlabel="σ of joint noise (°)")
-        bottom = max(0.0, 10.0 * np.floor(lowest / 10.0))
-        panels[0].set(ylim=(bottom - 0.03 * (PERCENT - bottom), PERCENT + 0.04 * (PERCENT - bottom)))
-        panels[0].set_ylabel(f"named right (%{f', from {bottom:.0f} %' if bottom else ''})\naverage of all shapes")
-        panels[0].set_xticks(sigmas, [f"{each:g}" for each in sigmas])
-        _legend(parts[-1], *([all_above[-1]] if above else []), panels[0])
+    panels = parts[-1].subplots(1, len(times), sharex=True, sharey=True, squeeze=False)[0]
+    lowest = PERCENT
+    for axes, (measure, after) in zip(panels, times.items(), strict=True):
+        mine = data[(data["measure"] == measure) & (data["shape"] == ALL) & (data["observer"] != PAPER)]
+        lowest = min(lowest, _average(axes, mine))
+        axes.set(title=f"shapes known,\nafter {after:g} s", xlabel="σ of joint noise (°)")
+    bottom = max(0.0, 10.0 * np.floor(lowest / 10.0))
+    panels[0].set(ylim=(bottom - 0.03 * (PERCENT - bottom), PERCENT + 0.04 * (PERCENT - bottom)))
+    panels[0].set_ylabel(f"named right (%{f', from {bottom:.0f} %' if bottom else ''})\naverage of all shapes")
+    panels[0].set_xticks(sigmas, [f"{each:g}" for each in sigmas])
+    _legend(parts[-1], *([all_above[-1]] if above else []), panels[0])
     figure.suptitle(_told(data, seconds), fontsize=8)
     return PaperFigure(figure, data)
 
