@@ -56,7 +56,8 @@ def test_figures_explore_with_it():
 
 
 def test_a_preset_may_have_it(tmp_path):
-    text = f'algorithm = "CMA-ES"\n[learner]\npopulation = 4\nworlds = 1\nstep = 0.1\n[world]\nobservation = ["pose"]\nenv = "{GRIPPER}"\nwrist = "free"\n'
+    search = 'algorithm = "CMA-ES"\n[learner]\npopulation = 4\nworlds = 1\nstep = 0.1\n'
+    text = f'{search}[world]\nobservation = ["pose"]\nenv = "{GRIPPER}"\nwrist = "free"\n'
     (tmp_path / "own.toml").write_text(text, encoding="utf-8")
     preset = presets.read(str(tmp_path / "own.toml"))
     assert hand_of(unobserved(preset.world)).joints == 15
