@@ -208,6 +208,7 @@ def common_volume(solid: Solid, other: Solid) -> float:
     return float((inside & theirs).sum() / (inside | theirs).sum())
 
 
+WRISTS = "fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)"
 HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, the id of an environment, or a hand.toml of your own"
 
 

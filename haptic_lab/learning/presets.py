@@ -36,6 +36,7 @@ class TrainingWorld(Believed):
 
     Attributes:
         env: id of the environment.
+        wrist: how the hand is held; None: as it usually is.
         seconds: of an episode at most.
         sigma_deg: least and largest noise, degrees, drawn for each episode.
         size_jitter: as the environment's.
@@ -98,9 +99,11 @@ class TrainingWorld(Believed):
     patches_stuck: faults.Given = conditions.DEFAULTS["patches_stuck"]
     patches_dead: faults.Given = conditions.DEFAULTS["patches_dead"]
     shapes: tuple[str, ...] = FOUR
+    wrist: str | None = None
 
     def __post_init__(self) -> None:
         registration.check("env", self.env)
+        registration.check_wrist(self.env, self.wrist)
         validate.number("seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
         if not isinstance(self.sigma_deg, tuple) or len(self.sigma_deg) != 2:
             raise ValueError(f"sigma_deg must be two numbers, the least and the largest, got {self.sigma_deg!r}")
@@ -207,7 +210,7 @@ def configuration(preset: Preset) -> dict[str, Any]:
         of which runs from before there were any do not tell.
     """
     usual = asdict(TrainingWorld())
-    later = (*NOISES, "shapes", "rotation_jitter", "task")
+    later = (*NOISES, "shapes", "rotation_jitter", "task", "wrist")
     world = {name: value for name, value in asdict(preset.world).items() if name not in later or value != usual[name]}
     return json.loads(json.dumps({**asdict(preset), "world": world, "steps": None}))
 

@@ -25,7 +25,7 @@ from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns, unusual
 from haptic_lab.sweeps.tasks import files_of
 from haptic_lab.terminal import Parser, as_keys, as_path, refuse
-from haptic_lab.worlds import HANDS_OR_IDS, SETS, typed_shape
+from haptic_lab.worlds import HANDS_OR_IDS, SETS, WRISTS, typed_shape
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
 from observer.variants import ABLATION, VARIANTS, WITHOUT_MAP
@@ -149,6 +149,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         options[option.dest] = option
 
     add("--env", "--hand", help=f"{HANDS_OR_IDS} (default {HAND}, or the one that recordings are of)")
+    add("--wrist", help=WRISTS)
     add(
         "--shapes",
         nargs="+",

@@ -84,6 +84,7 @@ def make_trial(
     shapes.allow({task.shape, *settings.known})  # which whoever asked for the sweep has imported too
     env = registration.make(
         settings.env,
+        wrist=settings.wrist,
         shape=task.shape,
         scale=settings.scale,
         **condition.noise,
@@ -136,7 +137,7 @@ def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePoster
     Returns:
         The namer, the same object for the same settings: to be copied before use.
     """
-    hand = hand_of(registration.make(settings.env))
+    hand = settings.make_hand()
     return ShapePosterior(
         hand,
         candidates_of(hand, settings.known, scale=settings.scale),
