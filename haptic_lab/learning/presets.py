@@ -14,7 +14,7 @@ from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.learning import options
 from haptic_lab.learning.sweeping_motion import SweepingMotion
 from haptic_lab.terminal import as_keys
-from haptic_lab.worlds import expanded
+from haptic_lab.worlds import shapes_of
 from observer.wrappers.belief_observation import ENTRIES, OF_MAPS, USUAL
 
 FOLDER = Path(__file__).parent / "presets"
@@ -119,9 +119,10 @@ class TrainingWorld(Believed):
         validate.choice("task", self.task, TASKS)
         if not isinstance(self.observation, tuple) or not self.observation:
             raise ValueError(f"observation must be a list of {', '.join((*ENTRIES, RAW))}, got {self.observation!r}")
-        if self.observation != (RAW,):
-            for entry in self.observation:
-                validate.choice("entry of observation", entry, ENTRIES)
+        for entry in self.observation:
+            validate.choice("entry of observation", entry, (*ENTRIES, RAW))
+        if RAW in self.observation and len(self.observation) > 1:
+            raise ValueError(f"observation {RAW} is what is felt, and stands alone, got {self.observation!r}")
         if self.task == MAP and "names" in self.observation:
             raise ValueError('observation must be without names where the task is "map", which names nothing')
         validate.integer("hold", self.hold, 1, 1000)
@@ -258,7 +259,7 @@ def read(name: str) -> Preset:
     lists: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in world.items()}
     try:
         if "shapes" in lists:
-            lists["shapes"] = tuple(expanded(map(shapes.written, validate.names("shapes", lists["shapes"]))))
+            lists["shapes"] = shapes_of(lists["shapes"])
         return Preset(world=TrainingWorld(**lists), sweep=None if sweep is None else SweepingMotion(**sweep), **content)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
