@@ -31,6 +31,7 @@ from observer.maps.hindsight import Hindsight, Moment
 from observer.maps.occupancy import Maps
 from observer.novelty import LinkHistory, MapNovelty
 from observer.pose.contact_dynamics import ContactDynamics
+from observer.pose.coupled_motion import CoupledKinematicPose
 from observer.pose.delta_pose import DeltaPose
 from observer.pose.found_sigma import FoundSigma
 from observer.pose.gating import Gate
@@ -53,7 +54,7 @@ GAUSSIAN = ("mean", "covariance", "log_evidence", "_gate")
 CHANGED: dict[type, tuple[str, ...]] = {
     PoseFilter: (*GAUSSIAN, "_contacts", "doubted", "_finds", "_found"),
     DeltaPose: GAUSSIAN,
-    KinematicPose: (*GAUSSIAN, "_level", "_moments", "partners"),
+    **dict.fromkeys((KinematicPose, CoupledKinematicPose), (*GAUSSIAN, "_level", "_moments", "partners")),
     RawAngles: ("mean", "covariance", "sigma", "_unfelt"),
     Gate: ("sigma", "set_aside", "_row", "_last"),
     FoundSigma: ("shape", "rate"),
