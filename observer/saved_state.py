@@ -97,6 +97,7 @@ def write(path: Path | str, made: Configured) -> None:
     check_writable("path of a saved observer", place)
     if made._state is not None:
         made._state.hindsight.join()  # an hour's touches are some arrays, not thousands
+        made._state.maps.catch_up()
     arrays: dict[str, NDArray[Any]] = {f"hand.{name}": getattr(made.hand, name) for name in HAND}
     arrays["hand.patches"] = made.hand.patches.position
     known = None if made._state is None else made._known  # which a trial begins
