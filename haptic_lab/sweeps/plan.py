@@ -172,6 +172,7 @@ def _check_names_only(given: argparse.Namespace) -> None:
     if not given.names_only:
         return
     of_maps = {"--classifiers": given.classifiers, "--ablation": given.ablation, "--calibration": given.calibration}
+    of_maps["--maps-every"] = given.maps_every
     for flag in [flag for flag, value in of_maps.items() if value]:
         raise ValueError(f"--names-only makes no maps, which {flag} is about")
     if given.recordings is not None:

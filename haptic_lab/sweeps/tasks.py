@@ -56,6 +56,7 @@ class SweepSettings(Believed):
         attention_seconds: s, of the same; None: they heed all fingers.
         names_only: whether observers only name the object, and map nothing; None: not, of which no table tells.
         wrist: how the hand is held; None: as it usually is, of which no table tells.
+        maps_every: s from one map that classifiers name to the next; None: the last alone, of which no table tells.
 
     Raises:
         ValueError: for a value out of its range.
@@ -83,6 +84,7 @@ class SweepSettings(Believed):
     attention_seconds: float | None = None
     names_only: bool | None = None
     wrist: str | None = None
+    maps_every: float | None = None
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)
@@ -104,6 +106,10 @@ class SweepSettings(Believed):
         for name in self.among or ():
             shapes.default_size(shapes.check("--candidates", name), self.scale)
         validate.number("--none", self.none or 0.0, 0.0, 0.99)
+        if self.maps_every is not None:
+            validate.seconds("--maps-every", self.maps_every)
+            if not self.classifiers:
+                raise ValueError("--maps-every is when maps are named, and there are no --classifiers to name them")
         for name in self.observers:
             variants.check("--observers", name, also=(LIMITED.removeprefix("+"),))
         self._check_limits()

@@ -107,7 +107,7 @@ def make_trial(
     env = guided(env, condition.policy, shape=shape_posterior(settings, GUIDE_VARIANTS), **task.told(hand))
     named = None if naming else ()
     told: dict[str, Any] = {"felt_at": felt_at, "trust": settings.trust, "courses": bool(settings.courses) and naming}
-    told["limits"] = limits
+    told |= {"limits": limits, "maps_every": settings.maps_every if naming else None}
     return Trial(env, condition.policy, observers, posterior, task.seed, naming=named, **told)
 
 
