@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.recordings.column_map import ColumnMap
@@ -99,6 +99,8 @@ class MeasuredTouch:
     contacts: Array
     coverage: Coverage
     torques: Array | None = None
+
+    __repr__ = readable.line
 
     def __len__(self) -> int:
         return len(self.joint_angles)
