@@ -161,8 +161,11 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, scratch):
                 continue
             gap = scratch.gaps[patch]
             touched = min(touched, gap)
-            ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / tolerance
-            fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
+            if press > CLEAR * tolerance:
+                fit = 1.0 / (1.0 + np.exp(1.7 * max(gap, -press) / tolerance)) if gap < clear else 0.0
+            else:
+                ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / tolerance
+                fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
             told *= surprise + (1.0 - surprise) * fit
     if flesh < min(silent, touched) - THIN and solids.exact[solids.drawn_in[h]]:
         silent = flesh
