@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import validate
 from haptic_env.composer import mjcf
+from haptic_env.coupling import Couplings
 from haptic_env.patches import Link, Patches
 from haptic_env.sliding import compile_model, lever_arms
 
@@ -84,6 +85,11 @@ class Hand:
     def lever_arms(self) -> NDArray[np.float64]:
         """(J,) m: how far each joint slides in one radian of its angle; 0 for those that turn."""
         return lever_arms(self.model)
+
+    @cached_property
+    def couplings(self) -> Couplings:
+        """Which joints follow which. A follower's motor is next to none: its root's moves it."""
+        return Couplings.of(self.model)
 
     @cached_property
     def wrist(self) -> NDArray[np.int64]:
@@ -189,9 +195,9 @@ class Hand:
     @cached_property
     def stopped_by(self) -> NDArray[np.bool_]:
         """(L, J): whether a contact at each link may stop each joint: those of its part, and of all that it hangs
-        from."""
+        from, and those that are coupled to any of these."""
         same = self.joint_group[:, None] == self.joint_group
-        return self.moves @ same
+        return self.moves @ same @ self.couplings.together
 
     def torques_along(self, path: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
         """Compute what moves the hand along `path` in free air (inverse dynamics).
@@ -201,7 +207,7 @@ class Hand:
             rate: Hz, of the frames of `path`.
 
         Returns:
-            (T, J) N·m.
+            (T, J) N·m; those of followers are their roots'.
 
         Raises:
             ValueError: for a path of other joints or of one frame, and angles beyond ± `WIDEST` rad.
@@ -211,7 +217,8 @@ class Hand:
             raise ValueError(f"path must be two frames or more of shape (T, {self.joints}) in rad, got {path.shape}")
         rate = validate.number("rate", rate, 0.01, 1e5, unit="Hz")
         model = copy.copy(self.model)
-        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
+        disabled = mujoco.mjtDisableBit
+        model.opt.disableflags |= disabled.mjDSBL_CONTACT | disabled.mjDSBL_LIMIT | disabled.mjDSBL_EQUALITY
         data = mujoco.MjData(model)
         velocity = np.gradient(path, 1.0 / rate, axis=0)
         acceleration = np.gradient(velocity, 1.0 / rate, axis=0)
@@ -220,4 +227,6 @@ class Hand:
             data.qpos[:], data.qvel[:], data.qacc[:] = path[frame], velocity[frame], acceleration[frame]
             mujoco.mj_inverse(model, data)
             torques[frame] = data.qfrc_inverse
+            if self.couplings:  # what joints do by their root's way is the work of its motor
+                torques[frame] = torques[frame] @ self.couplings.spread(path[frame])
         return torques

@@ -66,11 +66,12 @@ def hand_name(env: str) -> str:
     return env if is_file(env) else ENVIRONMENTS[validate.choice("environment", env, ENVIRONMENTS)]
 
 
-def make(env: str, **keywords: Any) -> gym.Env[Any, Any]:
+def make(env: str, *, wrist: str | None = None, **keywords: Any) -> gym.Env[Any, Any]:
     """Make an environment.
 
     Args:
         env: id of the environment, or the path of a hand of one's own.
+        wrist: how the hand is held, one of `haptic_env.hands.wrist.WRISTS`; None: as it usually is.
         **keywords: of the environment.
 
     Returns:
@@ -79,7 +80,25 @@ def make(env: str, **keywords: Any) -> gym.Env[Any, Any]:
     Raises:
         ValueError: for neither, an unknown keyword, and a value out of range.
     """
+    if wrist is not None:
+        keywords["wrist"] = wrist
     return gym.make(EXPLORE, hand=env, **keywords) if is_file(env) else gym.make(env, **keywords)
+
+
+def check_wrist(env: str, wrist: str | None) -> None:
+    """Check how the hand of an environment is to be held.
+
+    Args:
+        env: id of the environment, or the path of a hand of one's own.
+        wrist: as `make`'s.
+
+    Raises:
+        ValueError: for neither, an unknown wrist, and one that this hand has not.
+    """
+    from haptic_env.hands import wrist as wrists
+
+    if wrist is not None:
+        wrists.check(hand_name(env), wrist)
 
 
 def check(what: str, env: Any) -> str:

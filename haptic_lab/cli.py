@@ -16,7 +16,7 @@ import sys
 from importlib import metadata
 from typing import NoReturn
 
-from haptic_lab import missing_files, without_computing
+from haptic_lab import given_files, without_computing
 from haptic_lab.terminal import Parser, program, refuse
 
 PROGRAM = "haptic-slam"
@@ -109,8 +109,8 @@ def run(command: str) -> NoReturn:
     arguments = sys.argv[1:]
     if arguments[:1] in (["-h"], ["--help"]):  # nothing before it is read
         without_computing.begin()
-    elif missing := missing_files.first_missing(command, arguments):
-        refuse(missing)
+    elif wrong := given_files.first_wrong(command, arguments):
+        refuse(wrong)
     if command in ONE_CORE:
         for name, value in THREADS.items():
             os.environ.setdefault(name, value)
@@ -142,7 +142,7 @@ def main() -> NoReturn:
     parser.add_argument("--version", action="version", version=f"%(prog)s {metadata.version(PROGRAM)}")
     command = parser.parse_args(sys.argv[1:2]).command
     if command not in COMMANDS:
-        from haptic_env import validate  # takes a second
+        from haptic_env import validate
 
         try:
             validate.choice("command", command, COMMANDS)

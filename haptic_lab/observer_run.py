@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from haptic_env.arrays import Array
 from haptic_lab.limits import Attention
 from haptic_lab.records import BeliefTrace, StepInput
-from observer import Belief, ShapePosterior
+from observer import Belief, HapticSLAM, ShapePosterior
 from observer.variants import Observer
 
 
@@ -29,12 +29,16 @@ class ObserverRun:
         lagged: by step: mean (J,) rad, SD (J,) rad, touches (P,), once the lag has passed.
         course: log posterior (C,) after the reset and each step; None: it is not kept.
         attention: what it notices of what is felt; None: all.
+        maps_every: steps from one map that is kept to the next; None: none is, nor of an observer that has no map.
+        maps: of those steps, each in hindsight.
     """
 
     observer: Observer
     shape: ShapePosterior | None
     course: list[Array] | None = None
     attention: Attention | None = None
+    maps_every: int | None = None
+    maps: list[Array] = field(default_factory=list)
     beliefs: list[tuple[Array, Array, Array, Array, float, Array, Array]] = field(default_factory=list)
     lagged: dict[int, tuple[Array, Array, NDArray[np.bool_] | None]] = field(default_factory=dict)
 
@@ -75,6 +79,8 @@ class ObserverRun:
         self.beliefs.append((*pose, now.n_eff, posterior, now.patch_reliability))
         if self.course is not None and self.shape is not None:
             self.course.append(self.shape.log_posterior)
+        if self.maps_every is not None and step % self.maps_every == 0 and isinstance(self.observer, HapticSLAM):
+            self.maps.append(self.observer.map_now())
 
     def trace(self, step: int) -> BeliefTrace:
         """End the trial.
@@ -99,7 +105,8 @@ class ObserverRun:
         touched = np.array(contacts) if len(contacts) == step else None
         labels = () if self.shape is None else self.shape.labels
         now = angles, std, lagged, lagged_std, offset, offset_std, n_eff, posterior
-        return BeliefTrace(labels, *now, self.belief, growing, reliability, touched, course)
+        maps = tuple(self.maps)
+        return BeliefTrace(labels, *now, self.belief, growing, reliability, touched, course, maps)
 
     def _take_in(self, step: int, belief: Belief) -> Array:
         lagged = belief.lagged_joint_angles, belief.lagged_joint_std, belief.lagged_contacts

@@ -99,6 +99,7 @@ class BeliefTrace:
         patch_reliability: (T, P) probability that each patch works, online.
         touched: (T, P) which patches were touched, once the lag has passed; None where that was not told of every step.
         log_posterior: (T + 1, C) nats, from the reset on; None where nobody asked for it.
+        maps: (X, Y, Z) in hindsight of every so many steps, as far as somebody asked for them.
     """
 
     labels: tuple[str, ...]
@@ -115,6 +116,7 @@ class BeliefTrace:
     patch_reliability: Array
     touched: NDArray[np.bool_] | None
     log_posterior: Array | None = None
+    maps: tuple[Array, ...] = ()
 
     @property
     def name(self) -> str:

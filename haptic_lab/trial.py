@@ -49,6 +49,7 @@ class Trial:
         trust: bool = False,
         courses: bool = False,
         limits: Limits = NO_LIMITS,
+        maps_every: float | None = None,
     ) -> None:
         """Set up an exploration; it is begun by the first turn.
 
@@ -63,6 +64,7 @@ class Trial:
             trust: whether a model may run code when it is read.
             courses: whether log posteriors through time are kept.
             limits: of the observers that are called limited.
+            maps_every: s from one map that is kept to the next; None: none is but the last.
 
         Raises:
             ValueError: for a policy or an observer that does not fit `env`.
@@ -82,6 +84,7 @@ class Trial:
                 limits.namer(name, shape, base.control_hz) if naming is None or name in naming else None,
                 course=[] if courses else None,
                 attention=limits.attention(name, self.hand, base.control_hz, self._observer_seed),
+                maps_every=None if maps_every is None else max(1, round(maps_every / self.step_seconds)),
             )
             for name, each in observers.items()
         }

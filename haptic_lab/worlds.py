@@ -78,6 +78,22 @@ def expanded(names: Iterable[str], *, trust: bool = False) -> list[str]:
     return several
 
 
+def shapes_of(told: Any) -> tuple[str, ...]:
+    """Take what a file or a keyword tells of shapes.
+
+    Args:
+        told: the name of a shape or a set, or several.
+
+    Returns:
+        Names of shapes, written the one way.
+
+    Raises:
+        ValueError: for what are no names, and a file that is no set of objects.
+    """
+    several = (told,) if isinstance(told, str) else told
+    return tuple(expanded(map(shapes.written, validate.names("shapes", several))))
+
+
 def named_or_set(named: Sequence[str] | None, objects: str | None) -> Sequence[str] | None:
     """Tell what is explored.
 
@@ -192,6 +208,7 @@ def common_volume(solid: Solid, other: Solid) -> float:
     return float((inside & theirs).sum() / (inside | theirs).sum())
 
 
+WRISTS = "fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)"
 HANDS_OR_IDS = f"{', '.join(haptic_env.ENVIRONMENTS.values())}, the id of an environment, or a hand.toml of your own"
 
 

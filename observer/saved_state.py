@@ -31,6 +31,7 @@ from observer.maps.hindsight import Hindsight, Moment
 from observer.maps.occupancy import Maps
 from observer.novelty import LinkHistory, MapNovelty
 from observer.pose.contact_dynamics import ContactDynamics
+from observer.pose.coupled_motion import CoupledKinematicPose
 from observer.pose.delta_pose import DeltaPose
 from observer.pose.found_sigma import FoundSigma
 from observer.pose.gating import Gate
@@ -53,7 +54,7 @@ GAUSSIAN = ("mean", "covariance", "log_evidence", "_gate")
 CHANGED: dict[type, tuple[str, ...]] = {
     PoseFilter: (*GAUSSIAN, "_contacts", "doubted", "_finds", "_found"),
     DeltaPose: GAUSSIAN,
-    KinematicPose: (*GAUSSIAN, "_level", "_moments", "partners"),
+    **dict.fromkeys((KinematicPose, CoupledKinematicPose), (*GAUSSIAN, "_level", "_moments", "partners")),
     RawAngles: ("mean", "covariance", "sigma", "_unfelt"),
     Gate: ("sigma", "set_aside", "_row", "_last"),
     FoundSigma: ("shape", "rate"),
@@ -96,6 +97,7 @@ def write(path: Path | str, made: Configured) -> None:
     check_writable("path of a saved observer", place)
     if made._state is not None:
         made._state.hindsight.join()  # an hour's touches are some arrays, not thousands
+        made._state.maps.catch_up()
     arrays: dict[str, NDArray[Any]] = {f"hand.{name}": getattr(made.hand, name) for name in HAND}
     arrays["hand.patches"] = made.hand.patches.position
     known = None if made._state is None else made._known  # which a trial begins

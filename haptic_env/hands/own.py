@@ -1,7 +1,8 @@
 """Hands of one's own: a model and a TOML file that describes it (`haptic_env.hands.description`) made into a `Hand`.
 
 The skin is capsules (`haptic_env.hands.fitting`), of which the hand's mass is made too. Each joint below the root has a
-motor of its own; actuators, tendons and couplings of the model are left out, and `OwnHand.notes` say so.
+motor of its own, unless it follows another (`haptic_env.hands.own_couplings`); actuators and other tendons of the model
+are left out, and `OwnHand.notes` say so.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from haptic_env.hands import description
 from haptic_env.hands import wrist as wrists
 from haptic_env.hands.description import HandDescription
 from haptic_env.hands.drives import Drive
+from haptic_env.hands.own_couplings import OwnCouplings, at_rest, couplings_of, tied
 from haptic_env.hands.own_joints import OwnJoint, drives_of, joints_of
 from haptic_env.hands.own_model import OwnModel
 from haptic_env.hands.own_skin import Fit, OwnSkin, skin_of, taxels_of
@@ -100,13 +102,17 @@ def read(
 def _made(told: HandDescription, free: bool) -> OwnHand:
     own = OwnModel(told)
     notes, joints = own.left_out(), joints_of(own)
+    coupled = couplings_of(own, joints)
+    joints = at_rest(joints, coupled.couplings)
     place = _place(own)
     centre = np.zeros(3) if told.grasp_centre is None else told.grasp_centre
     skin = skin_of(own, joints, place.rotation.T @ (centre - place.position))
     # The drives follow from the inertia, which is known once there is a hand.
-    draft = _hand(own, joints, dict.fromkeys(joints, ANY_DRIVE), skin, place, free=False)
-    notes += [joint.note for joint in joints.values() if joint.note] + skin.notes + _checked(draft, told)
-    hand = _hand(own, joints, drives_of(draft, joints), skin, place, free)
+    draft = _hand(own, joints, coupled, dict.fromkeys(joints, ANY_DRIVE), skin, place, free=False)
+    notes += (
+        coupled.notes + [joint.note for joint in joints.values() if joint.note] + skin.notes + _checked(draft, told)
+    )
+    hand = _hand(own, joints, coupled, drives_of(draft, joints), skin, place, free)
     if told.taxels is not None:
         hand = replace(hand, patches=TaxelPatches(hand.links, taxels_of(own, hand, skin.bones)))
     fits = (fit._replace(outline=place.position + fit.outline @ place.rotation.T) for fit in skin.fits)
@@ -124,10 +130,16 @@ def _place(own: OwnModel) -> Pose:
 
 
 def _hand(
-    own: OwnModel, joints: dict[str, OwnJoint], drives: dict[str, Drive], skin: OwnSkin, place: Pose, free: bool
+    own: OwnModel,
+    joints: dict[str, OwnJoint],
+    coupled: OwnCouplings,
+    drives: dict[str, Drive],
+    skin: OwnSkin,
+    place: Pose,
+    free: bool,
 ) -> Hand:
     told = own.told
-    return hand_of(
+    hand = hand_of(
         own.model,
         told.name,
         root=own.name(own.root),
@@ -144,6 +156,7 @@ def _hand(
         ranges={name: each.limits for name, each in joints.items()},
         lever_arms={name: each.arm for name, each in joints.items()},
     )
+    return tied(hand, list(joints), coupled)
 
 
 def _checked(hand: Hand, told: HandDescription) -> list[str]:

@@ -1,6 +1,7 @@
 """The joints of a hand of one's own: their ranges, where they rest and what drives them.
 
-A joint of which no torque is told is driven as gently as that of a human finger: see `gentle`.
+A joint of which no torque is told is driven as gently as that of a human finger: see `gentle`. One that follows another
+is moved by the motor of that one, which is as strong as both would be.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ FORCE, SPEED = 0.45, 4.4  # N at the end of what a joint moves, and rad/s, at fu
 GIVE = 1.6  # rad from where it rests, at most, that full torque holds against the spring
 SHORTEST, USUAL_REACH = 0.01, 0.05  # m from a joint's axis: at least, and that at which slides are as fast as turns
 STROKE = 0.5 * np.pi  # rad that the range of a slide is, where no lever arm is told
+NO_MOTOR = 1e-4  # of its leader's torque: all that moves a follower by itself, for every joint has a motor in the model
 TURN = (-np.pi, np.pi)  # rad, range of a joint that has none
 MOST = {"torque": 1e3, "damping": 1e4, "stiffness": 1e5}
 JOINT = mujoco.mjtJoint
@@ -85,10 +87,18 @@ def drives_of(hand: Hand, joints: Mapping[str, OwnJoint]) -> dict[str, Drive]:
         ValueError: for a value out of its range.
     """
     data, found = hand.at_rest(), {}
-    ends = hand.link_ends(data)
+    ends, couplings = hand.link_ends(data), hand.couplings
     for index, (name, moved) in enumerate(zip(hand.joint_names, hand.moves.T, strict=True)):
         arms = np.cross(data.xaxis[index], ends[moved] - data.xanchor[index])
         found[name] = _drive(name, joints[name], float(np.linalg.norm(arms, axis=1).max(initial=SHORTEST)))
+    drives, slopes = list(found.values()), np.abs(couplings.slopes(hand.rest_pose))
+    for index in map(int, np.flatnonzero(couplings.follows)):
+        name, root = hand.joint_names[index], int(couplings.root[index])
+        leader, mine = hand.joint_names[root], drives[index]
+        if "torque" not in joints[leader].told:
+            found[leader] = found[leader]._replace(torque=found[leader].torque + float(slopes[index]) * mine.torque)
+        stiffness = mine.stiffness if "stiffness" in joints[name].told else 0.0
+        found[name] = mine._replace(torque=NO_MOTOR * drives[root].torque, stiffness=stiffness)
     return found
 
 

@@ -75,11 +75,6 @@ class OwnModel:
                         f"constraint {name!r} closes a loop between bodies {self.name(ends[0])!r} and "
                         f"{self.name(ends[1])!r}; a hand is a tree of joints: take it out of the model"
                     )
-            elif kind == EQUALITY.mjEQ_JOINT:
-                coupled = " and ".join(repr(model.joint(joint).name) for joint in ends if joint >= 0)
-                notes.append(f"the constraint of {coupled} is left out: each joint has a drive of its own")
-        if model.ntendon:
-            notes.append(f"tendons of the model ({model.ntendon}) are left out: each joint has a drive of its own")
         if model.nu:
             notes.append(f"actuators of the model ({model.nu}) are left out: torques are told by [joint.NAME]")
         return notes

@@ -47,7 +47,7 @@ def joints_of(streams: Streams, columns: ColumnMap, hand: Hand) -> Samples:
             validate.choice(f"joint of hand {hand.name!r}", name, hand.joint_names)
         except ValueError as error:
             raise ValueError(f"{columns.source}: {error}{whose(lines)}") from error
-    missing = [name for name in hand.joint_names if name not in lines]
+    missing = hand.couplings.without(hand.joint_names, lines)
     if missing:
         raise ValueError(
             f"{columns.source}: which column is {validate.few(missing)} of hand {hand.name!r}? Name one, or the angle "
@@ -55,7 +55,7 @@ def joints_of(streams: Streams, columns: ColumnMap, hand: Hand) -> Samples:
             f"{validate.few(summary(streams.columns))}{whose(streams.columns)}"
         )
     parts, scale, zero, names = [], [], [], []
-    for name in hand.joint_names:
+    for name in (each for each in hand.joint_names if each in lines):
         line = lines[name]
         if line.column is not None:
             of, which = streams.find(f"of joint {name}", line.column)
@@ -73,8 +73,13 @@ def joints_of(streams: Streams, columns: ColumnMap, hand: Hand) -> Samples:
         if name in names:
             at = names.index(name)
             angles[:, j] = scale[at] * (told.values[:, at] - zero[at])
-        else:
+        elif name in lines:
             angles[:, j] = lines[name].unit * lines[name].zero
+        else:
+            angles[:, j] = 0.0  # it follows another one
+    followed = hand.couplings.follow(angles)
+    made = [name not in lines for name in hand.joint_names]
+    angles = np.where(made, followed, angles)
     known = np.where(np.isfinite(angles), angles, hand.rest_pose)
 
     def when(sample: int) -> str:

@@ -36,8 +36,6 @@ def closed_parts(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) ->
         ValueError: where one has a hole, no inside or faces inwards, or where there are too many.
     """
     trimesh = extras.load("trimesh", "meshes", "a shape from a file")
-    if len(triangles) == 0:
-        raise ValueError("has no triangles: it is empty, or was cut short")
     surface = trimesh.Trimesh(vertices, triangles, process=False)
     surface.merge_vertices(merge_tex=True, merge_norm=True)
     parts = _apart(trimesh, surface)

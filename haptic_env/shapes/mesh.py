@@ -17,15 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env import extras, validate
+from haptic_env import extras, mesh_formats, validate
 from haptic_env.composer import mjcf
-from haptic_env.shapes import formats, names
+from haptic_env.shapes import names
 from haptic_env.shapes.base import LARGEST, SMALLEST, Shape
 from haptic_env.shapes.closed import closed_parts, union
 from haptic_env.shapes.pieces import convex_pieces, distance_from, felt, inside_of
 from haptic_env.shapes.proportions import check_kept
 
-SUFFIXES = tuple(formats.READERS)
+SUFFIXES = tuple(mesh_formats.READERS)
 CONVEX = 0.006  # of the largest extent: how far its hull may stick out of a part that is taken for convex
 DEEP = 0.01  # of the largest extent: farther from the surface, needles of triangles do not upset its winding
 UNITS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254}
@@ -130,17 +130,11 @@ class Mesh(Shape):
         extras.folder("trimesh", "meshes", f"the shape {path!r}")
         self.path = path
         try:
-            vertices, triangles = formats.read(Path(path))
-        except OSError as error:
-            raise self._refused(f"cannot be read: {error.strerror or error}") from error
-        except formats.Refused as error:
-            raise self._refused(str(error)) from error
-        except ValueError as error:
-            kind = Path(path).suffix[1:].upper()
-            raise self._refused(f"cannot be read, it is no {kind} or was cut short: {error}") from error
-        try:
+            vertices, triangles = mesh_formats.read(Path(path))
             self._parts = closed_parts(vertices, triangles)
             self._surface = union(self._parts)
+        except OSError as error:
+            raise self._refused(f"cannot be read: {error.strerror or error}") from error
         except ValueError as error:
             raise self._refused(str(error)) from error
         self.extents = self._surface.extents

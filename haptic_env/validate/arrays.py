@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import types
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env.compiled import GIVEN, inner
 from haptic_env.validate.values import number
 from haptic_env.validate.wording import shown
 
@@ -56,7 +55,7 @@ def array(
     if given.shape != shape:
         raise ValueError(f"{wanted()}, got shape {given.shape}")
     result = _float64(given)
-    if not _within(result.reshape(-1), bound):
+    if not _within()(result.reshape(-1), bound):
         if not np.isfinite(result).all():
             raise ValueError(f"{wanted()}, got {_first(given, ~np.isfinite(result), names)}")
         got = _first(given, np.abs(result) > bound, names) if names else shown(result.tolist())
@@ -282,10 +281,9 @@ def _float64(numbers: NDArray[Any]) -> NDArray[np.float64]:
         return numbers.astype(np.float64)
 
 
-@inner(types.boolean(GIVEN, types.float64))
-def _within(numbers: NDArray[np.float64], bound: float) -> bool:
-    """Whether none of `numbers` (M,) is beyond ± `bound`, or NaN: the control loop asks at every step."""
-    inside = True
-    for each in numbers:
-        inside &= abs(each) <= bound
-    return inside
+@cache
+def _within() -> Callable[[NDArray[np.float64], float], bool]:
+    """A kernel, loaded when it is first asked for: numba takes most of a second, and a wrong file is told without."""
+    from haptic_env.validate.bounds import within
+
+    return within

@@ -25,7 +25,7 @@ from haptic_lab.tasks.benchmark import CONFIG, POLICIES, Benchmark
 from haptic_lab.tasks.learners import LEARNERS, NEEDED
 from haptic_lab.tasks.registry import TASKS
 from haptic_lab.terminal import Parser, as_path, make_console
-from haptic_lab.worlds import HANDS_OR_IDS, environment
+from haptic_lab.worlds import HANDS_OR_IDS, WRISTS
 
 EXAMPLE = """examples: haptic-slam benchmark --quick --out out/quick
           haptic-slam benchmark --tasks Name Map --worlds 40 --steps 100000 --out out/benchmark
@@ -58,6 +58,7 @@ def parse(arguments: list[str] | None) -> tuple[Benchmark, argparse.Namespace]:
     add("--worlds", type=int, help=f"of each task, the first ones of {WORLDS} (default all)")
     add("--steps", type=int, help=f"of the environment that each learner learns from (default {STEPS})")
     add("--hand", default="two_finger", help=f"{HANDS_OR_IDS} (default two_finger)")
+    add("--wrist", help=WRISTS)
     add("--jobs", type=int, default=cpu_count(), help="processes (default: cores)")
     add(
         "--quick", action="store_true", help=f"only to see it work: --worlds {QUICK['worlds']} --steps {QUICK['steps']}"
@@ -69,7 +70,6 @@ def parse(arguments: list[str] | None) -> tuple[Benchmark, argparse.Namespace]:
     try:
         for task in given.tasks:
             validate.choice("--tasks", task, TASKS)
-        environment(given.hand)
         validate.integer("--jobs", given.jobs, 1, 1024)
         plan = Benchmark(
             tuple(dict.fromkeys(given.tasks)),
@@ -78,6 +78,7 @@ def parse(arguments: list[str] | None) -> tuple[Benchmark, argparse.Namespace]:
             validate.integer("--steps", usual["steps"] if given.steps is None else given.steps, 1, MOST),
             given.hand,
             given.trust,
+            given.wrist,
         )
         benchmark.check(plan)
     except (ValueError, ImportError) as error:

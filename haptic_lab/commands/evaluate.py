@@ -3,9 +3,10 @@
 Writes to --out: trials.csv (one row for each trial and observer, with all that is needed to run it again),
 summary.csv and evaluate.png, with the floor among the observers also against_floor.csv (differences to it in the same
 explorations, and closures, with their intervals); with --ablation ablation.csv and ablation.png instead of
-evaluate.png, with --calibration also calibration.csv and a picture for each observer, with several policies also
-policies.csv and policies.png, which compare them. Where more than sigma varies, pictures stand in a folder for each
-combination. The same command goes on where it was stopped.
+evaluate.png, with --calibration also calibration.csv and a picture for each observer, with --maps-every
+names_through_time.csv and .png, with several policies also policies.csv and policies.png, which compare them. Where
+more than sigma varies, pictures stand in a folder for each combination. The same command goes on where it was
+stopped.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from pathlib import Path
 import pandas as pd
 from rich.console import Console
 
-from haptic_lab.analysis import ablation, against, novelty, policy_comparison, reliability
+from haptic_lab.analysis import ablation, against, novelty, policy_comparison, reliability, through_time
 from haptic_lab.analysis.summary import FLOOR, parts, print_report, save_picture, summarise
 from haptic_lab.files import write_csv
 from haptic_lab.folder_lock import claimed
@@ -77,14 +78,19 @@ def report(plan: SweepPlan, results: Results, console: Console) -> None:
         if len(combinations) > MOST_PARTS:
             continue
         folder = _part(table.parent, name, console)
+        labels = rows[[f"p_{label}" for label in settings.labels]].notna().any().sum()  # of this recording, say
+        chance = 1.0 / max(1, labels)
         if plan.ablation:
             names = ablation.save(rows, folder)
             ablation.print_table(folder / "ablation.csv", console)
         else:
-            labels = rows[[f"p_{label}" for label in settings.labels]].notna().any().sum()  # of this recording, say
-            save_picture(summaries[-1], settings.namers, 1.0 / max(1, labels), folder)
+            save_picture(summaries[-1], settings.namers, chance, folder)
             print_report(summaries[-1], console, names_first=plan.cells is not None or bool(settings.names_only))
             names = ["evaluate.png"]
+        if settings.maps_every is not None:
+            lines = through_time.curves(rows, settings.classifiers, settings.maps_every)
+            names += through_time.save(lines, chance, folder)
+            through_time.print_table(lines, console)
         if plan.calibration:
             names += reliability.save(rows, folder)
         written += [str(Path(name, each)) for each in names]

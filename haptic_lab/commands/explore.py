@@ -33,7 +33,7 @@ from haptic_lab.view import options
 from haptic_lab.view.trial_view import TrialView, verdict
 from haptic_lab.view.viewer import Viewer, opened
 from haptic_lab.warm_up import get_ready, told_on
-from haptic_lab.worlds import HANDS_OR_IDS, SETS, environment, expanded, in_set, typed_shape
+from haptic_lab.worlds import HANDS_OR_IDS, SETS, WRISTS, environment, expanded, in_set, typed_shape
 from observer.surface import files
 
 EXAMPLE = """examples: haptic-slam explore --shape pyramid --sigma 5 --seed 3 --out out/pyramid
@@ -68,7 +68,7 @@ def parse(
     parser = Parser(description=description, epilog=example, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--env", "--hand", help=f"{HANDS_OR_IDS} (default two_finger, or the one that the recording is of)")
-    add("--wrist", help="fixed, or free: the hand moves as a whole (default: fixed, where a hand has the choice)")
+    add("--wrist", help=WRISTS)
     add(
         "--shape",
         "--object",

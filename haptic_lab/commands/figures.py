@@ -19,7 +19,6 @@ import matplotlib
 import pandas as pd
 from rich.console import Console
 
-from haptic_env import hand_of, registration
 from haptic_lab.analysis.summary import SLAM, parts
 from haptic_lab.conditions import UNTOLD
 from haptic_lab.figures import FROM_EXPLORATIONS, FROM_NOISES, FROM_TRIALS, PaperFigure, offsets, save
@@ -79,7 +78,7 @@ def explorations(plan: FiguresPlan, names: Iterable[str], console: Console) -> P
 
     wanted = {name: FROM_EXPLORATIONS[name].wanted(settings.shapes) for name in names}
     tasks = dict(place(*each) for several in wanted.values() for each in several)
-    hand = hand_of(registration.make(settings.env))
+    hand = settings.make_hand()
     if not all(path.exists() for path in tasks):
         if sweep.cluster is None:
             get_ready(console, hand, load=False)

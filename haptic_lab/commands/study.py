@@ -16,7 +16,7 @@ from typing import Any
 import pandas as pd
 from rich.console import Console
 
-from haptic_env import extras, hand_of, registration
+from haptic_env import extras
 from haptic_lab.files import write_csv
 from haptic_lab.folder_lock import claimed
 from haptic_lab.people.studies import adaptive, presets, report, running
@@ -145,7 +145,7 @@ def _report(study: Study, tables: dict[str, Path], out: Path, console: Console) 
 
 def _adapt(given: argparse.Namespace, console: Console) -> None:
     study, out = given.study, Path(given.out)
-    get_ready(console, hand_of(registration.make(given.plans[0].sweep.settings.env)))
+    get_ready(console, given.plans[0].sweep.settings.make_hand())
     answers, found = [], []
     for plan, results in running.one_by_one(given.plans, out, "adaptive"):
         (condition,), (observer,) = plan.sweep.conditions, plan.sweep.settings.observers

@@ -63,6 +63,7 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     explored = "what is explored, and the candidates, shapes or sets (default: the preset's, the four shapes)"
     add("--shapes", nargs="+", type=typed_shape, metavar="SHAPE", help=explored)
     add("--objects", type=as_path, metavar="SET", help=f"or all objects of a set: {SETS}")
+    add("--wrist", help="of its hand, as explore's (default: the preset's)")
     conditions.add_flags(add, "of its world, as the environment's; the observer is told", ": the preset's")
     believed.add_flags(add)
     add("--out", type=as_path, help="folder for the results (default out/PRESET)")
@@ -73,7 +74,7 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     try:
         validate.integer("--jobs", given.jobs, 1, 1024)
         preset = presets.read(given.preset)
-        world = replace(preset.world, **_given(given, presets.NOISES), **_explored(given))
+        world = replace(preset.world, **_given(given, (*presets.NOISES, "wrist")), **_explored(given))
         preset = replace(preset, world=world, **_given(given, ("steps", "seed", "envs")))
     except ValueError as error:
         parser.error(str(error))

@@ -41,16 +41,15 @@ def begin(settings: ExplorationSettings, recording: Recording | MeasuredTouch | 
     """
     if recording is not None:
         return replay.session(settings, recording)
-    wrist: dict[str, Any] = {} if settings.wrist is None else {"wrist": settings.wrist}
     env = registration.make(
         settings.env,
+        wrist=settings.wrist,
         shape=settings.shape if settings.shape or settings.objects is None else shapes.read_set(settings.objects),
         scale=settings.scale,
         **settings.noise,
         **settings.jitter,
         episode_seconds=SECONDS if settings.seconds is None else settings.seconds,
         reveal_truth=True,  # for the observer's judge alone
-        **wrist,
     )
     hand = hand_of(env)
     namer, candidates = learnt.naming(settings, hand, possible.chosen(settings, hand))

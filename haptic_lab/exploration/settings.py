@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from haptic_env import registration, rotation, shapes, validate
-from haptic_env.hands import wrist
 from haptic_lab import conditions
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.conditions import check_policy
@@ -110,8 +109,7 @@ class ExplorationSettings(Believed):
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)
-        if self.wrist is not None:
-            wrist.check(registration.hand_name(self.env), self.wrist)
+        registration.check_wrist(self.env, self.wrist)
         if self.shape is not None:
             shapes.default_size(shapes.check("--shape", self.shape), self.scale)
         for name in self.among or ():

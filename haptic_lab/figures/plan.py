@@ -35,6 +35,7 @@ DEFAULTS: dict[str, Any] = {  # of the sweep; flags of evaluate.py
     "particles": 200,
     "policy": "random_torque",
     "env": "HapticSLAM/TwoFinger-v0",
+    "wrist": None,
     "observers": ["floor", "haptic_slam", "ceiling"],
     "classifiers": [name for name in TITLES if name != STREAM],
     "jobs": cpu_count(),
@@ -122,7 +123,8 @@ def parse(description: str | None, arguments: list[str] | None) -> FiguresPlan:
     add("--particles", type=int, help="of the observer (default 200)")
     add("--policy", type=as_path, help="as evaluate.py's (default random_torque)")
     add("--trust", action="store_true", help="as evaluate.py's")
-    add("--env", help="as evaluate.py's")
+    add("--env", "--hand", help="as evaluate.py's")
+    add("--wrist", help="as evaluate.py's")
     add("--jobs", type=int, help="processes of this machine (default: one a core)")
     add("--cluster", metavar="ADDRESS", help="run on the workers of this dask scheduler instead (docs/clusters.md)")
     quick = ", ".join(f"--{name.replace('_', '-')} {_told(value)}" for name, value in QUICK.items())

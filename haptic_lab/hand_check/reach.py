@@ -54,7 +54,7 @@ def _tried(hand: Hand, solid: Solid, seed: int) -> tuple[NDArray[np.bool_], floa
     low, high = hand.joint_limits.T
     often = 0
     for share in np.random.default_rng(seed).random((POSES, hand.joints)):
-        data.qpos[:] = low + share * (high - low)
+        data.qpos[:] = hand.couplings.follow(low + share * (high - low))
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
         often += bool(touch.feel().any())

@@ -112,7 +112,7 @@ def unobserved(world: TrainingWorld, render_mode: str | None = None) -> gym.Env[
     """
     shapes.allow(world.shapes)  # which whoever asked for it has imported too
     kept: dict[str, Any] = {"episode_seconds": world.seconds, "reveal_truth": True, "render_mode": render_mode}
-    return registration.make(world.env, **kept, **jitter(world), **world.noise)
+    return registration.make(world.env, wrist=world.wrist, **kept, **jitter(world), **world.noise)
 
 
 def jitter(world: TrainingWorld) -> dict[str, Any]:

@@ -8,8 +8,9 @@ from sb3_contrib import RecurrentPPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
-from haptic_env import hand_of, registration
+from haptic_env import hand_of
 from haptic_lab.learning import checkpoints
+from haptic_lab.learning.explored import unobserved
 from haptic_lab.learning.imitation import imitate
 from haptic_lab.learning.presets import RAW, Preset
 from haptic_lab.learning.report import decision_seconds
@@ -68,7 +69,7 @@ def make(preset: Preset, env: VecEnv, found: checkpoints.Checkpoint | None, log:
         model.set_random_seed(preset.seed + model.num_timesteps)  # not the episodes that it began with
     elif preset.sweep is not None:
         assert isinstance(model, stable_baselines3.PPO | stable_baselines3.SAC)
-        hand = hand_of(registration.make(preset.world.env))
+        hand = hand_of(unobserved(preset.world))
         imitate(model, env, preset.sweep, hand, decision_seconds(preset))
     return model
 

@@ -14,7 +14,7 @@ from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.learning import options
 from haptic_lab.learning.sweeping_motion import SweepingMotion
 from haptic_lab.terminal import as_keys
-from haptic_lab.worlds import expanded
+from haptic_lab.worlds import shapes_of
 from observer.wrappers.belief_observation import ENTRIES, OF_MAPS, OF_NAMES, USUAL
 
 FOLDER = Path(__file__).parent / "presets"
@@ -36,6 +36,7 @@ class TrainingWorld(Believed):
 
     Attributes:
         env: id of the environment.
+        wrist: how the hand is held; None: as it usually is.
         seconds: of an episode at most.
         sigma_deg: least and largest noise, degrees, drawn for each episode.
         size_jitter: as the environment's.
@@ -98,9 +99,11 @@ class TrainingWorld(Believed):
     patches_stuck: faults.Given = conditions.DEFAULTS["patches_stuck"]
     patches_dead: faults.Given = conditions.DEFAULTS["patches_dead"]
     shapes: tuple[str, ...] = FOUR
+    wrist: str | None = None
 
     def __post_init__(self) -> None:
         registration.check("env", self.env)
+        registration.check_wrist(self.env, self.wrist)
         validate.number("seconds", self.seconds, 0.0, 3600.0, above=0.0, unit="s")
         if not isinstance(self.sigma_deg, tuple) or len(self.sigma_deg) != 2:
             raise ValueError(f"sigma_deg must be two numbers, the least and the largest, got {self.sigma_deg!r}")
@@ -116,9 +119,10 @@ class TrainingWorld(Believed):
         validate.choice("task", self.task, TASKS)
         if not isinstance(self.observation, tuple) or not self.observation:
             raise ValueError(f"observation must be a list of {', '.join((*ENTRIES, RAW))}, got {self.observation!r}")
-        if self.observation != (RAW,):
-            for entry in self.observation:
-                validate.choice("entry of observation", entry, ENTRIES)
+        for entry in self.observation:
+            validate.choice("entry of observation", entry, (*ENTRIES, RAW))
+        if RAW in self.observation and len(self.observation) > 1:
+            raise ValueError(f"observation {RAW} is what is felt, and stands alone, got {self.observation!r}")
         if self.task == MAP and not {*OF_NAMES}.isdisjoint(self.observation):
             raise ValueError('observation must be without names where the task is "map", which names nothing')
         validate.integer("hold", self.hold, 1, 1000)
@@ -206,7 +210,7 @@ def configuration(preset: Preset) -> dict[str, Any]:
         of which runs from before there were any do not tell.
     """
     usual = asdict(TrainingWorld())
-    later = (*NOISES, "shapes", "rotation_jitter", "task")
+    later = (*NOISES, "shapes", "rotation_jitter", "task", "wrist")
     world = {name: value for name, value in asdict(preset.world).items() if name not in later or value != usual[name]}
     return json.loads(json.dumps({**asdict(preset), "world": world, "steps": None}))
 
@@ -255,7 +259,7 @@ def read(name: str) -> Preset:
     lists: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in world.items()}
     try:
         if "shapes" in lists:
-            lists["shapes"] = tuple(expanded(map(shapes.written, validate.names("shapes", lists["shapes"]))))
+            lists["shapes"] = shapes_of(lists["shapes"])
         return Preset(world=TrainingWorld(**lists), sweep=None if sweep is None else SweepingMotion(**sweep), **content)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error

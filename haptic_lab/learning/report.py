@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from haptic_env import hand_env, registration
+from haptic_env import hand_env
 from haptic_lab.files import write_json
 from haptic_lab.learning.evaluation import EVALUATIONS, read_evaluations
+from haptic_lab.learning.explored import unobserved
 from haptic_lab.learning.learning_curve import draw
 from haptic_lab.learning.presets import Preset
 from haptic_lab.sweeps.provenance import versions
@@ -71,4 +72,4 @@ def decision_seconds(preset: Preset) -> float:
     Returns:
         Seconds from one decision to the next.
     """
-    return preset.world.hold / hand_env(registration.make(preset.world.env)).control_hz
+    return preset.world.hold / hand_env(unobserved(preset.world)).control_hz

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from haptic_env import validate
 from haptic_env.arrays import Array
+from haptic_env.coupling import Couplings
 from haptic_env.hand import Hand
 from haptic_env.recordings import ColumnMap, checks
 from haptic_env.recordings.column_map import JointColumn
@@ -32,6 +33,8 @@ class JointLayout:
         scale: (J,) rad, of what a column says.
         zero: (J,) what it says where the angle is zero; of a joint that stays its angle, rad.
         limits: (2, J) rad, beyond which nothing is believed.
+        couplings: of the joints.
+        made: (J,) followers of which nothing is told: they are where their leaders put them.
     """
 
     stream: str
@@ -39,6 +42,8 @@ class JointLayout:
     scale: Array
     zero: Array
     limits: Array
+    couplings: Couplings
+    made: NDArray[np.bool_]
 
     def angles(self, values: Array) -> tuple[Array, int]:
         """Read samples.
@@ -51,6 +56,8 @@ class JointLayout:
         """
         told = self.scale * (values[:, np.maximum(self.column, 0)] - self.zero)
         told = np.where(self.column < 0, self.zero, np.where(np.isfinite(told), told, np.nan))
+        if self.made.any():
+            told = np.where(self.made, self.couplings.follow(told), told)
         odd = (told < self.limits[0]) | (told > self.limits[1])
         return np.where(odd, np.nan, told), int(odd.sum())
 
@@ -180,7 +187,9 @@ def _usual(there: Streams, hand: Hand) -> ColumnMap:
     unnamed = [stream for stream in there.streams if not known & {*stream.columns}]
     joints = next((each.name for each in unnamed if len(each.columns) == hand.joints), None)
     touch = next((each.name for each in unnamed if len(each.columns) == len(hand.patches)), None)
-    named = [*hand.joint_names] if not joints and {*hand.joint_names} <= {*there.columns} else []
+    named = [] if joints else [name for name in hand.joint_names if name in there.columns]
+    if hand.couplings.without(hand.joint_names, named):
+        named = []
     touched = [name for name in hand.patches.names if name in there.columns] if not touch else []
     if not (joints or named) or not (touch or touched):
         widths = ", ".join(f"{each.name!r} has {len(each.columns)}" for each in there.streams)
@@ -231,19 +240,21 @@ def _joints(there: Streams, told: ColumnMap, hand: Hand) -> JointLayout:
         lines.setdefault(joint, (line, None, -1))
     for joint in lines:
         validate.choice(f"joint of hand {hand.name!r}", joint, hand.joint_names)
-    missing = [joint for joint in hand.joint_names if joint not in lines]
+    missing = hand.couplings.without(hand.joint_names, lines)
     if missing:
         raise ValueError(
             f"{told.source}: which column is {validate.few(missing)} of hand {hand.name!r}? There are "
             f"{validate.few(summary(there.columns))}{whose(there.columns)}"
         )
-    each = [lines[joint] for joint in hand.joint_names]
+    made = np.array([joint not in lines for joint in hand.joint_names])
+    each = [lines.get(joint, (JointColumn(None), None, -1)) for joint in hand.joint_names]
     columns = np.array([at for *_, at in each])
     zero = np.array([line.zero * (1.0 if at >= 0 else line.unit) for line, _, at in each])
     scale = np.array([line.sign * line.unit for line, *_ in each])
     stream = _one(there.source, "joints", {name for _, name, _ in each if name is not None})
     beyond = checks.BEYOND
-    return JointLayout(stream, columns, scale, zero, hand.joint_limits.T + [[-beyond], [beyond]])
+    limits = hand.joint_limits.T + [[-beyond], [beyond]]
+    return JointLayout(stream, columns, scale, zero, limits, hand.couplings, made)
 
 
 def _touch(there: Streams, told: ColumnMap, hand: Hand) -> TouchLayout:

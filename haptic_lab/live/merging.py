@@ -208,14 +208,23 @@ class LiveMerger:
                 return
             yield self._tell(time)
 
-    def rest(self) -> Iterator[LiveStep]:
+    def rest(self, now: float) -> Iterator[LiveStep]:
         """Tell the steps up to the last sample of a joint, when no more will come.
+
+        Steps whose touch was still to come, from a stream that is not silent, are left out.
+
+        Args:
+            now: s, by this machine.
 
         Yields:
             One after the other.
         """
-        while self._start is not None and self._at(self._next) <= self._joints.newest + SAME * self._step:
-            yield self._tell(self._at(self._next))
+        waits = self._touch.heard is not None and "touch" not in self.silent(now)
+        while self._start is not None:
+            time = self._at(self._next)
+            if time > self._joints.newest + SAME * self._step or (waits and not self._touch_told(time)):
+                return
+            yield self._tell(time)
 
     @property
     def newest(self) -> float:

@@ -189,7 +189,7 @@ class LiveSession:
                 if self.stop or ended - now > READ:
                     break
             self._warn(now, begun)
-        for step in self.merger.rest():
+        for step in self.merger.rest(time.monotonic()):
             self.observe(step, sinks)
 
     def take(self, chunk: Chunk, arrival: float) -> None:

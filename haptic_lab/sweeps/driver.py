@@ -10,7 +10,6 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from haptic_env import hand_of, registration
 from haptic_lab.conditions import Condition
 from haptic_lab.files import atomic
 from haptic_lab.progress import ProgressLines
@@ -58,7 +57,7 @@ def sweep(
     if not missing:
         return
     if who is None and plan.cluster is None:
-        get_ready(console, hand_of(registration.make(settings.env)), load=False)
+        get_ready(console, settings.make_hand(), load=False)
         with told_on(console):
             prepare(settings)
     conditions = list(dict.fromkeys(task.condition for task in missing))

@@ -25,7 +25,7 @@ from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns, unusual
 from haptic_lab.sweeps.tasks import files_of
 from haptic_lab.terminal import Parser, as_keys, as_path, refuse
-from haptic_lab.worlds import HANDS_OR_IDS, SETS, typed_shape
+from haptic_lab.worlds import HANDS_OR_IDS, SETS, WRISTS, typed_shape
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
 from observer.variants import ABLATION, VARIANTS, WITHOUT_MAP
@@ -149,6 +149,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         options[option.dest] = option
 
     add("--env", "--hand", help=f"{HANDS_OR_IDS} (default {HAND}, or the one that recordings are of)")
+    add("--wrist", help=WRISTS)
     add(
         "--shapes",
         nargs="+",
@@ -212,6 +213,8 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         default=list(NAMERS),
         help=f"of finished maps: {', '.join(CLASSIFIERS)} (default {' '.join(NAMERS)})",
     )
+    soon = "they also name the map in hindsight each so many seconds: how soon each is right"
+    add("--maps-every", type=float, metavar="SECONDS", help=f"{soon} (default: only the last)")
     add("--size-jitter", type=float, default=0.0, help="how the object's size varies, a fraction (default 0)")
     add("--position-jitter", type=float, default=0.0, help="how far it is off the grasp centre, in m (default 0)")
     add("--yaw-jitter", type=float, default=0.0, help="how far it is turned, in degrees (default 0)")

@@ -13,11 +13,12 @@ from typing import Any
 
 import agents
 from agents.sb3 import Sb3
-from haptic_env import hand_of, registration, shapes, validate
+from haptic_env import registration, shapes, validate
 from haptic_env.extras import how_to_install
 from haptic_env.hand import Hand
 from haptic_lab.conditions import CONTACTS, FACTORS, RECORDED, Condition, check_contacts, check_policy
 from haptic_lab.exploration.learnt import refuse_varied
+from haptic_lab.exploration.playing import refuse_wrist
 from haptic_lab.possible import DOUBT
 from haptic_lab.sweeps import replayed, trial_tables
 from haptic_lab.sweeps.tasks import SweepSettings
@@ -171,6 +172,7 @@ def _check_names_only(given: argparse.Namespace) -> None:
     if not given.names_only:
         return
     of_maps = {"--classifiers": given.classifiers, "--ablation": given.ablation, "--calibration": given.calibration}
+    of_maps["--maps-every"] = given.maps_every
     for flag in [flag for flag, value in of_maps.items() if value]:
         raise ValueError(f"--names-only makes no maps, which {flag} is about")
     if given.recordings is not None:
@@ -183,6 +185,7 @@ def _check_recorded(given: argparse.Namespace) -> None:
         raise ValueError("--objects is for explorations: say what was held in --recordings by --shapes, in their order")
     if given.policy != [Condition.policy]:
         raise ValueError("--policy is for hands that explore, and --recordings tell how theirs moved")
+    refuse_wrist(vars(given))
     if given.classifiers:
         raise ValueError("--classifiers learn from explorations, of which --recordings have none")
     refuse_varied(vars(given))
@@ -223,7 +226,7 @@ def _check_none(settings: SweepSettings) -> None:
 
 def _hand(settings: SweepSettings) -> Hand:
     try:
-        return hand_of(registration.make(settings.env))
+        return settings.make_hand()
     except ImportError as error:
         raise ValueError(str(error)) from error
 
@@ -237,4 +240,4 @@ def _check_fit(settings: SweepSettings, policy: str) -> None:
     shape = ShapePosterior(
         hand, candidates_of(hand, settings.known, scale=settings.scale), none=settings.none or 0.0, variants=1
     )
-    check_model(registration.make(settings.env), policy, shape, settings.trust)
+    check_model(registration.make(settings.env, wrist=settings.wrist), policy, shape, settings.trust)

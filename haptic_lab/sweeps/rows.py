@@ -46,6 +46,8 @@ def row_of(
     probabilities = {f"p_{label}": float("nan") for label in task.settings.labels}
     row = {**dict(zip(KEY, (*task.key, observer), strict=True)), **probabilities, **measured}
     named = {STREAM: [trace.name]}
+    right = task.settings.right_name(task.shape)
+    row |= dict.fromkeys(_map_courses(task.settings), "")
     if plain(observer) in variants.WITHOUT_MAP:
         row |= dict.fromkeys(OF_MAPS, float("nan"))
         named |= {namer: [] for namer in task.settings.classifiers}
@@ -53,7 +55,9 @@ def row_of(
         for namer in task.settings.classifiers:
             fitted = classifiers(namer, observer, task.settings.known, exemplars)
             named[namer] = [each.predict(trace.belief.occupancy) for each in fitted]
-    right = task.settings.right_name(task.shape)
+            if task.settings.maps_every is not None:
+                shares = (np.mean([each.predict(found) == right for each in fitted]) for found in trace.maps)
+                row[course_of(namer)] = " ".join(f"{share:.6g}" for share in shares)
     for namer, names in named.items():
         row[namer] = listed(names)
         row[f"{namer}_correct"] = float(np.mean([each == right for each in names])) if names else float("nan")
@@ -120,8 +124,24 @@ def columns(settings: SweepSettings) -> tuple[list[str], list[str]]:
     novelty = NOVELTY if settings.none else ()
     numbers = [*MEASURES, *(f"p_{label}" for label in settings.labels), *correct, *novelty]
     keys = [name for name in KEY if name not in TEXTS]
-    courses = (*COURSES, *([log_courses.COLUMN] if settings.courses else []))
+    courses = (*COURSES, *_map_courses(settings), *([log_courses.COLUMN] if settings.courses else []))
     return [*KEY, *numbers, *HISTOGRAMS, *courses, *settings.namers, *constants(settings)], [*numbers, *keys]
+
+
+def course_of(namer: str) -> str:
+    """Name the column that says how often a classifier was right through time.
+
+    Args:
+        namer: a name of `CLASSIFIERS`.
+
+    Returns:
+        Of the column: the share of its draws that named the map right, after each `maps_every`, with spaces between.
+    """
+    return f"{namer}_course"
+
+
+def _map_courses(settings: SweepSettings) -> list[str]:
+    return [] if settings.maps_every is None else [course_of(namer) for namer in settings.classifiers]
 
 
 def unusual(conditions: Iterable[Condition]) -> frozenset[str]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import agents
-from haptic_env import hands, registration, rotation, shapes, validate
+from haptic_env import hand_of, hands, registration, rotation, shapes, validate
 from haptic_env.hand import Hand
 from haptic_env.shapes.names import NONE
 from haptic_lab.believed import Believed
@@ -55,6 +55,8 @@ class SweepSettings(Believed):
         memory_seconds: s, of the observers that are called limited; None: they do not forget.
         attention_seconds: s, of the same; None: they heed all fingers.
         names_only: whether observers only name the object, and map nothing; None: not, of which no table tells.
+        wrist: how the hand is held; None: as it usually is, of which no table tells.
+        maps_every: s from one map that classifiers name to the next; None: the last alone, of which no table tells.
 
     Raises:
         ValueError: for a value out of its range.
@@ -81,9 +83,12 @@ class SweepSettings(Believed):
     memory_seconds: float | None = None
     attention_seconds: float | None = None
     names_only: bool | None = None
+    wrist: str | None = None
+    maps_every: float | None = None
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)
+        registration.check_wrist(self.env, self.wrist)
         validate.integer("--particles", self.particles, 1, 100_000)
         validate.integer("--exemplars", self.exemplars, 1, 1000)
         validate.integer("--first-seed", self.first_seed, 0, EXEMPLAR_SEED - 1)
@@ -101,6 +106,10 @@ class SweepSettings(Believed):
         for name in self.among or ():
             shapes.default_size(shapes.check("--candidates", name), self.scale)
         validate.number("--none", self.none or 0.0, 0.0, 0.99)
+        if self.maps_every is not None:
+            validate.seconds("--maps-every", self.maps_every)
+            if not self.classifiers:
+                raise ValueError("--maps-every is when maps are named, and there are no --classifiers to name them")
         for name in self.observers:
             variants.check("--observers", name, also=(LIMITED.removeprefix("+"),))
         self._check_limits()
@@ -127,6 +136,17 @@ class SweepSettings(Believed):
             raise ValueError(f"{flag} is of limited observers: --observers must name one, such as haptic_slam{LIMITED}")
         if limited and not given:
             raise ValueError(f"{limited[0]} of --observers has no limits: say --memory-seconds or --attention-seconds")
+
+    def make_hand(self) -> Hand:
+        """Make the hand that explores.
+
+        Returns:
+            The hand, on its wrist.
+
+        Raises:
+            ImportError: for one that is not installed.
+        """
+        return hand_of(registration.make(self.env, wrist=self.wrist))
 
     @property
     def limits(self) -> Limits:

@@ -84,6 +84,7 @@ def make_trial(
     shapes.allow({task.shape, *settings.known})  # which whoever asked for the sweep has imported too
     env = registration.make(
         settings.env,
+        wrist=settings.wrist,
         shape=task.shape,
         scale=settings.scale,
         **condition.noise,
@@ -106,7 +107,7 @@ def make_trial(
     env = guided(env, condition.policy, shape=shape_posterior(settings, GUIDE_VARIANTS), **task.told(hand))
     named = None if naming else ()
     told: dict[str, Any] = {"felt_at": felt_at, "trust": settings.trust, "courses": bool(settings.courses) and naming}
-    told["limits"] = limits
+    told |= {"limits": limits, "maps_every": settings.maps_every if naming else None}
     return Trial(env, condition.policy, observers, posterior, task.seed, naming=named, **told)
 
 
@@ -136,7 +137,7 @@ def shape_posterior(settings: SweepSettings, variants: int = 240) -> ShapePoster
     Returns:
         The namer, the same object for the same settings: to be copied before use.
     """
-    hand = hand_of(registration.make(settings.env))
+    hand = settings.make_hand()
     return ShapePosterior(
         hand,
         candidates_of(hand, settings.known, scale=settings.scale),

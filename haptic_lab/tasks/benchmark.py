@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import pandas as pd
 from rich.console import Console
 
 import agents
-from haptic_env import hand_of, validate
+from haptic_env import hand_of, registration, validate
 from haptic_lab.files import part_of_name, write_csv, write_json
 from haptic_lab.learning.explored import unobserved
 from haptic_lab.sweeps.driver import progress_on
@@ -21,7 +21,7 @@ from haptic_lab.sweeps.executors import local_workers
 from haptic_lab.tasks import judging, learners
 from haptic_lab.tasks.judging import DECISION, measured
 from haptic_lab.tasks.learners import END_TO_END, LEARNERS
-from haptic_lab.tasks.registry import TASKS
+from haptic_lab.tasks.registry import TASKS, world_of
 from haptic_lab.tasks.worlds import evaluation_set
 from haptic_lab.worlds import environment
 
@@ -43,6 +43,10 @@ class Benchmark:
         steps: of the environment that each learner learns from.
         hand: that explores.
         trust: whether models may run code when they are read.
+        wrist: how the hand is held; None: as it usually is.
+
+    Raises:
+        ValueError: for an unknown hand, and a wrist that it has not.
     """
 
     tasks: tuple[str, ...]
@@ -51,6 +55,10 @@ class Benchmark:
     steps: int
     hand: str
     trust: bool = False
+    wrist: str | None = None
+
+    def __post_init__(self) -> None:
+        registration.check_wrist(environment(self.hand), self.wrist)
 
     def configuration(self) -> dict[str, Any]:
         """Say what rows of one table must have in common.
@@ -60,7 +68,8 @@ class Benchmark:
         """
         sets = {task: evaluation_set(task) for task in TASKS}
         told = {task: {"version": each.version, "sha256": each.sha256} for task, each in sets.items()}
-        return {"hand": self.hand, "steps": self.steps, "worlds": told}
+        held = {} if self.wrist is None else {"wrist": self.wrist}  # of which tables from before do not tell
+        return {"hand": self.hand, **held, "steps": self.steps, "worlds": told}
 
 
 def check(plan: Benchmark) -> None:
@@ -100,7 +109,7 @@ def entries(plan: Benchmark) -> tuple[list[tuple[str, str]], dict[tuple[str, str
                     found.append((task, policy))
                 continue
             try:
-                judging.check(policy, task, plan.hand, plan.trust)
+                judging.check(policy, task, plan.hand, plan.trust, plan.wrist)
                 found.append((task, policy))
             except ValueError as error:
                 left[task, policy] = " ".join(str(error).split())
@@ -135,11 +144,11 @@ def run(plan: Benchmark, out: Path, jobs: int, console: Console) -> tuple[pd.Dat
             path = model_path(out, task, policy)
             if policy in LEARNERS and not path.exists():
                 bar = progress.add_task(f"{policy} learns {task}", total=plan.steps)
-                world = replace(TASKS[task], env=environment(plan.hand))
+                world = world_of(task, plan.hand, plan.wrist)
                 learners.train(policy, world, plan.steps, path, lambda now, bar=bar: progress.advance(bar, now))  # type: ignore[misc]
         bar = progress.add_task("explorations", total=len(pairs) * plan.worlds)
         calls = [
-            (task, index, policy, plan.hand, plan.trust, str(model_path(out, task, policy)))
+            (task, index, policy, plan.hand, plan.trust, str(model_path(out, task, policy)), plan.wrist)
             for index in range(plan.worlds)
             for task, policy in pairs
             if index < evaluation_set(task).count
@@ -180,7 +189,9 @@ def model_path(out: Path, task: str, policy: str) -> Path:
     return out / MODELS / f"{part_of_name(task)}_{part_of_name(policy)}.npz"
 
 
-def judged(task: str, index: int, policy: str, hand: str, trust: bool, model: str) -> dict[str, Any]:
+def judged(
+    task: str, index: int, policy: str, hand: str, trust: bool, model: str, wrist: str | None = None
+) -> dict[str, Any]:
     """Judge one policy in one world: what a worker does.
 
     Args:
@@ -190,15 +201,16 @@ def judged(task: str, index: int, policy: str, hand: str, trust: bool, model: st
         hand: that explores.
         trust: whether a model may run code when it is read.
         model: path of what a learner has learnt.
+        wrist: how the hand is held; None: as it usually is.
 
     Returns:
         The row.
     """
     worlds = evaluation_set(task)
     if policy in END_TO_END:
-        joints = hand_of(unobserved(replace(TASKS[task], env=environment(hand)))).joints
-        return judging.guessed(worlds, index, hand, policy, learners.acting(policy, Path(model), joints))
-    row = judging.judge(worlds, index, model if policy in LEARNERS else policy, hand, trust)
+        joints = hand_of(unobserved(world_of(task, hand, wrist))).joints
+        return judging.guessed(worlds, index, hand, policy, learners.acting(policy, Path(model), joints), wrist)
+    row = judging.judge(worlds, index, model if policy in LEARNERS else policy, hand, trust, wrist)
     return row | {"policy": policy}
 
 

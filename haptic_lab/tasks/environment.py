@@ -20,7 +20,7 @@ from haptic_lab.learning.presets import TrainingWorld
 from haptic_lab.tasks.picture import Picture
 from haptic_lab.tasks.registry import TASKS
 from haptic_lab.terminal import as_keys
-from haptic_lab.worlds import environment
+from haptic_lab.worlds import environment, shapes_of
 
 CHANGES = tuple(each.name for each in fields(TrainingWorld) if each.name not in ("env", "task"))
 TOLD = ("posterior", "decision", "is_success")  # of the info; beliefs are attributes, for they are large
@@ -32,7 +32,7 @@ def changed(world: TrainingWorld, hand: Any, changes: Mapping[str, Any]) -> Trai
     Args:
         world: of the task.
         hand: that explores, as `TaskEnv`'s.
-        changes: keywords of the world; lists may stand for tuples.
+        changes: keywords of the world; lists may stand for tuples, and among `shapes` sets for what is in them.
 
     Returns:
         The world.
@@ -41,6 +41,8 @@ def changed(world: TrainingWorld, hand: Any, changes: Mapping[str, Any]) -> Trai
         ValueError: for an unknown hand, or a value out of range.
     """
     told: dict[str, Any] = {k: tuple(value) if isinstance(value, list) else value for k, value in changes.items()}
+    if "shapes" in told:
+        told["shapes"] = shapes_of(told["shapes"])
     try:
         env = environment(str(hand) if isinstance(hand, Path) else hand)
     except ValueError as error:

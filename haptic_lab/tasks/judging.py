@@ -6,7 +6,6 @@ have. It is not stopped when a name is sure, and a model acts without the noise 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -20,10 +19,10 @@ from haptic_lab.learning.explored import jitter, unobserved
 from haptic_lab.learning.presets import NAME, TrainingWorld
 from haptic_lab.sweeps.measures import FIRST_SECONDS, measures_without_map
 from haptic_lab.sweeps.worker import GUIDE_VARIANTS
-from haptic_lab.tasks.registry import TASKS
+from haptic_lab.tasks.registry import world_of
 from haptic_lab.tasks.worlds import EvaluationSet, as_drawn
 from haptic_lab.trial import GUIDE, Trial, check_model, guided, make_observers
-from haptic_lab.worlds import candidates_of, environment
+from haptic_lab.worlds import candidates_of
 from observer import ShapePosterior, metrics
 
 DECISION, ACCURACY, COVERED = "time_to_decision", f"step_accuracy_{FIRST_SECONDS}s", "surface_coverage"
@@ -44,7 +43,7 @@ def measured(world: TrainingWorld) -> tuple[str, ...]:
     return (DECISION, ACCURACY, RIGHT) if world.task == NAME else (COVERED,)
 
 
-def check(policy: str, task: str, hand: str, trust: bool) -> None:
+def check(policy: str, task: str, hand: str, trust: bool, wrist: str | None = None) -> None:
     """Refuse a policy that cannot act in a task, before it is judged.
 
     Args:
@@ -52,11 +51,12 @@ def check(policy: str, task: str, hand: str, trust: bool) -> None:
         task: one of `TASKS`.
         hand: that explores.
         trust: whether a model may run code when it is read.
+        wrist: how the hand is held; None: as it usually is.
 
     Raises:
         ValueError: for an unknown policy, a model that is not to be trusted, or was trained on something else.
     """
-    world = replace(TASKS[task], env=environment(hand))
+    world = world_of(task, hand, wrist)
     check_model(unobserved(world), policy, namer(world, GUIDE_VARIANTS), trust)
 
 
@@ -66,6 +66,7 @@ def judge(
     policy: str | type[Policy],
     hand: str = "two_finger",
     trust: bool = False,
+    wrist: str | None = None,
 ) -> dict[str, Any]:
     """Let a policy explore one world.
 
@@ -75,11 +76,12 @@ def judge(
         policy: name, or path of a model; or a class of one's own, which is made with the environment and a seed.
         hand: that explores.
         trust: whether a model may run code when it is read.
+        wrist: how the hand is held; None: as it usually is.
 
     Returns:
         A row: the world, and what is `measured`.
     """
-    world, seed = worlds.world(index, hand)
+    world, seed = worlds.world(index, hand, wrist)
     env, (sigma, _) = as_drawn(world), world.sigma_deg
     base, names = hand_of(env), world.task == NAME
     told = world.told(world.noise, base)
@@ -112,7 +114,9 @@ def judge(
     return row | {DECISION: found[DECISION], ACCURACY: found[ACCURACY], RIGHT: float(last == exploration.solid.name)}
 
 
-def guessed(worlds: EvaluationSet, index: int, hand: str, learner: str, acts: Any) -> dict[str, Any]:
+def guessed(
+    worlds: EvaluationSet, index: int, hand: str, learner: str, acts: Any, wrist: str | None = None
+) -> dict[str, Any]:
     """Let a learner that names the object itself, without an observer, explore one world.
 
     Args:
@@ -121,11 +125,12 @@ def guessed(worlds: EvaluationSet, index: int, hand: str, learner: str, acts: An
         hand: that explores.
         learner: its name.
         acts: from an observation, and whether it is the first, to torques (J,) and probabilities (C,).
+        wrist: how the hand is held; None: as it usually is.
 
     Returns:
         A row as that of `judge`; a guess holds until the next decision.
     """
-    world, seed = worlds.world(index, hand)
+    world, seed = worlds.world(index, hand, wrist)
     env: gym.Env[Any, Any] = as_drawn(world)
     base = hand_env(env)
     observation, info = env.reset(seed=seed)
@@ -161,11 +166,13 @@ def namer(world: TrainingWorld, variants: int) -> ShapePosterior:
     Returns:
         The namer, always the same object for the same task, hand and number: to be copied before use.
     """
-    return _namer(world.env, world.shapes, tuple(jitter(world).items()), variants)
+    return _namer(world.env, world.wrist, world.shapes, tuple(jitter(world).items()), variants)
 
 
 @lru_cache(maxsize=8)
-def _namer(env: str, shapes: tuple[str, ...], varies: tuple[tuple[str, float], ...], variants: int) -> ShapePosterior:
-    hand = hand_of(unobserved(TrainingWorld(env=env)))
+def _namer(
+    env: str, wrist: str | None, shapes: tuple[str, ...], varies: tuple[tuple[str, float], ...], variants: int
+) -> ShapePosterior:
+    hand = hand_of(unobserved(TrainingWorld(env=env, wrist=wrist)))
     keywords: dict[str, Any] = dict(varies)
     return ShapePosterior(hand, candidates_of(hand, shapes), **keywords, variants=variants)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from haptic_env.shapes.sets import SETS
 from haptic_lab.learning.presets import MAP, TrainingWorld
+from haptic_lab.worlds import environment
 
 OF_NAMES = ("pose", "spread", "motion", "contacts", "names", "time", "rhythm")  # no map: a third of the time
 TASKS: dict[str, TrainingWorld] = {
@@ -27,3 +30,20 @@ TASKS: dict[str, TrainingWorld] = {
         observation=("pose", "spread", "motion", "contacts", "occupancy", "covered", "time", "rhythm"),
     ),
 }
+
+
+def world_of(task: str, hand: str = "two_finger", wrist: str | None = None) -> TrainingWorld:
+    """Say what a task explores with a hand.
+
+    Args:
+        task: one of `TASKS`.
+        hand: that explores.
+        wrist: how it is held; None: as it usually is.
+
+    Returns:
+        What may be drawn, and how it is rewarded.
+
+    Raises:
+        ValueError: for an unknown hand, and a wrist that it has not.
+    """
+    return replace(TASKS[task], env=environment(hand), wrist=wrist)

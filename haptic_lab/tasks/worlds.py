@@ -16,8 +16,7 @@ import numpy as np
 from haptic_env import validate
 from haptic_lab.learning.explored import DomainRandomisation, unobserved
 from haptic_lab.learning.presets import TrainingWorld
-from haptic_lab.tasks.registry import TASKS
-from haptic_lab.worlds import environment
+from haptic_lab.tasks.registry import TASKS, world_of
 
 FIRST = 20
 DECIMALS = 9  # of what is digested: metres, degrees, radians
@@ -45,22 +44,23 @@ class EvaluationSet:
     sha256: str
     sha256_first: str
 
-    def world(self, index: int, hand: str = "two_finger") -> tuple[TrainingWorld, int]:
+    def world(self, index: int, hand: str = "two_finger", wrist: str | None = None) -> tuple[TrainingWorld, int]:
         """Say what is explored.
 
         Args:
             index: of a world.
             hand: that explores it.
+            wrist: how it is held; None: as it usually is.
 
         Returns:
             What may be drawn, and the seed that draws.
 
         Raises:
-            ValueError: for an index that is none, or an unknown hand.
+            ValueError: for an index that is none, an unknown hand, and a wrist that it has not.
         """
         index = validate.integer("index of a world", index, 0, self.count - 1)
         sigma = self.sigmas_deg[index % len(self.sigmas_deg)]
-        return replace(TASKS[self.task], env=environment(hand), sigma_deg=(sigma, sigma)), self.first_seed + index
+        return replace(world_of(self.task, hand, wrist), sigma_deg=(sigma, sigma)), self.first_seed + index
 
 
 def evaluation_set(task: str) -> EvaluationSet:

@@ -17,11 +17,13 @@ from haptic_env.grid import Grid
 from haptic_env.moved import renamed
 from observer.maps.cells import flagged, mark, mean_probability, settle, spread
 from observer.maps.forgetting import Fade
+from observer.maps.lazy_mean import LazyMean, UndoRecord
 from observer.surface.touches import TouchLog
 
 __getattr__ = renamed(__name__, {"Then": "LazyMean", "Change": "UndoRecord"})
 
 FIRST_SLOTS = 256
+WORTH_A_COPY = 50_000  # numbers that a mean is of: it then takes as long as a copy of the maps
 
 
 class ParticleMaps(NamedTuple):
@@ -85,57 +87,6 @@ class OccupancySnapshot:
         return {"touches": self.touches, "_compute": None, "_value": self.value()}
 
 
-class UndoRecord:
-    """A change of the mean. Whoever holds one can go back to the time before it.
-
-    Attributes:
-        cells: (C,).
-        before: (C,) what was there.
-        after: the change after it, None while it has not happened.
-    """
-
-    __slots__ = ("after", "before", "cells")
-
-    def __init__(self) -> None:
-        self.cells: NDArray[np.int64] = np.empty(0, dtype=np.int64)
-        self.before: Array = np.empty(0)
-        self.after: UndoRecord | None = None
-
-
-class LazyMean:
-    """The mean of `maps` by `weights` (N,) as it is now, whenever it is called.
-
-    Nothing is copied until then: it keeps what changes, which is little, and undoes it.
-    """
-
-    def __init__(self, maps: Maps, weights: Array) -> None:
-        """Keep what it is the mean of.
-
-        Args:
-            maps: of the particles.
-            weights: (N,).
-        """
-        self._maps: Maps | None = maps
-        self._weights = weights
-
-    def settle(self) -> None:
-        """Bring the mean up to date; called before the maps change."""
-        if self._maps is not None:
-            self._mean, self._since = self._maps.refresh(self._weights)
-            self._maps = None
-
-    def __call__(self) -> Array:
-        self.settle()
-        happened, change = [], self._since
-        while change.after is not None:
-            happened.append(change)
-            change = change.after
-        mean = self._mean.copy()
-        for each in reversed(happened):
-            mean.flat[each.cells] = each.before
-        return mean
-
-
 class Maps:
     """What the particles believe of every voxel: a map in common, and each particle's own of the cells that a touch
     may have been due to.
@@ -169,20 +120,41 @@ class Maps:
         self._mean = np.full(grid.shape, 0.5)
         self._next = UndoRecord()
         self._last: weakref.ref[LazyMean] | None = None
+        self._put_off: weakref.ref[LazyMean] | None = None
+        self._copy: ParticleMaps | None = None  # as the maps were for the mean that is put off
+        self._dense = dense
 
     def __getstate__(self) -> dict[str, Any]:
         """A copy goes on as this one would, bit for bit; the last snapshot, which stays this one's, is settled."""
-        last = self._held()
+        self.catch_up()
+        last = _held(self._last)
         if last is not None:
             last.settle()
-        return {**vars(self), "_last": None}
+        return {**vars(self), "_last": None, "_copy": None}
 
     def before_change(self) -> None:
-        """Settle the last snapshot, if anyone still holds it."""
-        last = self._held()
-        if last is not None:
+        """Settle the last snapshot, if anyone still holds it.
+
+        Whoever asks step by step holds each until the next one comes, and looks at few. Where the mean is costly it is
+        put off until then, and the maps are copied for it.
+        """
+        self.catch_up()
+        last, self._last = _held(self._last), None
+        if last is None:
+            return
+        if self._dense or np.count_nonzero(self.stale) * len(self.own) < WORTH_A_COPY:
             last.settle()
-        self._last = None
+        elif last.waits:
+            last.put_off(self._copied())
+            self._put_off = weakref.ref(last)
+
+    def catch_up(self) -> None:
+        """Compute the mean that was put off, if anyone still holds it."""
+        late, waits, self._put_off = _held(self._put_off), self._put_off is not None, None
+        if late is not None:
+            late.settle()
+        elif waits and self._copy is not None:
+            self.stale |= self._copy.stale
 
     def make_room(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """Give a slot to each cell that has none, and take note that they change.
@@ -239,36 +211,54 @@ class Maps:
         Returns:
             The mean, computed when it is asked for.
         """
-        then = self._held()
+        then = _held(self._last)
         if then is None:
             then = LazyMean(self, weights)
             self._last = weakref.ref(then)
         return OccupancySnapshot(then, touches)
 
-    def refresh(self, weights: Array) -> tuple[Array, UndoRecord]:
+    def refresh(self, weights: Array, then: ParticleMaps | None = None) -> tuple[Array, UndoRecord]:
         """Bring the mean of the maps up to date.
 
         Args:
             weights: (N,).
+            then: the maps as they were when the mean was put off; None: as they are now.
 
         Returns:
             The mean (X, Y, Z), which changes with the maps, and its next change.
         """
-        cells = flagged(self.stale)  # all of which the hand came near
+        if then is None:
+            self.catch_up()
+        else:
+            self._put_off = None
+        maps = self.arrays if then is None else then
+        cells = flagged(maps.stale)  # all of which the hand came near
         cells = np.concatenate([cells, spread(cells, self._mean.shape, self._told)])
-        where, differs = self.slot[cells], self.touched[cells]
-        entry = self.common[cells].astype(np.int64) + self.own[0, where]  # any particle's, where they do not differ
+        where, differs = maps.slot[cells], maps.touched[cells]
+        entry = maps.common[cells].astype(np.int64) + maps.own[0, where]  # any particle's, where they do not differ
         mean = self._probability[entry + 128]
-        mean[differs] = mean_probability(where[differs], self.own, weights, self._probability)
+        mean[differs] = mean_probability(where[differs], maps.own, weights, self._probability)
         change, self._next = self._next, UndoRecord()
         change.cells, change.before, change.after = cells, self._mean.flat[cells], self._next
         self._mean.flat[cells] = mean
-        self.stale[cells] = False
+        maps.stale[cells] = False
         return self._mean, self._next
+
+    def _copied(self) -> ParticleMaps:
+        """The maps as they are now; what is stale is so in the copy alone."""
+        used, now, copy = len(self.cells), self.arrays, self._copy
+        if copy is None or copy.own.shape != self.own.shape:
+            copy = self._copy = ParticleMaps._make(np.zeros_like(each) for each in now)
+        copy.own[:, :used] = now.own[:, :used]
+        for name in ("common", "slot", "touched", "stale"):
+            getattr(copy, name)[:] = getattr(now, name)
+        self.stale[:] = False
+        return copy
 
     def _arrays(self) -> ParticleMaps:
         of_cells = self.touched, self.solid, self.seen, self.stale
         return ParticleMaps(self._shape, self.common, self.slot, self.own, *of_cells)
 
-    def _held(self) -> LazyMean | None:
-        return None if self._last is None else self._last()
+
+def _held(mean: weakref.ref[LazyMean] | None) -> LazyMean | None:
+    return None if mean is None else mean()

@@ -67,6 +67,7 @@ class ForwardModel:
         self._substeps = max(1, round(1 / (control_hz * STEP_SECONDS)))
         self._model.opt.timestep = 1 / (control_hz * self._substeps)
         self._data = mujoco.MjData(self._model)
+        self._couplings = hand.couplings
         self._a = np.zeros((2 * self.joints, 2 * self.joints))
         self._b = np.zeros((2 * self.joints, self.joints))
 
@@ -97,11 +98,18 @@ class ForwardModel:
             transition, gain, _ = self._linearise()
             model.opt.disableflags &= ~WITHOUT_LIMITS
         mujoco.mj_step(model, data, self._substeps - half)
-        return Prediction(np.concatenate([data.qpos, data.qvel]), transition, gain)
+        after = np.concatenate([data.qpos, data.qvel])
+        if self._couplings:  # what is left of their slack is no motion
+            after[:joints] = self._couplings.follow(after[:joints])
+            after[joints:] = self._couplings.spread(after[:joints]) @ after[joints:]
+        return Prediction(after, transition, gain)
 
     def _linearise(self) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
         """What `_repeated` gives of a whole control step, from the present substep."""
         mujoco.mjd_transitionFD(self._model, self._data, PERTURBATION, False, self._a, self._b, None, None)
+        if self._couplings:
+            along = self._couplings.along(self._data.qpos)
+            self._a[:], self._b[:] = along @ self._a @ along, along @ self._b
         return _repeated(self._a, self._b, self._substeps, self.torque_limits)
 
 

@@ -27,8 +27,7 @@ BEYOND_SDS = 5.0  # or as many SDs of the noise
 TURNED = 0.35  # the same, of a reading without whole turns
 LOST = 3.5  # the same, of what a filter makes of readings that may be
 FASTEST = 40.0  # rad/s: recorded fingers turn at up to 30
-JUMP = 0.5  # rad beyond that from where the joint is expected, and as many SDs as the next line says
-JUMP_SDS = 8.0
+JUMP, JUMP_SDS = 0.5, 8.0  # rad beyond that from where the joint is expected, and as many SDs
 LEAST_SIGMA = 1e-5  # rad: of exact angles a variance of zero would make an update singular
 MOST = 1e6  # rad²: of an angle's variance
 IN_A_ROW = 5  # readings that agree with each other: the next one is believed, for then the filter is wrong
@@ -108,7 +107,7 @@ class Gate:
             offset: rad, SD of how far readings lie from the angles for good, likewise.
         """
         self._offset = BEYOND_SDS * offset  # how far felt angles may lie from the true ones for good
-        self._names = hand.joint_names
+        self._names, self._couplings = hand.joint_names, hand.couplings
         self._jump = JUMP + FASTEST * step_seconds
         self._limits = hand.joint_limits.T
         limited = hand.model.jnt_limited.astype(bool)
@@ -156,6 +155,8 @@ class Gate:
         Returns:
             What is left of them; None: all is as usual.
         """
+        if self._couplings:
+            felt = self._couplings.own(felt)
         if _usual(felt, expected, self._jump, *self._possible):
             self._row[:] = 0
             return None

@@ -32,18 +32,22 @@ class JointPairs:
         count: C.
     """
 
-    def __init__(self, joints: int, together: float, temper: float) -> None:
+    def __init__(self, joints: int, together: float, temper: float, alone: NDArray[np.bool_] | None = None) -> None:
         """Start with no evidence.
 
         Args:
             joints: J.
             together: probability beforehand that a joint has a partner.
             temper: exponent of the evidence.
+            alone: (J,) joints that have no partner; None: there are none.
         """
         self.joints, self.temper = joints, temper
         some = together > 0.0 and joints > 1
         self._first, self._second = np.triu_indices(joints if some else 1, 1)
-        self._prior = np.full((joints, joints), np.log(together / (joints - 1)) if some else -np.inf)
+        alone = np.zeros(joints, dtype=bool) if alone is None else alone
+        others = joints - 1 - int(alone.sum())
+        self._prior = np.full((joints, joints), np.log(together / others) if some and others > 0 else -np.inf)
+        self._prior[alone] = self._prior[:, alone] = -np.inf
         np.fill_diagonal(self._prior, np.log1p(-together) if some else 0.0)
         self.count = joints + 2 * len(self._first)
         self.reset()

@@ -18,7 +18,8 @@ from haptic_env.hand import Hand
 from observer.kinematics import tree_of
 from observer.pose import kalman_updates
 from observer.pose.angle_noise import AngleNoise, KeepsErrors
-from observer.pose.contact_dynamics import MANY, ON_A_WRIST, WITH_OFFSETS, ContactDynamics, ContactEffects
+from observer.pose.contact_dynamics import MANY, ON_A_WRIST, WITH_OFFSETS, ContactDynamics
+from observer.pose.coupled_joints import effects_of
 from observer.pose.forward_model import ForwardModel, Prediction
 from observer.pose.found_sigma import FoundSigma
 from observer.pose.gating import Gate, Gated, Heard, take_in
@@ -84,7 +85,7 @@ class PoseFilter(KeepsErrors, Gated):
         usually = ON_A_WRIST if hand.wrist.size else ContactDynamics()
         self.dynamics = (WITH_OFFSETS if offsets else usually) if dynamics is None else dynamics
         self.model = ForwardModel(hand, control_hz)
-        self._effects = ContactEffects(hand, self.dynamics, control_hz)
+        self._effects = effects_of(hand, self.dynamics, control_hz)
         self._state = (3 if self._effects.lasts else 2) * hand.joints
         self._errors, self._kinds = len(self.noise.decay), self.noise.kinds(self._state, hand.joints)
         self.doubted = np.zeros(len(hand.patches), dtype=bool)  # patches at which something may press unfelt

@@ -176,7 +176,7 @@ class KinematicPose(FollowsFelt, Gated):
         self.hand = hand
         self.lag = lag
         self.smooth = SmoothMotion() if smooth is None else smooth
-        self.partners = JointPairs(hand.joints, self.smooth.together, self.smooth.temper)
+        self.partners = JointPairs(hand.joints, self.smooth.together, self.smooth.temper, hand.couplings.follows)
         step = 1.0 / control_hz
         squares = np.square(self.smooth.speeds)
         self._model = JumpMarkovModel(
@@ -230,11 +230,7 @@ class KinematicPose(FollowsFelt, Gated):
         joints, before = self.hand.joints, self.log_evidence
         heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
         mixed = LaggedMoments.zero((self.partners.count,), self.lag, self.apart)
-        if heard is None:
-            variance = np.full(self.partners.count, self.sigma**2)
-            log_density = self._turn(self.partners.along(joint_angles), variance, mixed)
-        else:
-            log_density = self._turn_without(heard, mixed)
+        log_density = self._take(joint_angles, heard, mixed)
         self.log_evidence += float(log_density[:joints].sum())
         if np.isfinite(log_density).all():  # else the filter is lost, and nobody's partner known by it
             self.partners.learn(log_density)
@@ -242,6 +238,12 @@ class KinematicPose(FollowsFelt, Gated):
         if self._gate.lost(self.mean, self.covariance, PRESENT * joints):
             self.log_evidence = before  # what it said of this step may be no number
             self._start_at(self._gate.at_first(joint_angles))
+
+    def _take(self, joint_angles: Array, heard: Heard | None, mixed: LaggedMoments) -> Array:
+        """Move on by a step, fill the `mixed` moments of the directions; the log density (C,) of what is felt."""
+        if heard is not None:
+            return self._turn_without(heard, mixed)
+        return self._turn(self.partners.along(joint_angles), np.full(self.partners.count, self.sigma**2), mixed)
 
     def _turn(self, along: Array, variance: Array, mixed: LaggedMoments) -> Array:
         """Take in what is felt `along` each direction (C,), fill their `mixed` moments; its log density (C,)."""

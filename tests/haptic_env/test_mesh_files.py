@@ -14,9 +14,8 @@ import pytest
 import trimesh
 from matplotlib.path import Path as Outline
 
-from haptic_env import shapes
-from haptic_env.shapes import formats
-from haptic_env.shapes.formats import polygons, text
+from haptic_env import mesh_formats, shapes
+from haptic_env.mesh_formats import polygons, text
 from tests.haptic_env import meshes
 
 BRACKET = meshes.BRACKET
@@ -157,7 +156,7 @@ LIMITS = {
     "LINES": (text, 10, "obj", "has more than 10 lines"),
     "LONGEST": (text, 8, "obj", "line 1 has 1. characters, more than 8"),
     "CORNERS": (polygons, 5, "ply big", "has a face of 6 corners, 3 to 5 are taken"),
-    "LARGEST": (formats, 100, "ply little", r"has \d+ bytes, at most 100 are taken"),
+    "LARGEST": (mesh_formats, 100, "ply little", r"has \d+ bytes, at most 100 are taken"),
     "MOST": (polygons, 4, "ply with more", "has 8 triangles or more, at most 4 are taken"),
 }
 

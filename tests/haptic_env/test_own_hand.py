@@ -145,7 +145,7 @@ def test_what_of_the_model_is_left_out_is_told(tmp_path):
     coupling = '<equality><joint name="mirror" joint1="left_slide" joint2="right_slide"/></equality>'
     motor = '<actuator><motor joint="left_slide"/></actuator>'
     notes = " ".join(own.read(parallel(tmp_path, after=coupling + motor)).notes)
-    assert "the constraint of 'left_slide' and 'right_slide' is left out" in notes
+    assert "joint 'left_slide' follows 'right_slide' (1·right_slide), and has no motor of its own" in notes
     assert "actuators of the model (1) are left out" in notes
     assert "without skin: base" in notes
 
@@ -176,7 +176,9 @@ def test_a_public_hand_with_includes_and_tendons(tmp_path):
     assert found.hand.joints == 24
     assert [fit.kind for fit in found.fits] == ["box", "box"]
     assert sum(link.tip for link in found.hand.links) == 5
-    assert "tendons" in " ".join(found.notes)
+    notes = " ".join(found.notes)
+    assert "tendon 'robot0:T_FFJ1c' keeps 0.00705·robot0:FFJ" in notes
+    assert "tendons of the model that couple no two joints of the hand" in notes
 
 
 def test_a_recording_with_measured_touch_is_of_it(tmp_path):

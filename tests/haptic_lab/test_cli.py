@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from haptic_lab import cli, missing_files, without_computing
+from haptic_lab import cli, without_computing
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -95,54 +95,6 @@ def test_help_says_what_the_command_says_with_all_loaded(
     assert helps["told"][command] == capsys.readouterr().out
     flags = [each for each in cli.EXAMPLES[command].split() if each.startswith("--")]
     assert all(re.search(rf"{each}\b", helps["told"][command]) for each in flags)
-
-
-MISSING = [
-    ("explore", "--recording no.npz", "--recording: there is no file 'no.npz'"),
-    ("explore", "--seed 3 --shape=no.STL --sigma 2", "--shape: there is no file 'no.STL'"),
-    ("explore", "--recording no", "--recording: there is no file 'no'"),
-    ("replay", "no", "there is no file 'no'"),
-    ("explore", "--shape no.stl", "--shape: there is no file 'no.stl'"),
-    ("replay", "no.npz --seed 3", "there is no file 'no.npz'"),
-    ("evaluate", "--shapes cube no.obj", "--shapes: there is no file 'no.obj'"),
-    ("evaluate", "--config no.toml", "--config: there is no file 'no.toml'"),
-    ("people", "~/no.csv", "there is no file '~/no.csv'"),
-    ("live", "--udp 5005 --columns no.toml", "--columns: there is no file 'no.toml'"),
-    ("check-hand", "no.toml", "there is no file 'no.toml'"),
-]
-
-
-@pytest.mark.parametrize(("command", "flags", "told"), MISSING, ids=[" ".join(each[:2]) for each in MISSING])
-def test_a_file_that_is_not_there_is_told_before_the_command_is_loaded(
-    command: str, flags: str, told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture, tmp_path: Path
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(importlib, "import_module", lambda *_: pytest.fail("it was loaded"))
-    assert ended(monkeypatch, command, *flags.split()) == 2
-    assert capsys.readouterr().err == f"haptic-slam {command}: error: {told}\n"
-
-
-@pytest.mark.parametrize(
-    ("command", "flags"),
-    [
-        ("explore", "--out no.csv --seed 3"),
-        ("explore", "--save-mesh no.ply"),
-        ("explore", "--shape cube --objects four"),
-        ("explore", "--mesh new.stl --seed 3"),
-        ("explore", "--shape there.stl"),
-        ("live", "no.npz"),
-        ("people", "example"),
-        ("fit", "there.csv --model floor=no.npz"),
-        ("evaluate", "--shapes there.stl@0.001 noise(4,0.3)"),
-    ],
-)
-def test_what_may_be_right_is_left_to_the_command(
-    command: str, flags: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "there.stl").touch()
-    (tmp_path / "there.csv").touch()
-    assert missing_files.first_missing(command, flags.split()) is None
 
 
 def test_errors_are_told_while_nothing_that_computes_is_loaded() -> None:

@@ -220,6 +220,7 @@ ALLOWED = (
     "arrays",
     "cache",
     "compiled",
+    "coupling",
     "extras",
     "files",
     "grid",

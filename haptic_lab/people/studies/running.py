@@ -76,7 +76,7 @@ def _planned(study: Study, condition: HandCondition, given: Mapping[str, Any], o
     _, known = options.make_parser(None)
     values = options.typed({**study.sweep, **condition.sweep}, known) | dict(given)
     values["env"] = environment(values.get("env") or HAND)
-    hand = _hand(values["env"])
+    hand = _hand(values["env"], values.get("wrist"))
     moves = _matching("moves", condition, hand.joint_names)
     feels = _matching("feels", condition, hand.patches.names)
     if len(feels) < len(hand.patches):
@@ -109,9 +109,9 @@ def place_of(name: str, out: Path, what: str = TRIALS) -> Path:
     return out / what / part_of_name(name or "all")
 
 
-def _hand(env: str) -> Hand:
+def _hand(env: str, wrist: str | None) -> Hand:
     try:
-        return hand_of(registration.make(env))
+        return hand_of(registration.make(env, wrist=wrist))
     except ImportError as error:
         raise ValueError(str(error)) from error
 

@@ -43,7 +43,7 @@ def played(hand, made, joints, touch, burst=1, delay=(0.0, 0.0)):
     for now, kind, k in held:
         times, values = (joints, touch)[kind]
         (made.add_joints, made.add_touch)[kind](times[k : k + 1], values[k : k + 1], now)
-    return [*steps, *made.rest()]
+    return [*steps, *made.rest(max(events)[0] + 2.0 * SILENT)]
 
 
 def whole(hand, joints, touch, rate):
@@ -190,7 +190,19 @@ def test_samples_that_are_twice_count_once(hand):
             made.add_joints(time[k : k + 1], angles[k : k + 1], time[k])
             made.add_touch(time[k : k + 1], contacts[k : k + 1], time[k])
     assert made.counts.repeated == 120
-    assert len([*made.ready(time[-1]), *made.rest()]) == 60
+    assert len([*made.ready(time[-1]), *made.rest(time[-1])]) == 60
+
+
+@pytest.mark.parametrize("later", [0.0, 2.0 * SILENT])
+def test_a_step_whose_touch_is_still_to_come_is_left_out_at_the_end(hand, later):
+    """But not where the stream of touch had ended before."""
+    time, angles, contacts = moving(hand, 60)
+    made = merger(hand)
+    made.add_touch(time[:58], contacts[:58], time[57])
+    made.add_joints(time, angles, time[57])
+    steps = [*made.ready(time[57]), *made.rest(time[57] + later)]
+    assert len(steps) == (60 if later else 58)
+    assert np.isfinite([step.contacts for step in steps[:58]]).all()
 
 
 def test_a_burst_is_no_step_of_the_clock():

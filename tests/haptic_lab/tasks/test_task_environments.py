@@ -50,6 +50,20 @@ def test_a_mode_of_resets_is_one_of_three(mode):
         gym.make_vec("HapticSLAM/Name-v0", 2, autoreset_mode=mode)
 
 
+@pytest.mark.parametrize("told", ["four", ["four"], ["cube", "sphere", "pyramid", "cylinder"]])
+def test_shapes_are_named_one_by_one_or_by_their_set(told):
+    env = gym.make("HapticSLAM/Name-v0", **{**SHORT, "shapes": told}).unwrapped
+    assert env.world.shapes == ("cube", "sphere", "pyramid", "cylinder")
+    env.close()
+
+
+def test_an_unknown_set_or_entry_is_told_with_what_is_valid():
+    with pytest.raises(ValueError, match=r"unknown shape of shapes 'fourty'.*choose from cube"):
+        gym.make("HapticSLAM/Name-v0", shapes="fourty")
+    with pytest.raises(ValueError, match=r"unknown entry of observation 'posse'.*; choose from .*raw"):
+        gym.make("HapticSLAM/Name-v0", observation=["posse"])
+
+
 def test_every_registered_task_has_a_world():
     assert set(TASKS.values()) == set(registry.TASKS)
     assert all(gym.spec(each).kwargs == {"task": task} for each, task in TASKS.items())

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
+from collections import deque
 
 import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation
 
 from haptic_env.grid import Grid
+from observer.maps import occupancy
 from observer.maps.contact_model import ContactModel
 from observer.maps.occupancy import Maps
 
@@ -86,6 +89,44 @@ def test_snapshots_of_many_times_are_each_of_their_own():
     for each in rng.permutation(len(held)):
         snapshot, expected = held[each]
         np.testing.assert_allclose(snapshot.value(), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("held", [1, 2, 5])
+@pytest.mark.parametrize("asked", [1, 3, 100])
+def test_a_mean_that_was_put_off_is_that_of_its_time(monkeypatch, held, asked):
+    """Weights change all the time; some snapshots are let go of, some are asked for late, some never."""
+    monkeypatch.setattr(occupancy, "WORTH_A_COPY", 0)
+    rng = np.random.default_rng(held)
+    maps, kept = Maps(4, GRID, PROBABILITY), deque(maxlen=held)
+    for turn in range(40):
+        maps.before_change()
+        _change(maps, rng)
+        weights = rng.dirichlet(np.ones(4))
+        maps.weights_changed()
+        kept.append((maps.snapshot(weights), _expected(maps, weights)))
+        if turn % asked == asked - 1:
+            for snapshot, expected in rng.permutation(np.array(kept, dtype=object)):
+                np.testing.assert_allclose(snapshot.value(), expected, rtol=1e-12)
+        if turn % 7 == 3:
+            maps = copy.deepcopy(maps)
+    np.testing.assert_allclose(maps.snapshot(weights).value(), _expected(maps, weights), rtol=1e-12)
+
+
+@pytest.mark.parametrize("held", [1, 2])
+def test_no_mean_is_computed_that_nobody_can_ask_for(monkeypatch, held):
+    """Of who holds the last one alone, which is let go of when the next one comes, none; of who holds two, each."""
+    monkeypatch.setattr(occupancy, "WORTH_A_COPY", 0)
+    computed = []
+    real = occupancy.mean_probability
+    monkeypatch.setattr(occupancy, "mean_probability", lambda *told: computed.append(1) or real(*told))
+    rng = np.random.default_rng(3)
+    maps, weights, kept = Maps(4, GRID, PROBABILITY), np.full(4, 0.25), deque(maxlen=held)
+    for _ in range(20):
+        maps.before_change()
+        _change(maps, rng)
+        maps.weights_changed()
+        kept.append(maps.snapshot(weights))
+    assert len(computed) == (0 if held == 1 else 18)
 
 
 def test_room_is_made_once_and_keeps_what_was_there():

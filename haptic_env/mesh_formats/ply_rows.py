@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env.shapes.formats.polygons import check_corners
-from haptic_env.shapes.formats.text import numbers, whole, words_of
+from haptic_env.mesh_formats.polygons import check_corners
+from haptic_env.mesh_formats.text import numbers, whole, words_of
 
 LISTS = ("vertex_indices", "vertex_index")  # names that the corners of a face go by
 CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "i8": "q", "u8": "Q", "f4": "f", "f8": "d"}

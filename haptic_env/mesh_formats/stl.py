@@ -7,8 +7,8 @@ from array import array
 
 import numpy as np
 
-from haptic_env.shapes.formats.polygons import Polygons, check_corners, check_count
-from haptic_env.shapes.formats.text import numbers, words_of
+from haptic_env.mesh_formats.polygons import Polygons, check_corners, check_count
+from haptic_env.mesh_formats.text import numbers, words_of
 
 HEADER = 84  # bytes, the last four of which declare the triangles
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -7,8 +7,8 @@ from array import array
 
 import numpy as np
 
-from haptic_env.shapes.formats.polygons import Polygons, check_corners, check_count
-from haptic_env.shapes.formats.text import numbers, whole, words_of
+from haptic_env.mesh_formats.polygons import Polygons, check_corners, check_count
+from haptic_env.mesh_formats.text import numbers, whole, words_of
 
 
 def read(data: bytes) -> Polygons:

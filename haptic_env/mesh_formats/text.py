@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from haptic_env.shapes.formats.polygons import Refused
+from haptic_env.mesh_formats.polygons import Refused
 
 LONGEST = 1_000_000  # bytes of a line
 LINES = 5_000_000  # ten a triangle

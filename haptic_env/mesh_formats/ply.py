@@ -6,8 +6,8 @@ import io
 
 import numpy as np
 
-from haptic_env.shapes.formats.ply_rows import Binary, Element, Text
-from haptic_env.shapes.formats.polygons import Polygons, check_corners, check_count
+from haptic_env.mesh_formats.ply_rows import Binary, Element, Text
+from haptic_env.mesh_formats.polygons import Polygons, check_corners, check_count
 
 TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",

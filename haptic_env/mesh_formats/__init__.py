@@ -2,7 +2,7 @@
 
 A reader takes the bytes of a file and nothing else: no file is opened that the first one names. What a file declares is
 held against its size before room is made for it. `ValueError` says why it cannot be read, `Refused` why it is not
-taken.
+taken. Nothing that computes is loaded, so that a wrong file is told at once.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env.shapes.formats import obj, ply, stl
-from haptic_env.shapes.formats.polygons import Polygons, Refused, triangulate
+from haptic_env.mesh_formats import obj, ply, stl
+from haptic_env.mesh_formats.polygons import Polygons, Refused, triangulate
 
 READERS: dict[str, Callable[[bytes], Polygons]] = {".stl": stl.read, ".obj": obj.read, ".ply": ply.read}
 LARGEST = 200_000_000  # bytes: as many triangles as are taken, written as text with colours and normals
@@ -36,17 +36,26 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
 
     Raises:
         OSError: where it cannot be opened.
-        ValueError: where it cannot be read as what its name ends in.
-        Refused: where what it holds is not taken.
+        ValueError: where it cannot be read as what its name ends in; in words that go on from the file's name.
+        Refused: where what it holds is not taken; likewise.
     """
     told = path.stat()
     if not stat.S_ISREG(told.st_mode):
         raise Refused("is no file")
     if told.st_size > LARGEST:
         raise Refused(f"has {told.st_size:,} bytes, at most {LARGEST:,} are taken: simplify it")
-    held = READERS[path.suffix.lower()](path.read_bytes())
-    _check_corners(held.vertices, held.corners)
-    return held.vertices, triangulate(held)
+    suffix = path.suffix.lower()
+    try:
+        held = READERS[suffix](path.read_bytes())
+        _check_corners(held.vertices, held.corners)
+        triangles = triangulate(held)
+    except Refused:
+        raise
+    except ValueError as error:
+        raise ValueError(f"cannot be read, it is no {suffix[1:].upper()} or was cut short: {error}") from error
+    if not len(triangles):
+        raise Refused("has no triangles: it is empty, or was cut short")
+    return held.vertices, triangles
 
 
 def _check_corners(vertices: NDArray[np.float64], corners: NDArray[np.int64]) -> None:

@@ -1,0 +1,94 @@
+"""What is in a file, by what reads it later; nothing that computes is loaded, so that a wrong file is told at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from haptic_env import mesh_formats, reading, validate
+
+BEGIN = {  # of files that need a library to be read
+    ".parquet": (b"PAR1",),
+    ".xdf": (b"XDF:",),
+    ".zip": (b"PK\x03\x04", b"PK\x05\x06"),
+}
+
+
+def held(path: Path) -> Collection[str] | None:
+    """Open a file as what its name says.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        What is in it, told as `validate.plain` does: its keys, arrays or columns; None where there is no such thing.
+
+    Raises:
+        ValueError: where it is something else, in words that go on from its name.
+        OSError: where it cannot be read.
+    """
+    suffix = path.suffix.lower()
+    opened = OPENED.get(suffix)
+    if opened is not None:
+        there = opened(path)
+        return None if there is None else [validate.plain(each) for each in there]
+    if suffix in BEGIN:
+        with path.open("rb") as file:
+            if not file.read(8).startswith(BEGIN[suffix]):
+                raise ValueError(f"is no {suffix[1:]} file: it does not begin as one")
+    return None
+
+
+def _toml(path: Path) -> Collection[str]:
+    try:
+        return reading.toml(path)
+    except ValueError as error:
+        raise ValueError(f"is no TOML file: {error}") from error
+
+
+def _arrays(path: Path) -> Collection[str]:
+    try:
+        return list(reading.npz(path))
+    except ValueError as error:
+        raise ValueError(f"cannot be read: {str(error).removeprefix(f'{path}: ')}") from error
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        lines = [line for line in reading.text(path).splitlines() if line.strip()]
+    except ValueError as error:
+        raise ValueError(f"cannot be read: {error}") from error
+    if not lines:
+        raise ValueError("is empty")
+    return lines
+
+
+def _columns(path: Path) -> Collection[str]:
+    first = _lines(path)[0]
+    separator = next((each for each in "\t,;" if each in first), ",")
+    return [name.strip().strip('"') for name in first.split(separator)]
+
+
+def _numbers(path: Path) -> None:
+    first = _lines(path)[0]
+    try:
+        np.array(first.split(), dtype=float)
+    except ValueError:
+        raise ValueError(f"is no recording of a glove: it begins with {validate.shown(first)}") from None
+
+
+def _mesh(path: Path) -> None:
+    mesh_formats.read(path)
+
+
+OPENED: dict[str, Callable[[Path], Any]] = {
+    ".csv": _columns,
+    ".npz": _arrays,
+    ".toml": _toml,
+    ".tsv": _columns,
+    ".txt": _numbers,
+    **dict.fromkeys(mesh_formats.READERS, _mesh),
+}

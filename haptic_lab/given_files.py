@@ -1,0 +1,163 @@
+"""Files of a command line that are not there, or are not what they are given as: found before the command is loaded,
+which takes seconds.
+
+What is not plainly a file, a name say, or lies in a place that cannot be told from here, is left to the command, and so
+is whatever else a file may have wrong in it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+LARGEST = 2**24  # bytes: larger files are left to the command, which reads them once
+LARGEST_MESH = 2**20
+MESHES, TABLES, TOML = (".obj", ".ply", ".stl"), (".csv", ".tsv"), (".toml",)
+OTHERS = (".npz", ".parquet", ".pkl", ".txt", ".xdf", ".zarr", ".zip")
+FILES = (*MESHES, *TABLES, *TOML, *OTHERS)  # endings of what is a file, and no name
+
+
+class Kind(NamedTuple):
+    """What a file is given as.
+
+    Attributes:
+        what: it is called.
+        endings: of its name; none: it is a folder.
+        held: keys, arrays or columns of which each such file has one at least.
+        named: whether a name may stand in its place.
+        several: whether its flag takes more than one.
+        labelled: whether it is told as NAME=FILE.
+    """
+
+    what: str
+    endings: tuple[str, ...]
+    held: tuple[str, ...] = ()
+    named: bool = True
+    several: bool = False
+    labelled: bool = False
+
+
+MAPS = ("columns", "control_hz", "hand", "joints", "names", "time", "touch", "units")
+COURSES = Kind("courses of belief", (".npz",), ("log_posterior",))
+HAND = Kind("hand", TOML, ("model",))
+FOLDER = Kind("folder", ())
+POLICY = Kind("policy", (".npz", ".zip"), ("description",))
+RECORDING = Kind("recording", (*TABLES, ".npz", ".parquet", ".txt", ".xdf", ".zarr", ".zip"), named=False)
+SHAPE = Kind("shape", (*MESHES, *TOML), ("objects",))  # a set of them, where it is TOML
+TRIALS = Kind("table of trials", TABLES, ("response",))
+FLAGS = {
+    "--candidates": SHAPE._replace(several=True),
+    "--columns": Kind("map of columns", TOML, MAPS, named=False),
+    "--config": Kind("configuration", TOML, named=False),
+    "--courses": COURSES,
+    "--env": HAND,
+    "--glove-calibration": Kind("calibration of a glove", TOML, ("sensors",), named=False),
+    "--hand": HAND,
+    "--library": FOLDER,
+    "--mesh": SHAPE,
+    "--models": COURSES._replace(several=True, labelled=True),
+    "--normalize": Kind("VecNormalize", (".pkl",)),
+    "--object": SHAPE,
+    "--objects": Kind("set of objects", TOML, ("objects",)),
+    "--observers": COURSES._replace(several=True),
+    "--policies": POLICY._replace(several=True),
+    "--policy": POLICY,
+    "--preset": Kind("preset", TOML, ("algorithm",)),
+    "--recording": RECORDING,
+    "--recordings": RECORDING._replace(several=True),
+    "--shape": SHAPE,
+    "--shapes": SHAPE._replace(several=True),
+    "--trial-table": TRIALS,
+    "--trials-of": FOLDER,
+}
+ALONE = {  # of a command, what is told without a flag
+    "check-hand": HAND,
+    "compare": TRIALS,
+    "design": COURSES._replace(several=True, labelled=True),
+    "export": Kind("model of Stable-Baselines3", (".zip",)),
+    "fit": TRIALS,
+    "library": FOLDER,
+    "objects": SHAPE._replace(several=True),
+    "people": TRIALS._replace(several=True),
+    "replay": RECORDING,
+    "study": Kind("study", TOML, ("title",)),
+}
+WRITTEN = "--mesh"  # where there is no such file, or beside --shape
+RENAMING = frozenset(("--column", "--columns"))  # say what the columns of tables are called
+
+
+def first_wrong(command: str, arguments: Sequence[str]) -> str | None:
+    """Find the first file that is to be read and is not there, or is not what it is given as.
+
+    Args:
+        command: of `haptic_lab.cli.COMMANDS`.
+        arguments: of its command line.
+
+    Returns:
+        What to say of it; None where there is none.
+    """
+    flags = {each.partition("=")[0] for each in arguments if each.startswith("--")}
+    for flag, value, kind, surely in _values(command, arguments):
+        if kind.endings == TABLES and flags & RENAMING:
+            kind = kind._replace(held=())
+        path = os.path.expanduser(value)
+        if not os.path.lexists(path) and kind.labelled:
+            path = os.path.expanduser(value.partition("=")[2] or value)
+        if os.path.lexists(path):
+            told = None if flag == WRITTEN and "--shape" in flags else _wrong(path, kind, surely)
+        else:
+            is_file = _ending(path) in FILES or (surely and not kind.named)
+            told = "there is no file {!r}" if is_file and flag != WRITTEN else None
+        if told is not None:
+            return f"{flag}: ".removeprefix(": ") + told.format(value)
+    return None
+
+
+def _values(command: str, arguments: Sequence[str]) -> Iterator[tuple[str, str, Kind, bool]]:
+    """Flags, "" for what stands before any, with a value, what it is given as, and whether it surely is the flag's."""
+    flag, count = "", 0
+    for each in arguments:
+        value = each
+        if each.startswith("--"):
+            flag, equals, value = each.partition("=")
+            count = 0
+            if not equals:
+                continue
+        kind = FLAGS.get(flag) if flag else ALONE.get(command)
+        if kind is not None and value.strip():
+            yield flag, value, kind, count == 0 or kind.several
+        count += 1
+
+
+def _ending(path: str) -> str:
+    return os.path.splitext(path)[1].lower()
+
+
+def _wrong(path: str, kind: Kind, surely: bool) -> str | None:
+    """What is wrong with what is there, with {!r} for its name; None: nothing that can be told."""
+    ending, is_file = _ending(path), os.path.isfile(path)
+    if surely and is_file and ending not in kind.endings and (ending or not kind.named):
+        ends = f"the name of such a file ends in {', '.join(kind.endings)}" if kind.endings else "it is a file"
+        return f"{{!r}} is no {kind.what}: {ends}"
+    largest = LARGEST_MESH if ending in MESHES else LARGEST
+    if ending not in FILES or not (is_file or os.path.isdir(path)) or os.path.getsize(path) > largest:
+        return None
+    from haptic_lab import file_contents  # NumPy takes a tenth of a second
+
+    try:
+        there = file_contents.held(Path(path))
+    except OSError as error:
+        return f"{{!r}} cannot be read: {_plain(error.strerror or error)}"
+    except ValueError as error:
+        return f"{{!r}} {_plain(error)}"
+    if there is None or not surely or ending not in kind.endings or not {*kind.held}.isdisjoint(there) or not kind.held:
+        return None
+    instead = f"; it has {_plain(', '.join(there))}" if there else ", it is empty"
+    return f"{{!r}} is no {kind.what}: it has no {' or '.join(kind.held)}{instead}"
+
+
+def _plain(words: object) -> str:
+    """Words as they are, in a text that is formatted."""
+    return str(words).replace("{", "{{").replace("}", "}}")

@@ -1,0 +1,81 @@
+"""The mean of the maps at one time, computed when it is asked for, and only where it changed.
+
+N particles, (X, Y, Z) voxels.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from haptic_env.arrays import Array
+
+if TYPE_CHECKING:
+    from observer.maps.occupancy import Maps, ParticleMaps
+
+
+class UndoRecord:
+    """A change of the mean. Whoever holds one can go back to the time before it.
+
+    Attributes:
+        cells: (C,).
+        before: (C,) what was there.
+        after: the change after it, None while it has not happened.
+    """
+
+    __slots__ = ("after", "before", "cells")
+
+    def __init__(self) -> None:
+        self.cells: NDArray[np.int64] = np.empty(0, dtype=np.int64)
+        self.before: Array = np.empty(0)
+        self.after: UndoRecord | None = None
+
+
+class LazyMean:
+    """The mean of `maps` by `weights` (N,) as it is now, whenever it is called.
+
+    Nothing is copied until then: it keeps what changes, which is little, and undoes it.
+    """
+
+    def __init__(self, maps: Maps, weights: Array) -> None:
+        """Keep what it is the mean of.
+
+        Args:
+            maps: of the particles.
+            weights: (N,).
+        """
+        self._maps: Maps | None = maps
+        self._weights = weights
+        self._then: ParticleMaps | None = None
+
+    @property
+    def waits(self) -> bool:
+        """Whether the mean is still to be computed."""
+        return self._maps is not None
+
+    def put_off(self, then: ParticleMaps) -> None:
+        """Compute it later, of the maps as they were.
+
+        Args:
+            then: a copy of them.
+        """
+        self._then = then
+
+    def settle(self) -> None:
+        """Bring the mean up to date; called before the maps change."""
+        if self._maps is not None:
+            self._mean, self._since = self._maps.refresh(self._weights, self._then)
+            self._maps = self._then = None
+
+    def __call__(self) -> Array:
+        self.settle()
+        happened, change = [], self._since
+        while change.after is not None:
+            happened.append(change)
+            change = change.after
+        mean = self._mean.copy()
+        for each in reversed(happened):
+            mean.flat[each.cells] = each.before
+        return mean
