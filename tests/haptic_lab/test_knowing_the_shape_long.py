@@ -20,8 +20,8 @@ from haptic_lab.learning.finger_weights import FingerWeights
 from observer import BeliefFeatures
 
 pytestmark = pytest.mark.statistical
-GENERATIONS, POPULATION, WORLDS = 24, 12, 4
-FIRST_TRAINING_SEED, FIRST_SEED, COUNT = 10_500_000, 76_400, 100  # no policy saw either before
+GENERATIONS, POPULATION, WORLDS = 12, 12, 4
+FIRST_TRAINING_SEED, FIRST_SEED, COUNT = 10_500_000, 76_400, 60  # no policy saw either before
 
 
 def shipped_matrix() -> np.ndarray:
