@@ -30,6 +30,9 @@ class FewJoints(Policy):
         for index in joints:
             self.driven[validate.integer("joints", index, 0, policy.joints - 1)] = True
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.driven.sum()} of {self.joints} joints, of {self.policy!r}>"
+
     def predict(
         self, observation: Any, state: State = None, episode_start: EpisodeStart = None, deterministic: bool = False
     ) -> tuple[NDArray[np.float32], State]:

@@ -21,7 +21,7 @@ from agents.instead import Instead, instead
 from agents.layers import ACTIVATIONS, Array, Cell, Layer, times
 from agents.normalization import Normalization
 from agents.training import MOST_HELD
-from haptic_env import reading, validate
+from haptic_env import readable, reading, validate
 
 Memory = tuple[NDArray[Any] | None, ...]
 KIND, VERSION = "haptic-slam policy", 1
@@ -63,6 +63,8 @@ class Network:
     normalization: Normalization | None = None
     told: Mapping[str, Any] = field(default_factory=dict)
     instead: Instead | None = None
+
+    __repr__ = readable.line
 
     def predict(
         self, observation: Any, memory: Memory, began: bool, deterministic: bool, rng: np.random.Generator

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents import observations
-from haptic_env import hand_of, validate
+from haptic_env import hand_of, readable, validate
 from haptic_env.arrays import Array
 from observer.belief import Belief
 from observer.shape.posterior import ShapePosterior
@@ -55,6 +55,9 @@ class Policy:
         self.observation_space: gym.Space[Any] | None = getattr(env, "observation_space", None)
         self.rng = np.random.default_rng(validate.seed(seed))
         self.name = type(self).__name__  # `agents.make` puts the registered name here
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {', '.join([f'{self.joints} joints', *readable.kept(self)])}>"
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """Decide for one environment.

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import hands, rendering, scene, sensors, validate
+from haptic_env import hands, readable, rendering, scene, sensors, validate
 from haptic_env.objects import ObjectPrior, reset_options
 from haptic_env.touch import Touch
 
@@ -30,6 +30,7 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
     """
 
     metadata: dict[str, Any] = {"render_modes": list(rendering.MODES)}  # noqa: RUF012 - as gymnasium declares it
+    __repr__ = readable.environment
 
     def __init__(
         self,
@@ -99,7 +100,6 @@ class ExploreEnv(gym.Env[Observation, NDArray[np.float32]]):
         step_seconds = self.substeps * scene.PHYSICS_SECONDS
         self.metadata = {**type(self).metadata, "render_fps": round(1 / step_seconds)}
         self.episode_steps = max(1, round(self.episode_seconds / step_seconds))
-
         self.sigma_deg = validate.one_or_each("sigma_deg", sigma_deg, self.hand.joints, 0.0, 90.0, unit="degrees")
         self._other_noises = (
             sensors.Bias(bias_deg, self.hand.joints),

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.compiled import kernel, part
 from haptic_env.link_points import on_skin, within
 from haptic_env.moved import renamed
@@ -58,6 +58,8 @@ class SkinPoints:
     link: NDArray[np.int64]
     patch: NDArray[np.int64]
 
+    __repr__ = readable.line
+
 
 class PatchLayout(NamedTuple):
     """Which patches there are, for compiled code: links are cut into C cells, and each cell is of one patch.
@@ -83,6 +85,9 @@ class PatchLayout(NamedTuple):
     cell: NDArray[np.int64]
     patch: NDArray[np.int64]
     rows: NDArray[np.int64]
+
+    def __repr__(self) -> str:
+        return readable.line(self)
 
 
 class Patches:
@@ -130,6 +135,9 @@ class Patches:
         self.position = bone + np.array([link.radius for link in links])[self.link, None] * self.normal
         weights = self._area_per_point(skin)
         self.area = np.bincount(skin.patch, weights, self.count)
+
+    def __repr__(self) -> str:
+        return f"<Patches: {len(self)} on {len(self.links)} links>"
 
     def __len__(self) -> int:
         return self.count

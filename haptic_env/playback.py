@@ -13,6 +13,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import readable
 from haptic_env.hand import Hand
 
 Observation = dict[str, Any]
@@ -32,6 +33,8 @@ class FeltPlayback(gym.Env[Observation, NDArray[np.float32]]):
         self.hand, self.control_hz, self.episode_steps = hand, control_hz, frames - 1
         self.action_space = gym.spaces.Box(-1.0, 1.0, (hand.joints,), np.float32)
         self._steps = 0
+
+    __repr__ = readable.environment
 
     @property
     def steps(self) -> int:

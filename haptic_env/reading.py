@@ -17,7 +17,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import validate
+from haptic_env import readable, validate
 
 MIB = 2**20
 LARGEST_ARRAYS = 512 * MIB  # bytes: an hour of a whole hand that explores takes 200 MiB
@@ -175,6 +175,8 @@ class Arrays(Mapping[str, NDArray[Any]]):
                 raise ValueError(f"{source}: {name} is there twice")
             self._check(member, name)
             self._members[name] = member
+
+    __repr__ = readable.line
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         member = self._members[name]

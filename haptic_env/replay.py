@@ -121,13 +121,14 @@ class KinematicReplay(ExploreEnv):
 class Playback(FeltPlayback):
     """What was felt in an exploration, once more, bit for bit; nothing is simulated."""
 
-    def __init__(self, hand: Hand, recording: Recording, solid: Solid) -> None:
+    def __init__(self, hand: Hand, recording: Recording, solid: Solid, seconds: float | None = None) -> None:
         """Check that the recording tells all that was felt.
 
         Args:
             hand: the hand that explored.
             recording: one with `felt`.
             solid: the object that was explored.
+            seconds: s, after which it ends; None: with the recording.
 
         Raises:
             ValueError: where the recording does not tell what was felt, or with other joints or patches, or not at a
@@ -135,6 +136,9 @@ class Playback(FeltPlayback):
         """
         self._felt = recording.felt_of(hand)
         super().__init__(hand, steady_rate(recording), len(recording))
+        if seconds is not None:
+            wanted = validate.number("seconds", seconds, 0.0, above=0.0, unit="s")
+            self.episode_steps = min(self.episode_steps, max(1, round(wanted * self.control_hz)))
         self.solid = solid
         self._angles = recording.angles_of(hand)
         self._roots = roots(recording, hand) if recording.root is not None else None

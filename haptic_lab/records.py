@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import readable
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
@@ -79,6 +80,8 @@ class Exploration:
     joint_offset: Array | None = None
     faults: NDArray[np.bool_] | None = None
 
+    __repr__ = readable.line
+
 
 @dataclass
 class BeliefTrace:
@@ -117,6 +120,8 @@ class BeliefTrace:
     touched: NDArray[np.bool_] | None
     log_posterior: Array | None = None
     maps: tuple[Array, ...] = ()
+
+    __repr__ = readable.line
 
     @property
     def name(self) -> str:

@@ -102,6 +102,7 @@ def session(settings: Any, recording: Recording | MeasuredTouch, render_mode: st
 
 
 def _measured(settings: Any, recording: MeasuredTouch) -> ExplorationSession:
+    recording = recording.until(settings.seconds)
     hand = recording.hand
     solid = None if settings.shape is None else shapes.usual(settings.shape, hand, settings.scale)
     namer, candidates, told = of_measured(settings, hand, recording.torques is not None)
@@ -140,7 +141,7 @@ def _playback(settings: Any, recording: Recording) -> ExplorationSession:
     free = {"wrist": "free"} if {*wrist.NAMES} <= {*recording.joint_names} else {}  # as the hand explored
     hand = hands.make(registration.hand_name(settings.env), **free)
     solid, moved = _explored(recording)
-    env = Playback(hand, recording, solid)
+    env = Playback(hand, recording, solid, settings.seconds)
     policy = RepeatTorques(env, recording.felt_of(hand).torques[1:])
     if moved:
         return ExplorationSession(env, policy, *_in_object_frame(settings, hand, solid), recording)

@@ -35,6 +35,14 @@ class Renamed(argparse.Action):
         setattr(namespace, self.dest, values)
 
 
+class Called(argparse.Action):
+    """Of a flag with two names: also keeps the one that was typed, as `DEST_flag`, for errors."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
+        setattr(namespace, self.dest, values)
+        setattr(namespace, f"{self.dest}_flag", option_string)
+
+
 def tell_error(message: str) -> None:
     """Say what is wrong, in one line.
 

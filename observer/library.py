@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import reading, validate
+from haptic_env import readable, reading, validate
 from haptic_env.files import atomic, check_writable
 from haptic_env.hand import Hand
 from haptic_env.shapes.base import LARGEST, Solid
@@ -50,6 +50,9 @@ class FeltObject(NamedTuple):
     surface: Surface
     about: Mapping[str, Any]
 
+    def __repr__(self) -> str:
+        return readable.line(self)
+
 
 class Library(Mapping[str, FeltObject]):
     """Objects by the names that they were given; what other programs add meanwhile is there at once.
@@ -70,6 +73,8 @@ class Library(Mapping[str, FeltObject]):
         self.path = validate.path("path of a library", path)
         if self.path.exists() and not self.path.is_dir():
             raise ValueError(f"a library must be a folder, got {validate.shown(str(path))}, which is something else")
+
+    __repr__ = readable.line
 
     @property
     def names(self) -> tuple[str, ...]:

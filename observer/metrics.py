@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtr, ndtri
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.arrays import Array
 from observer.surface_metrics import TOUCH_TOLERANCE as TOUCH_TOLERANCE
 from observer.surface_metrics import SurfaceScore as SurfaceScore
@@ -53,6 +53,9 @@ class Reliability(NamedTuple):
     ece: float
     brier: float
     log_loss: float
+
+    def __repr__(self) -> str:
+        return readable.line(self)
 
 
 class Share(NamedTuple):

@@ -230,7 +230,7 @@ class PoseOnly(TracksPose):
         self._told = len(felt) - ago
         step = felt[-1 - ago]
         if self._reports is not None:
-            step = step.touching(self._reports.touched(ago))
+            step = step.touching(self._reports.touched(ago), self._reports.doubted)
         seen = self._seen
         self._lagged = LaggedPose(seen.lagged, seen.lagged_covariance, step.contacts, step.unmeasured)
         return self._lagged

@@ -19,20 +19,24 @@ class Waiting(NamedTuple):
     Attributes:
         contacts: (P,) that were felt.
         root: where the hand as a whole was; None where it does not move.
-        unmeasured: (P,) patches whose contact was not measured; None: all were.
+        unmeasured: (P,) patches whose contact was not measured, or is not known; None: all were.
     """
 
     contacts: NDArray[np.bool_]
     root: Pose | None
     unmeasured: NDArray[np.bool_] | None = None
 
-    def touching(self, touched: NDArray[np.bool_]) -> Self:
+    def touching(self, touched: NDArray[np.bool_], doubted: NDArray[np.bool_]) -> Self:
         """Say in hindsight which patches were touched.
 
         Args:
             touched: (P,), of which those that were not measured do not count.
+            doubted: (P,) patches that are believed not to work, which say nothing.
 
         Returns:
             The step.
         """
-        return self._replace(contacts=touched if self.unmeasured is None else touched & ~self.unmeasured)
+        unknown = doubted if self.unmeasured is None else doubted | self.unmeasured
+        if not unknown.any():
+            return self._replace(contacts=touched)
+        return self._replace(contacts=touched & ~unknown, unmeasured=unknown)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from haptic_env import reading, registration, validate
+from haptic_env import readable, reading, registration, validate
 from haptic_env.recordings.cyberglove import UNITS as ANGLES
 from haptic_env.recordings.streams import UNITS as TIMES
 
@@ -84,6 +84,8 @@ class ColumnMap:
     joints_order: tuple[str, ...] = ()
     touch_stream: str | None = None
     touch_order: tuple[str, ...] = ()
+
+    __repr__ = readable.line
 
     @property
     def whose(self) -> str | None:

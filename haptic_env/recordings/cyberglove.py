@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from haptic_env import reading, validate
+from haptic_env import readable, reading, validate
 from haptic_env.arrays import Array
 from haptic_env.recordings import checks
 from haptic_env.recordings.recording import Recording
@@ -48,6 +48,8 @@ class Calibration:
     joint_names: tuple[str, ...]
     offset: Array
     gain: Array
+
+    __repr__ = readable.line
 
     def joint_angles(self, sensors: Array) -> Array:
         """Compute joint angles.

@@ -5,12 +5,12 @@ Shapes: K steps, J joints, P patches, T samples. NaN: not measured.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.recordings.column_map import ColumnMap
@@ -46,6 +46,26 @@ class Coverage(NamedTuple):
     late: int
     repeated: int
 
+    @classmethod
+    def of(cls, angles: Array, contacts: Array, patches: int, rate: float, late: int, repeated: int) -> Coverage:
+        """Tell how much was measured.
+
+        Args:
+            angles: (K, J) rad, NaN where they were not.
+            contacts: (K, P), likewise.
+            patches: how many are measured at all.
+            rate: Hz, of the steps.
+            late: as the attribute.
+            repeated: as the attribute.
+
+        Returns:
+            What is told of it.
+        """
+        some_joint, touch = np.any(np.isnan(angles), axis=1), np.isfinite(contacts)
+        longest = max(longest_run(some_joint), longest_run(np.logical_not(touch.any(axis=1)))) / rate
+        missing = 1.0 - touch.sum() / max(len(angles) * patches, 1)
+        return cls(len(angles), rate, float(np.isnan(angles).mean()), float(missing), patches, longest, late, repeated)
+
     def __str__(self) -> str:
         told = (
             f"{self.steps} steps at {self.control_hz:g} Hz; not measured: {self.joints_missing:.1%} of the joint "
@@ -80,6 +100,8 @@ class MeasuredTouch:
     coverage: Coverage
     torques: Array | None = None
 
+    __repr__ = readable.line
+
     def __len__(self) -> int:
         return len(self.joint_angles)
 
@@ -87,6 +109,24 @@ class MeasuredTouch:
     def seconds(self) -> float:
         """How long it lasts."""
         return (len(self) - 1) / self.control_hz
+
+    def until(self, seconds: float | None) -> MeasuredTouch:
+        """Leave out what comes late.
+
+        Args:
+            seconds: s, of what is kept, from its beginning; None: all is.
+
+        Returns:
+            The recording, of two steps at least.
+        """
+        steps = len(self) if seconds is None else min(max(round(seconds * self.control_hz), 1) + 1, len(self))
+        if steps == len(self):
+            return self
+        angles, contacts, whole = self.joint_angles[:steps], self.contacts[:steps], self.coverage
+        told = whole.patches_measured, self.control_hz, whole.late, whole.repeated
+        torques = None if self.torques is None else self.torques[:steps]
+        kept = replace(self, joint_angles=angles, contacts=contacts, torques=torques)
+        return replace(kept, coverage=Coverage.of(angles, contacts, *told))
 
     def streams(self) -> dict[str, Array]:
         """Give it as arrays that `read_measured` reads without a map.
@@ -149,15 +189,6 @@ def merge(streams: Streams, columns: ColumnMap, hand: Hand, *, stepped: bool = F
     steps, angles = steps[first:], angles[first:]
     contacts = np.full((len(steps), len(hand.patches)), np.nan)
     contacts[:, measured] = contacts_at(touch, steps, interval=1.0 / rate if stepped else None)
-    some_joint, no_touch = np.any(np.isnan(angles), axis=1), np.all(np.isnan(contacts), axis=1)
-    coverage = Coverage(
-        len(steps),
-        rate,
-        float(np.isnan(angles).mean()),
-        float(np.isnan(contacts[:, measured]).mean()),
-        len(measured),
-        max(longest_run(some_joint), longest_run(no_touch)) / rate,
-        max(joints.late, touch.late),
-        max(joints.repeated, touch.repeated),
-    )
+    counted = max(joints.late, touch.late), max(joints.repeated, touch.repeated)
+    coverage = Coverage.of(angles, contacts, len(measured), rate, *counted)
     return MeasuredTouch(source, hand, rate, angles, contacts, coverage)

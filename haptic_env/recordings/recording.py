@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.moved import renamed
@@ -34,6 +34,9 @@ class Track(NamedTuple):
     position: Array
     quaternion: Array
 
+    def __repr__(self) -> str:
+        return readable.line(self)
+
 
 class ObserverInputs(NamedTuple):
     """What an observer was given at each frame.
@@ -47,6 +50,9 @@ class ObserverInputs(NamedTuple):
     torques: Array
     joint_angles: Array
     contacts: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        return readable.line(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +87,8 @@ class Recording:
     mesh: str = ""
     felt: ObserverInputs | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
+
+    __repr__ = readable.line
 
     def __post_init__(self) -> None:
         source = validate.plain(self.source)

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.neighbours import neighbours
 from haptic_env.patches import Patches
 
 Faults = float | Sequence[int | str]
 
 
-class ContactDetection:
+class ContactDetection(readable.Readable):
     """A touch is felt at a neighbouring patch instead with probability `confusion`; then a patch at which one is felt
     reports 0 with probability `miss`, any other reports 1 with `false_alarm`; and patches that are stuck on, or dead,
     report 1, or 0, whatever is felt.

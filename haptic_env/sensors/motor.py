@@ -6,14 +6,14 @@ import numpy as np
 from numba import types
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.compiled import GIVEN, inner
 from haptic_env.sensors.gaussian import log_normal
 
 LARGEST = 1e9  # of a torque, in any unit
 
 
-class MotorNoise:
+class MotorNoise(readable.Readable):
     """Torque = command · (1 + `fraction` · N(0, 1)), drawn once per joint and control step.
 
     References:

@@ -13,7 +13,7 @@ import numpy as np
 from numba import types
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.compiled import GIVEN, inner
 from haptic_env.sensors.gaussian import log_normal
 
@@ -24,7 +24,7 @@ Spread = float | Sequence[float] | NDArray[np.float64]
 """An SD, of all joints, or (J,) one of each."""
 
 
-class Noise(ABC):
+class Noise(readable.Readable, ABC):
     """One additive source of noise on the joint angles.
 
     Attributes:
@@ -33,7 +33,7 @@ class Noise(ABC):
 
     joints: int = 1
 
-    def reset(self, rng: Rng, joints: int) -> None:  # noqa: B027 - white noise has no state to draw
+    def reset(self, rng: Rng, joints: int) -> None:
         """Draw the state that lasts for an episode.
 
         Args:
@@ -185,7 +185,7 @@ class Proportional(Noise):
         return (self.gain * joint_angles) ** 2
 
 
-class Proprioception:
+class Proprioception(readable.Readable):
     """The sum of independent noises."""
 
     def __init__(self, noises: Sequence[Noise]) -> None:
@@ -242,7 +242,7 @@ class Proprioception:
         return log_normal(said, true, np.sqrt(variance))
 
 
-class FeltAngles:
+class FeltAngles(readable.Readable):
     """The angles that are felt in one episode: called once for each step from the reset on."""
 
     BOUND = 4 * np.pi  # joints stay within ±pi and noise is added

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.composer import mjcf
 from haptic_env.grid import Grid
 
@@ -51,6 +51,9 @@ class Shape(ABC):
 
     default_size: tuple[float, float, float] = (0.05, 0.05, 0.05)
     exact = True
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}, usually {readable.millimetres(self.default_size)}>"
 
     @property
     def content(self) -> str:
@@ -124,6 +127,11 @@ class Solid:
     size: tuple[float, float, float]
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+
+    def __repr__(self) -> str:
+        place = ", ".join(f"{1e3 * each:.3g}" for each in self.position)
+        turned = "" if self.quaternion[0] == 1.0 else f", turned by {readable.VALUES.repr(self.quaternion)}"
+        return f"<Solid {self.name}: {readable.millimetres(self.size)} at ({place}) mm{turned}>"
 
     def signed_distance(self, points: ArrayLike) -> NDArray[np.float64]:
         """Measure distances to the surface.

@@ -141,6 +141,9 @@ class Mesh(Shape):
         self.centre = self._surface.bounds.mean(axis=0)
         self._scale: float | None = None
 
+    def __repr__(self) -> str:
+        return f"<Mesh {self.path!r}>"
+
     @property
     def surface(self) -> Any:
         """The union of the file's parts: a trimesh, in the file's frame and unit; not to be changed."""

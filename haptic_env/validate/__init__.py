@@ -29,11 +29,11 @@ from haptic_env.validate.values import (
     seconds,
     seed,
 )
-from haptic_env.validate.wording import QUOTED, few, listed, plain, shown
+from haptic_env.validate.wording import QUOTED, counted, few, listed, plain, shown
 
 __all__ = [
     "FARTHEST", "LARGEST", "LONGEST", "LONGEST_TIME", "MOST", "NOT_IN_PATHS", "NO_NUMBERS", "QUOTED", "REAL",
-    "array", "binary", "boolean", "choice", "few", "instance", "integer", "keywords", "keywords_of", "listed", "names",
-    "number", "numbers", "one_or_each", "path", "place", "plain", "probabilities", "quaternion", "real", "seconds",
-    "seed", "shown", "together",
+    "array", "binary", "boolean", "choice", "counted", "few", "instance", "integer", "keywords", "keywords_of",
+    "listed", "names", "number", "numbers", "one_or_each", "path", "place", "plain", "probabilities", "quaternion",
+    "real", "seconds", "seed", "shown", "together",
 ]  # fmt: skip

@@ -49,6 +49,19 @@ def listed(names: Iterable[object]) -> str:
     return ", ".join(map(plain, names))
 
 
+def counted(count: int, thing: str) -> str:
+    """Tell how many there are.
+
+    Args:
+        count: of them.
+        thing: what one is called; many are called so with an s.
+
+    Returns:
+        The number and the word.
+    """
+    return f"{count} {thing}{'' if count == 1 else 's'}"
+
+
 def few(names: Collection[object]) -> str:
     """Tell the first of many names, and how many more there are.
 

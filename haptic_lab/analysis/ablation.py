@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from haptic_env import validate
 from haptic_lab.analysis.statistics import interval, side
 from haptic_lab.files import write_table
 from haptic_lab.style import BETTER, OUTLINE, WORSE
@@ -130,7 +131,7 @@ def draw(lines: pd.DataFrame) -> Figure:
     count = int(mine["trials"].max())
     figure.suptitle(
         f"One idea changed: difference to the full observer (or to what stands before the last +), σ = {sigma:g}°, "
-        f"{count} explorations, 95 % intervals (red: worse, blue: better)",
+        f"{validate.counted(count, 'exploration')}, 95 % intervals (red: worse, blue: better)",
         fontsize=11,
         fontweight="bold",
     )

@@ -16,6 +16,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from haptic_env import validate
 from haptic_lab.analysis.statistics import FEW, bootstrapped, interval, median, told_of_trials
 from haptic_lab.conditions import factors_in
 from haptic_lab.files import write_table
@@ -175,8 +176,8 @@ def draw(lines: pd.DataFrame) -> Figure:
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     trials = int(mine["trials"].max())
     figure.suptitle(
-        f"How soon is the object known? {trials} explorations a policy and noise, {told_of_trials(trials)} "
-        "(left: less is better)",
+        f"How soon is the object known? {validate.counted(trials, 'exploration')} a policy and noise, "
+        f"{told_of_trials(trials)} (left: less is better)",
         fontsize=11,
         fontweight="bold",
     )

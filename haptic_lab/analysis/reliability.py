@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from haptic_env import validate
 from haptic_lab.analysis.statistics import interval
 from haptic_lab.files import atomic, write_csv
 from haptic_lab.style import OBSERVER_NAMES, OUTLINE, noise_colours
@@ -111,7 +112,8 @@ def draw(lines: pd.DataFrame, rows: pd.DataFrame) -> Figure:
     observer = str(rows["observer"].iloc[0])
     trials = int(rows.groupby("sigma_deg").size().max())
     figure.suptitle(
-        f"Calibration, {OBSERVER_NAMES.get(observer, observer)}: {trials} explorations for each σ; dotted: honest",
+        f"Calibration, {OBSERVER_NAMES.get(observer, observer)}: "
+        f"{validate.counted(trials, 'exploration')} for each σ; dotted: honest",
         fontsize=12,
         fontweight="bold",
     )

@@ -1,9 +1,9 @@
 """Say which observer explains a subject best, by answers that each was not told of (leave-one-out cross-validation).
 
-A model is one of those of fit, or NAME=FILE: an ideal observer of other courses, under a name of its own. --recovery N
-simulates N subjects of each model, asked as those of the table were, to say how far these models can be told apart at
-all. Writes to --out: compare.csv (a row for each subject and model; differences from the best, nats a trial, with their
-95 % intervals), compare.png, and with --recovery recovery.csv.
+A model may be NAME=FILE: an ideal observer of other courses, under a name of its own. --recovery N simulates N subjects
+of each model, asked as those of the table were, to say how far these models can be told apart at all. Writes to --out:
+compare.csv (a row for each subject and model; differences from the best, nats a trial, with their 95 % intervals),
+compare.png, and with --recovery recovery.csv.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from haptic_lab.files import write_csv, write_table
 from haptic_lab.folder_lock import claimed
 from haptic_lab.people import compare_report, fit_report, options
 from haptic_lab.people.comparing import check_models, compare, recoveries, recovery_table
-from haptic_lab.people.models import MODELS
+from haptic_lab.people.models import ASKED
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, progress_on
 from haptic_lab.terminal import Parser, as_path, make_console, refuse
@@ -41,7 +41,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     add = parser.add_argument
     options.add_trials(parser)
     options.add_courses(parser)
-    add("--models", nargs="+", default=USUAL, metavar="MODEL", help=f"of {', '.join(MODELS)}, or NAME=FILE")
+    add("--models", nargs="+", default=USUAL, metavar="MODEL", help=f"of {', '.join(ASKED)}, or NAME=FILE")
     options.add_ranges(parser, "(default: all that can be told)")
     add("--recovery", type=int, metavar="N", help="also simulate N subjects of each model, and find their models")
     options.add_draws(parser)

@@ -2,8 +2,8 @@
 
 Subjects of each are simulated, with parameters drawn from the ranges; the power is the share of them whom the true one
 explains best (leave-one-out cross-validation), of the observer with the lower share. Who is simulated explores as one
-half of the courses' repeats did, and is fitted by the other. A model is one of those of fit, or NAME=FILE: an ideal
-observer of other courses. Writes design.csv and design.png to --out.
+half of the courses' repeats did, and is fitted by the other. A model may be NAME=FILE: an ideal observer of other
+courses. Writes design.csv and design.png to --out.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from haptic_lab.folder_lock import claimed
 from haptic_lab.people import compare_report, options
 from haptic_lab.people.comparing import check_models
 from haptic_lab.people.designing import ROUNDS, design
+from haptic_lab.people.models import ASKED
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, progress_on
 from haptic_lab.terminal import Parser, as_path, make_console, refuse
@@ -37,7 +38,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
     """
     parser = Parser(description=__doc__, epilog=EXAMPLE, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    add("models", nargs=2, metavar="MODEL", help="the two observers")
+    add("models", nargs=2, metavar="MODEL", help=f"the two observers, of {', '.join(ASKED)}, or NAME=FILE")
     options.add_courses(parser)
     options.add_ranges(parser, "(default: all that can be told)")
     add("--seconds", nargs="+", type=float, help="when subjects are asked (default: five times)")

@@ -88,12 +88,11 @@ def parse(
     conditions.add_flags(add, "as the environment's keyword; observers are told")
     believed.add_flags(add)
     seconds = 20 if learning else 10
-    add("--seconds", type=float, help=f"how long to explore (default {seconds}, or as long as the recording)")
+    add("--seconds", type=float, help=f"how long to explore, or to replay (default {seconds}, or the whole recording)")
     add("--particles", type=int, help="hypotheses of the observer (default 200)")
     add(
         "--policy",
         type=as_path,
-        default="random_torque",
         help=f"{', '.join(agents.POLICIES)}, or a trained model.npz; a .zip needs --trust (default random_torque)",
     )
     add("--trust", action="store_true", help=TRUST)
@@ -121,7 +120,7 @@ def parse(
     source = given.pop("recording"), given.pop("part"), given.pop("glove_calibration")
     columns = given.pop("columns")
     found: Recording | MeasuredTouch | None = None
-    usual = {**DEFAULTS, **dict.fromkeys(learnt.JITTER, 0.0)}
+    usual = {**DEFAULTS, **dict.fromkeys(learnt.JITTER, 0.0), "policy": "random_torque"}
     try:
         given["view"] = options.ViewOptions.taken(given)
         surface.resolve(given, recorded=source[0] is not None)
@@ -132,6 +131,7 @@ def parse(
         if source[0] is not None:
             found = recorded.load(*source, given["env"] and registration.hand_name(given["env"]), columns)
             playing.refuse_wrist(given)
+            playing.refuse_policy(given)
             if isinstance(found, MeasuredTouch):
                 playing.refuse_noise(given)
                 usual["env"] = environment(found.hand.source or found.hand.name)

@@ -7,6 +7,7 @@ import argparse
 import numpy as np
 from rich.table import Table
 
+from haptic_env import validate
 from haptic_lab.terminal import Parser, as_path, make_console, tell
 from observer.library import Library
 from observer.surface.felt_shape import KNOWN
@@ -38,7 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(error.args[0])
     except (ValueError, OSError) as error:
         parser.error(str(error))
-    table = Table(title=f"{len(library)} objects in {given.library}", title_justify="left")
+    table = Table(title=f"{validate.counted(len(library), 'object')} in {given.library}", title_justify="left")
     for head in ("name", "size (mm)", "known to 3 mm", "learnt"):
         table.add_column(head)
     whole, damaged = library.read()

@@ -242,7 +242,9 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
         finally:
             source.close()
             if session.record.write():
-                console.print(f"Recorded: {session.record.path}, {len(session.record)} steps", highlight=False)
+                console.print(
+                    f"Recorded: {session.record.path}, {validate.counted(len(session.record), 'step')}", highlight=False
+                )
             elif session.record.path is not None:
                 _say(f"there was no step: {session.record.path} is not written")
         if given["save"] is not None and session.told is not None:
@@ -259,7 +261,8 @@ def _run(given: dict[str, Any], source: Any, session: LiveSession, sinks: list[A
     driven = "" if torques is None else f", {counts.torques} of torques"
     unknown = "" if torques is None else f", {torques.missing} without torques"
     console.print(
-        f"{counts.steps} steps told; {counts.joints} samples of joints and {counts.touch} of touch{driven}, "
+        f"{validate.counted(counts.steps, 'step')} told; {validate.counted(counts.joints, 'sample')} of joints "
+        f"and {counts.touch} of touch{driven}, "
         f"{counts.late} late, {counts.repeated} twice, {counts.refused} numbers refused, {counts.clock_steps} steps of "
         f"clocks; {counts.joints_missing} steps without a joint, {counts.touch_missing} without touch{unknown}",
         highlight=False,

@@ -31,7 +31,7 @@ from observer import HapticSLAM
 
 EXAMPLE = "example: haptic-slam scaling --rounds 5 --out out/scaling"
 ENV = "HapticSLAM/TwoFinger-v0"
-NOISE, FLAT = 0.1, "no longer with more"  # of the time itself: so much is the machine's
+NOISE = 0.1  # of the time itself: so much is the machine's
 VOXEL = 0.004  # metres; a larger grid reaches further
 AXES = {
     "particles": "particles N",
@@ -39,6 +39,8 @@ AXES = {
     "patches": "patches P",
     "voxels": "voxels of 4 mm along an edge",
 }
+ONE = {"particles": "particle", "candidates": "candidate", "patches": "patch", "voxels": "voxel of an edge"}
+USUAL = {"particles": 200, "candidates": 8, "voxels": 32}  # of patches: the fewest
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,7 @@ def measure(chosen: list[ScalingPoint], steps: int, rounds: int, console: Consol
 
 
 def draw(rows: pd.DataFrame) -> Figure:
-    """Draw the times, with the line of least squares, or their mean where they do not grow.
+    """Draw the times, with the line of least squares, or their mean where they do not grow, and what is usual.
 
     Args:
         rows: what `measure` returns.
@@ -122,20 +124,25 @@ def draw(rows: pd.DataFrame) -> Figure:
     Returns:
         A panel for each axis.
     """
-    figure = Figure(figsize=(11, 2.7), layout="constrained")
-    panels = figure.subplots(1, len(AXES))
+    figure = Figure(figsize=(7.0, 5.2), layout="constrained")
+    panels = figure.subplots(2, 2).ravel()
     for panel, (axis, label) in zip(panels, AXES.items(), strict=True):
         mine = rows[rows["axis"] == axis]
         slope, start = np.polyfit(mine["value"], mine["ms"], 1)
         ends = np.array([0, mine["value"].max()])
         if slope * np.ptp(mine["value"]) > NOISE * start:
             panel.plot(ends, start + slope * ends, color="#999999", linewidth=1)
+            told = f"{1e3 * slope:.2g} µs more for each {ONE[axis]}"
         else:  # times that fall where more is done are those of a machine that has other work
             panel.axhline(mine["ms"].mean(), color="#999999", linewidth=1, linestyle="--")
-            panel.text(0.5, 0.1, FLAT, transform=panel.transAxes, ha="center", color="#777777", style="italic")
+            told = f"no longer with more {axis}"
         panel.plot(mine["value"], mine["ms"], "o", color="#0072B2", markersize=5)
-        panel.set(xlabel=label, ylim=(0, 1.1 * mine["ms"].max()), xlim=(0, 1.08 * mine["value"].max()))
-    panels[0].set_ylabel("a step with contact (ms)")
+        usual = mine[mine["value"] == USUAL.get(axis, mine["value"].min())]
+        panel.plot(usual["value"], usual["ms"], "o", color="#D55E00", markersize=8, label="as usual")
+        panel.set_title(told, fontsize=10, fontweight="normal")
+        panel.set(xlabel=label, ylim=(0, 1.15 * mine["ms"].max()), xlim=(0, 1.08 * mine["value"].max()))
+    panels[0].legend(loc="upper left", frameon=False)
+    figure.supylabel("a step with contact (ms)", fontsize=11)
     return figure
 
 

@@ -84,6 +84,8 @@ def main(arguments: list[str] | None = None) -> int:
     table = pd.concat(tables, ignore_index=True)
     write_trials(table, given.out)
     right = float((table["object"] == table["response"]).mean())
-    told = f"{given.subjects} simulated subjects, {given.trials} trials each, {right:.0%} right"
+    subjects = validate.counted(given.subjects, "simulated subject")
+    trials = validate.counted(given.trials, "trial")
+    told = f"{subjects}, {trials}{' each' if given.subjects > 1 else ''}, {right:.0%} right"
     console.print(f"{told}: {given.out}", highlight=False)
     return 0

@@ -16,7 +16,7 @@ from typing import Any
 import pandas as pd
 from rich.console import Console
 
-from haptic_env import extras
+from haptic_env import extras, validate
 from haptic_lab.files import write_csv
 from haptic_lab.folder_lock import claimed
 from haptic_lab.people.studies import adaptive, presets, report, running
@@ -156,7 +156,8 @@ def _adapt(given: argparse.Namespace, console: Console) -> None:
         found.append({**of_whom, **ends, "trials": len(stairs.values)})
         for number, (value, right) in enumerate(zip(stairs.values, stairs.answers, strict=True)):
             answers.append({**of_whom, "trial": number, "value": value, "correct": int(right)})
-        told = f"{stairs.threshold:.4g} [{stairs.low:.4g}, {stairs.high:.4g}] after {len(stairs.values)} trials"
+        after = validate.counted(len(stairs.values), "trial")
+        told = f"{stairs.threshold:.4g} [{stairs.low:.4g}, {stairs.high:.4g}] after {after}"
         where = f"{plan.name}, σ = {condition.sigma_deg:g}°".removeprefix(", ")
         console.print(f"{observer}, {where}: threshold {told}", highlight=False)
     write_csv(out / "adaptive.csv", pd.DataFrame(found))

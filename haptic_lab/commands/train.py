@@ -129,5 +129,6 @@ def main(arguments: list[str] | None = None) -> int:
         try:
             return int(learning.train(ready, stop, console))
         except ValueError as error:  # of torch, where the learner went astray and its weights are no longer finite
+            stop.check()
             tell_error(f"{error}; the checkpoints before are kept")
             return 1

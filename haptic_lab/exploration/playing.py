@@ -46,6 +46,19 @@ def _names_in(recording: Recording) -> list[str]:
     return [name for name in names if isinstance(name, str)]
 
 
+def refuse_policy(given: Mapping[str, Any]) -> None:
+    """Refuse a policy where the hand does what was recorded.
+
+    Args:
+        given: the flags.
+
+    Raises:
+        ValueError: for one.
+    """
+    if given["policy"] is not None:
+        raise ValueError(f"--policy {given['policy']}: a recording is replayed as it moved; take --policy out")
+
+
 def refuse_noise(given: Mapping[str, Any]) -> None:
     """Refuse noise where all that was felt is in a recording.
 

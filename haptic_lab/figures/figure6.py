@@ -14,6 +14,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from haptic_env import validate
 from haptic_lab.analysis.statistics import FEW, told_of_trials
 from haptic_lab.analysis.summary import ALL, CEILING, FLOOR, NAMERS, SLAM, errors_of, summarise
 from haptic_lab.figures.paper_figure import WIDTH, PaperFigure
@@ -92,7 +93,7 @@ def _told(data: pd.DataFrame, seconds: float) -> str:
     """Of how many explorations the panels are."""
     each = data[data["shape"] != ALL].groupby("observer")["trials"].max()
     ours = int(each.drop(PAPER, errors="ignore").max())
-    told = f"{ours} explorations of {seconds:g} s for each shape and σ"
+    told = f"{validate.counted(ours, 'exploration')} of {seconds:g} s for each shape and σ"
     if PAPER in each and each[PAPER] != ours:
         told += f" ({each[PAPER]} of the paper's recursion)"
     return f"{told}; {told_of_trials(ours)}{f' of {FEW} or more' if each.min() < FEW <= ours else ''}"

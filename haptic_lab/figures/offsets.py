@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from haptic_env import validate
 from haptic_lab.analysis.statistics import told_of_trials
 from haptic_lab.analysis.summary import ALL, CEILING, FLOOR, SLAM, errors_of, summarise
 from haptic_lab.conditions import Condition
@@ -91,7 +92,7 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
         for nth, sigma in enumerate(sigmas)
     ]
     trials = int(data["trials"].max())
-    told = f"{trials} explorations of {seconds:g} s for each noise, {told_of_trials(trials)}"
+    told = f"{validate.counted(trials, 'exploration')} of {seconds:g} s for each noise, {told_of_trials(trials)}"
     told += f"; drift with a time constant of {drift:g} s" if "drift_deg" in kinds else ""
     tight: Any = {"columnspacing": 1.1, "handlelength": 1.6, "handletextpad": 0.5}
     figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), title=told, fontsize=7.5, **tight)

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from haptic_env import validate
 from haptic_lab.analysis.reliability import numbers_of
 from haptic_lab.analysis.statistics import FEW, interval, told_of_trials
 from haptic_lab.analysis.summary import CEILING, FLOOR, SLAM
@@ -90,5 +91,8 @@ def draw(rows: pd.DataFrame) -> PaperFigure:
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=(len(labels) + 1) // 2)
     trials = int(data["trials"].max())
-    figure.suptitle(f"{trials} explorations for each σ; {told_of_trials(trials, 'shaded: 95 % intervals')}", fontsize=8)
+    figure.suptitle(
+        f"{validate.counted(trials, 'exploration')} for each σ; {told_of_trials(trials, 'shaded: 95 % intervals')}",
+        fontsize=8,
+    )
     return PaperFigure(figure, data)

@@ -12,7 +12,10 @@ from rich.console import Console
 
 
 class InterruptGuard:
-    """Within it Ctrl-C raises `KeyboardInterrupt` as ever, and `check` raises it once more where it came to nothing."""
+    """Within it Ctrl-C raises `KeyboardInterrupt` as ever, and `check` raises it once more where it came to nothing.
+
+    What fails after a Ctrl-C, as an import that was cut short does in its own way, ends as that.
+    """
 
     def __init__(self) -> None:
         self.asked = False
@@ -23,6 +26,8 @@ class InterruptGuard:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
         signal.signal(signal.SIGINT, self._usual)
+        if self.asked and isinstance(error, Exception):
+            raise KeyboardInterrupt from error
 
     def _ask(self, *_: object) -> None:
         self.asked = True

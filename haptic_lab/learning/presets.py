@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from haptic_env import reading, registration, rotation, shapes, validate
+from haptic_env import readable, reading, registration, rotation, shapes, validate
 from haptic_lab import conditions, faults, toml_presets
 from haptic_lab.believed import BELIEVED, Believed
 from haptic_lab.learning import options
@@ -101,6 +101,8 @@ class TrainingWorld(Believed):
     shapes: tuple[str, ...] = FOUR
     wrist: str | None = None
 
+    __repr__ = readable.line
+
     def __post_init__(self) -> None:
         registration.check("env", self.env)
         registration.check_wrist(self.env, self.wrist)
@@ -182,6 +184,8 @@ class Preset:
     evaluate_every: int = 100_000
     checkpoint_every: int = 50_000
     episodes: int = 40
+
+    __repr__ = readable.line
 
     def __post_init__(self) -> None:
         validate.choice("algorithm", self.algorithm, ALGORITHMS)

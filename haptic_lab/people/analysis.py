@@ -200,7 +200,7 @@ def _of_perfect(tables: Mapping[str, pd.DataFrame], matches: Sequence[Match]) ->
     told = []
     for who, mine in perfect.groupby("who", sort=False):
         trials = [
-            f"{line.trials} trials{'' if math.isnan(line.seconds) else f' of {line.seconds:g} s'}"
+            f"{validate.counted(line.trials, 'trial')}{'' if math.isnan(line.seconds) else f' of {line.seconds:g} s'}"
             for line in mine.itertuples()
         ]
         told.append(f"{who} in {validate.listed(dict.fromkeys(trials))}")

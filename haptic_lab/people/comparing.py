@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_lab.analysis.statistics import interval, share_interval
 from haptic_lab.people.fitting import DRAWS, Fit, Prepared, fit
 from haptic_lab.people.models import Model
@@ -28,6 +28,8 @@ class Comparison:
     """
 
     fits: Mapping[str, Fit]
+
+    __repr__ = readable.line
 
     @property
     def best(self) -> str:

@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import reading, validate
+from haptic_env import readable, reading, validate
 from haptic_env.arrays import Array
 from haptic_env.files import atomic, check_writable
 from haptic_lab.people import sweep_courses
@@ -45,6 +45,8 @@ class Courses:
     sigmas: Array
     seconds: Array
     log_posterior: Array
+
+    __repr__ = readable.line
 
     def __post_init__(self) -> None:
         for name in TEXTS:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_lab.analysis.statistics import share_interval
 from haptic_lab.people.comparing import Comparison, check_models, parted
 from haptic_lab.people.models import Model
@@ -30,6 +30,8 @@ class Design:
     models: Sequence[Model]
     most: int
     found: list[tuple[str, dict[int, bool]]] = field(default_factory=list)
+
+    __repr__ = readable.line
 
     @property
     def numbers(self) -> list[int]:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.optimize import brentq
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.arrays import Array
 
 DRAWS = 2000
@@ -46,6 +46,9 @@ class Sensitivity(NamedTuple):
     criterion_draws: Array
     trials: int
     perfect: bool
+
+    def __repr__(self) -> str:
+        return readable.line(self)
 
     @property
     def d_prime_interval(self) -> tuple[float, float]:

@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import gammaln, logsumexp
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.arrays import Array
 from haptic_lab.people import answers as counting
 from haptic_lab.people import likelihood, repeats
@@ -52,6 +52,8 @@ class Fit:
     expected: Array
     left_out: Array
     effective_draws: float
+
+    __repr__ = readable.line
 
     @property
     def trials(self) -> int:
@@ -182,7 +184,7 @@ def _told_others(probability: NDArray[np.float32], answers: Answers, strength: f
     )
 
 
-class Prepared:
+class Prepared(readable.Readable):
     """A model that is fitted to one subject after the other, asked at the same times."""
 
     def __init__(self, model: Model, seconds: Sequence[float], *, draws: int = DRAWS, seed: int = 0) -> None:

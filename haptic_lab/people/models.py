@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.arrays import Array
 from haptic_lab.people.courses import Courses
 from observer.shape import fading
@@ -49,6 +49,7 @@ MODELS: dict[str, tuple[str, ...]] = {
     "all": ("sigma_deg", "memory_seconds", "decision_noise", "lapse"),
     "stop_at": ("sigma_deg", "stop_at", "lapse"),
 }
+ASKED = tuple(name for name, free in MODELS.items() if set(free).isdisjoint(RULES))  # which can be compared
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,8 @@ class Grid:
     high: float
     steps: int
     logarithmic: bool
+
+    __repr__ = readable.line
 
     @property
     def fixed(self) -> bool:
@@ -137,6 +140,8 @@ class Model:
     courses: Courses = field(repr=False)
     free: tuple[str, ...]
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    __repr__ = readable.line
 
     def __post_init__(self) -> None:
         for each in (*self.free, *self.ranges):

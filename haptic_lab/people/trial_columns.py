@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from haptic_env import reading, validate
+from haptic_env import readable, reading, validate
 
 REQUIRED = ("subject", "object", "response", "seconds")
 DEADLINE = "deadline"  # when an answer was asked for, of a subject that may give it before
@@ -38,6 +38,8 @@ class TrialColumns:
     columns: Mapping[str, str | float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
+
+    __repr__ = readable.line
 
     def __post_init__(self) -> None:
         """Check what was given.

@@ -24,7 +24,7 @@ from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.rows import columns, unusual
 from haptic_lab.sweeps.tasks import files_of
-from haptic_lab.terminal import Parser, as_keys, as_path, refuse
+from haptic_lab.terminal import Called, Parser, as_keys, as_path, refuse
 from haptic_lab.worlds import HANDS_OR_IDS, SETS, WRISTS, typed_shape
 from observer import OBSERVERS
 from observer.classifiers import CLASSIFIERS
@@ -184,6 +184,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     add(
         "--trials",
         "--repeats",
+        action=Called,
         type=int,
         default=20,
         help="explorations for each of these (default 20: with four shapes names are known to ± 10 %%)",

@@ -138,7 +138,7 @@ def planned(given: argparse.Namespace) -> SweepPlan:
         check_policy(policy, given.trust)
     most = values["sigma_deg"][-1] * settings.believed_sigma
     validate.number("--sigmas times --believed-sigma", most, high=90.0, above=0.0, unit="degrees")
-    validate.integer("--trials", given.trials, 1, 100_000)
+    validate.integer(getattr(given, "trials_flag", "--trials"), given.trials, 1, 100_000)
     validate.integer("--jobs", given.jobs, 1, 1024)
     if given.ablation and FULL not in given.observers:
         raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")

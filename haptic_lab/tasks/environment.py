@@ -54,6 +54,7 @@ class OuterEnv(gym.Env[Any, Any]):
     """An environment with another one inside, of which `get_wrapper_attr` finds whatever it and its wrappers have."""
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"]}  # noqa: RUF012 - as gymnasium declares it
+    __repr__ = gym.Env.__str__
 
     def __init__(self, inside: gym.Env[Any, Any], hold: int, render_mode: str | None) -> None:
         """Keep what is inside.

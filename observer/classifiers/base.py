@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import logit
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.arrays import Array
 
 UNKNOWN = 0.5  # what a map says of a voxel that the hand never came near
@@ -23,7 +23,7 @@ MOST = 100_000  # maps that are learnt from
 WINDOW = 1e-6, 1e6  # of a bandwidth: beyond, squares of distances in its units are no numbers
 
 
-class MapClassifier(ABC):
+class MapClassifier(readable.Readable, ABC):
     """Learns names from maps: `fit(maps, labels)`, then `predict_proba(map)` or `predict(map)`.
 
     Attributes:

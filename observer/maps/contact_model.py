@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logit, ndtri_exp
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.compiled import kernel, part
 from haptic_env.grid import LARGEST as LARGEST_VOXEL
 from haptic_env.grid import SMALLEST as SMALLEST_VOXEL
@@ -105,6 +105,8 @@ class ContactModel:
     caution: float = 1.0
     temper: float = 0.3
     repeats: float = 50.0
+
+    __repr__ = readable.line
 
     def __post_init__(self) -> None:
         for field in fields(self):

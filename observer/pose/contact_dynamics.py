@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.patches import Patches
@@ -62,6 +62,8 @@ class ContactDynamics:
     pressing: float = 0.0
     lasting: float = 0.0
     seconds: float = 0.1
+
+    __repr__ = readable.line
 
     def __post_init__(self) -> None:
         validate.boolean("constrained", self.constrained)

@@ -112,4 +112,4 @@ class TracksPose:
         `ago` steps back."""
         if self._reports is not None:
             for k in range(len(waiting)):
-                waiting[k] = waiting[k].touching(self._reports.touched(ago - k))
+                waiting[k] = waiting[k].touching(self._reports.touched(ago - k), self._reports.doubted)

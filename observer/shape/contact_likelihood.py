@@ -19,6 +19,8 @@ from observer.shape.link_gaps import felt_gaps, scratch_of
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 THIN = 0.002  # m by which flesh must be deeper inside than any patch: points of the skin are some way apart
+UNKNOWN = -1  # of a contact: it was not measured, or by a patch that is believed not to work
+UNFELT = 3.0  # in tolerances: flesh beneath skin that feels nothing may be as deep as that for an error of the pose
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
 
 
@@ -40,7 +42,7 @@ class WeighedTouch(NamedTuple):
     """What links feel.
 
     Attributes:
-        contacts: (P,).
+        contacts: (P,) 1 or 0; `UNKNOWN` of patches that say nothing.
         touches: how many patches of a link feel contact; of all links (L,) or of one.
         exponent: of its likelihood; likewise.
     """
@@ -83,8 +85,7 @@ def patch_gaps(solids, h, skin, link, frame, clear, gaps):
     """
     position, rotation = frame
     nodes, box, resolution, far = solids.nodes, box_of(solids, solids.drawn_in[h]), solids.resolution, solids.far
-    scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]
-    # The link's frame in that of the field.
+    scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]  # the link's frame in the field's:
     p0, p1, p2 = in_field(turn, scale, position[0] - at[0], position[1] - at[1], position[2] - at[2])
     c0, c1, c2 = in_field(turn, scale, rotation[0, 2], rotation[1, 2], rotation[2, 2])
     s = skin.middle[link]
@@ -127,7 +128,8 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, scratch):
 
     That a link feels nothing is one event, its nearest patch is clear: an error of the pose moves all of them together.
     Silent patches of a link that feels contact lie no deeper than those that ring, which may be `press` m inside; that
-    they are as near says nothing, for the physics has few points of contact a link, however flat it lies.
+    they are as near says nothing, for the physics has few points of contact a link, however flat it lies. Skin of which
+    nothing is known may touch, but the flesh beneath it is not inside.
 
     Args:
         solids: the distance fields.
@@ -135,8 +137,8 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, scratch):
         skin: of the hand.
         link: index.
         frame: of the link, position (3,) m and rotation (3, 3).
-        felt: the `WeighedTouch` of the link.
-        model: the `TouchModel` of the link.
+        felt: the `WeighedTouch` of it.
+        model: the `TouchModel` of it.
         scratch: the `GapScratch`.
 
     Returns:
@@ -148,10 +150,14 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, scratch):
     flesh, silent = felt_gaps(solids, h, skin, link, frame, (contacts, touches), clear, scratch)
     if flesh >= clear:
         return surprise ** (exponent * touches) if touches > 0 else 1.0
-    told, touched = 1.0, clear
+    told, touched, numb = 1.0, clear, skin.numb[link]
+    for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+        numb |= contacts[patch] < 0
+    if numb:
+        flesh += press + UNFELT * tolerance
     if touches > 0:
         for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
-            if not contacts[patch]:
+            if contacts[patch] <= 0:
                 continue
             gap = scratch.gaps[patch]
             touched = min(touched, gap)
@@ -196,7 +202,7 @@ def contact_likelihood(tree, skin, solids, samples, contacts, exponent, model, o
         skin: of the hand.
         solids: the distance fields of H hypotheses.
         samples: the `PoseSamples`.
-        contacts: (P,).
+        contacts: (P,) 1, 0 or `UNKNOWN`.
         exponent: (L,) with which counts what each link says.
         model: the `TouchModel` of all links.
         out: (G, H, S), filled.
@@ -207,7 +213,7 @@ def contact_likelihood(tree, skin, solids, samples, contacts, exponent, model, o
     touches = np.zeros(links, dtype=np.int64)
     for link in range(links):
         for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
-            touches[link] += contacts[patch]
+            touches[link] += contacts[patch] > 0
     felt = WeighedTouch(contacts, touches, exponent)
     for s in range(number):
         position = np.empty((len(tree.parent), 3))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import log_softmax
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.arrays import Array
 
 LEAST = -1e4  # nats: a name that is as improbable as this can become probable again
@@ -111,7 +111,7 @@ def _normalised(log: Array) -> Array:
     return np.asarray(log_softmax(log, axis=-1))
 
 
-class FadingNames:
+class FadingNames(readable.Readable):
     """The same of one trial, as it goes on."""
 
     def __init__(self, prior: Array, step_seconds: float, memory_seconds: float) -> None:

@@ -28,14 +28,14 @@ class Look(NamedTuple):
     Attributes:
         position: (L, 3) m, of each link's frame.
         rotation: (L, 3, 3).
-        contacts: (P,).
+        contacts: (P,) 1, 0 or `UNKNOWN`, of 8 bits.
         exponent: (L,) with which counts what each link says; 0: it says nothing.
         model: of touch, with a tolerance for each link.
     """
 
     position: Array
     rotation: Array
-    contacts: NDArray[np.bool_]
+    contacts: NDArray[np.int8]
     exponent: Array
     model: TouchModel
 
@@ -51,7 +51,7 @@ class Records(NamedTuple):
         touches: (N,) how many of its patches felt contact.
         exponent: (N,) with which counts what it says.
         tolerance: (N,) m.
-        contacts: (T, P).
+        contacts: (T, P), as a look's.
     """
 
     link: NDArray[np.int64]
@@ -61,7 +61,7 @@ class Records(NamedTuple):
     touches: NDArray[np.int64]
     exponent: Array
     tolerance: Array
-    contacts: NDArray[np.bool_]
+    contacts: NDArray[np.int8]
 
 
 class Felt:
@@ -90,7 +90,7 @@ class Felt:
             np.empty(room, dtype=np.int64),
             np.empty(room),
             np.empty(room),
-            np.empty((room // links + 1, patches), dtype=np.bool_),
+            np.empty((room // links + 1, patches), dtype=np.int8),
         )
 
     def take(self, look: Look) -> None:
@@ -99,12 +99,13 @@ class Felt:
         Args:
             look: copied.
         """
-        touched = np.concatenate([[0], np.cumsum(look.contacts)])
+        touched = np.concatenate([[0], np.cumsum(look.contacts > 0)])
         touches = np.diff(touched[self._skin.first_patch])
         said = np.flatnonzero((look.exponent > 0.0) & ((touches > 0) | self._near(look)))
         upto = self._count + len(said)
         rows = [upto] * (len(self._records) - 1) + [self.looks + 1]
-        self._records = Records(*map(_with_room, self._records, rows))
+        arrays: tuple[NDArray[Any], ...] = self._records
+        self._records = Records(*map(_with_room, arrays, rows))
         records, mine = self._records, slice(self._count, upto)
         records.link[mine], records.look[mine] = said, self.looks
         records.position[mine], records.rotation[mine] = look.position[said], look.rotation[said]
@@ -165,7 +166,7 @@ class Felt:
         link, position, rotation = link[all_of], position[all_of], rotation[all_of]
         worth = temper * exponent[all_of] / tolerance[all_of] ** 2
         owner = np.repeat(np.arange(len(skin.body)), np.diff(skin.first_patch))
-        n, patch = np.nonzero(contacts[look[all_of]] & (owner == link[:, None]))
+        n, patch = np.nonzero((contacts[look[all_of]] > 0) & (owner == link[:, None]))
         n, patch, share = _chosen(worth[n], MOST_PATCHES, rng, n, patch)
         begin = np.concatenate([[0], np.cumsum([len(self._points[each]) for each in patch])])
         points = np.concatenate(

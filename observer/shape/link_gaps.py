@@ -61,7 +61,8 @@ def felt_gaps(solids, h, skin, link, frame, felt, clear, scratch):
         skin: of the hand.
         link: index.
         frame: of the link, position (3,) m and rotation (3, 3).
-        felt: contacts (P,), and how many of the link's there are.
+        felt: contacts (P,), and how many of the link's there are; patches of which nothing is known (`UNKNOWN`) are no
+            part of the skin.
         clear: m, beyond which no distance counts.
         scratch: the `GapScratch`, whose `gaps` are filled for the patches of the link that feel contact.
 
@@ -111,16 +112,20 @@ def felt_gaps(solids, h, skin, link, frame, felt, clear, scratch):
         u, v, w = p0 + a0 * x + b0 * y + c0 * z, p1 + a1 * x + b1 * y + c1 * z, p2 + a2 * x + b2 * y + c2 * z
         beyond = scale * field_distance(nodes, box, resolution, far, u, v, w)
         least, nearest = beyond, k
-        if touches > 0 and contacts[skin.patch[k]]:
+        told_of = contacts[skin.patch[k]]
+        if touches > 0 and told_of > 0:
             gaps[skin.patch[k]] = min(gaps[skin.patch[k]], beyond)
-        else:
+        elif told_of >= 0:
             silent = min(silent, beyond)
         for n in range(told, told + number - 1):
             reach = beyond - skin.apart[n] - SLACK  # no point from here on is nearer
             if reach >= (clear if touches > 0 else silent):
                 break
             k = skin.across[n]
-            rings = touches > 0 and contacts[skin.patch[k]]
+            told_of = contacts[skin.patch[k]]
+            if told_of < 0:
+                continue
+            rings = touches > 0 and told_of > 0
             if touches > 0 and reach >= (gaps[skin.patch[k]] if rings else silent):
                 continue
             x, y, z = skin.points[k, 0], skin.points[k, 1], skin.points[k, 2]

@@ -35,7 +35,7 @@ from observer.novelty import LITTLE, LinkHistory, note, unmeasured_links
 from observer.pose.seen import LaggedPose
 from observer.shape import fading
 from observer.shape.candidates import checked
-from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, weigh
+from observer.shape.contact_likelihood import UNKNOWN, PoseSamples, TouchModel, contact_likelihood, weigh
 from observer.shape.felt import Look
 from observer.shape.hypotheses import Variants, far_of
 from observer.shape.labels import Hypotheses, OfLabels
@@ -268,11 +268,13 @@ class ShapePosterior:
         if self.none:
             self._habit.update(contacts, news[self.hand.patches.link], unmeasured)
         model = TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise)
-        before = self._log_evidence.copy()
+        before, touch = self._log_evidence.copy(), contacts.view(np.int8)
+        if unmeasured is not None:
+            touch = np.where(unmeasured, UNKNOWN, touch).astype(np.int8)
         if self.variants.turns.most:
-            self._rejuvenation.take(Look(frames[0], frames[1], contacts, news, model), self._solids, self._log_evidence)
+            self._rejuvenation.take(Look(frames[0], frames[1], touch, news, model), self._solids, self._log_evidence)
         else:
-            felt = PoseSamples(self._poses, self._parts.column), contacts, news, model
+            felt = PoseSamples(self._poses, self._parts.column), touch, news, model
             contact_likelihood(tree, self._skin, self._solids, *felt, self._likelihood)
             weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
         self._misfit.update(before, self._log_evidence, self.temper)

@@ -9,6 +9,7 @@ import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
@@ -25,6 +26,7 @@ class Skin(NamedTuple):
         group: (L,) finger.
         middle: (L,) m along its bone, of its ball.
         ball: (L,) m, radius of that.
+        numb: (L,) whether some of it feels nothing.
         first_patch: (L + 1,) patches of link l are `first_patch[l]` up to `first_patch[l + 1]`.
         first_bead: (L + 1,) its beads likewise.
         along: (B,) m along its bone, of a bead.
@@ -42,6 +44,7 @@ class Skin(NamedTuple):
     group: Index
     middle: Array
     ball: Array
+    numb: NDArray[np.bool_]
     first_patch: Index
     first_bead: Index
     along: Array
@@ -83,6 +86,7 @@ def skin_of(hand: Hand) -> Skin:
         group=hand.link_group.astype(np.int64),
         middle=0.5 * length,
         ball=ball,
+        numb=hand.patches.numb,
         first_patch=np.searchsorted(hand.patches.link, each).astype(np.int64),
         first_bead=np.searchsorted(link[starts], each).astype(np.int64),
         along=along,

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from haptic_env import readable
 from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.shapes import triangles
@@ -36,6 +37,9 @@ class Surface(NamedTuple):
     vertices: Array
     faces: NDArray[np.int64]
     std: Array
+
+    def __repr__(self) -> str:
+        return readable.line(self)
 
     @property
     def empty(self) -> bool:

@@ -12,7 +12,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from haptic_env import validate
+from haptic_env import readable, validate
 from haptic_env.hand import Hand
 from observer import edge
 from observer.belief import Belief
@@ -62,7 +62,7 @@ class BeliefSpace(gym.spaces.Box):
         self.entries = tuple(entries)
 
 
-class BeliefFeatures:
+class BeliefFeatures(readable.Readable):
     """What is believed as a vector: entries of `ENTRIES`, one after the other.
 
     Attributes:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haptic_lab.commands import replay
+from haptic_lab.commands import learn, replay
 from haptic_lab.exploration import measured
 from tests.haptic_env import measured_files
 from tests.haptic_env.measured_files import MAKERS, PARTS
@@ -117,3 +117,25 @@ def test_what_makes_no_sense_ends_with_one_line(tmp_path: Path, capsys) -> None:
         assert said.lower() in error.lower() or said == "expected"
         assert error.count("\n") == 1
         assert not (tmp_path / "never").exists()
+
+
+def test_seconds_cut_a_recording(tmp_path: Path) -> None:
+    """As if it had ended there, and so it is kept."""
+    given = arguments(tmp_path, "csv")
+    whole = run(tmp_path, *given)
+    cut = run(tmp_path, *given, "--seconds", "0.5")
+    assert whole["explored_seconds"] > 0.6
+    assert cut["explored_seconds"] == pytest.approx(0.5)
+    assert cut["measured"]["steps"] == 1 + round(0.5 * cut["measured"]["control_hz"])
+    (tmp_path / "b").mkdir()
+    again = run(tmp_path / "b", str(tmp_path / "out" / "recording.npz"), "--hand", "two_finger")
+    assert again["posterior"] == cut["posterior"]
+    assert run(tmp_path, *given, "--seconds", "900")["posterior"] == whole["posterior"]
+
+
+@pytest.mark.parametrize("command", [replay.main, lambda told: learn.main(["it", "--recording", *told])])
+def test_a_recording_takes_no_policy(tmp_path: Path, capsys, command) -> None:
+    with pytest.raises(SystemExit):
+        command([*arguments(tmp_path, "csv"), "--policy", "enclosure"])
+    told = capsys.readouterr().err.strip().splitlines()
+    assert told[-1].endswith("--policy enclosure: a recording is replayed as it moved; take --policy out")

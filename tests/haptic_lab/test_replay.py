@@ -52,6 +52,8 @@ def test_an_exploration_is_played_back_to_the_same_belief(tmp_path: Path) -> Non
     assert again["truth"] == "pyramid"
     run(tmp_path / "c", "--recording", str(tmp_path / "b" / "recording.npz"))
     same_beliefs(tmp_path / "a", tmp_path / "c")
+    cut = run(tmp_path / "d", "--recording", str(tmp_path / "a" / "recording.npz"), "--seconds", "0.3")
+    assert cut["explored_seconds"] == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize(

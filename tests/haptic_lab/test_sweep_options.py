@@ -30,6 +30,13 @@ def parse(tmp_path: Path, text: str, *arguments: str):
     return options.check(None, ["--config", str(file), "--out", str(tmp_path / "out"), *arguments])
 
 
+@pytest.mark.parametrize("flag", ["--trials", "--repeats"])
+def test_a_flag_of_two_names_is_told_as_it_was_typed(flag: str, tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    with pytest.raises(SystemExit):
+        parse(tmp_path, "", flag, "0")
+    assert f": error: {flag} must be an integer in [1, 100000], got 0\n" in capsys.readouterr().err
+
+
 def test_repeats_are_trials(tmp_path: Path) -> None:
     assert parse(tmp_path, "repeats = 3").trials == parse(tmp_path, "", "--repeats", "3").trials == 3
 

@@ -142,3 +142,44 @@ def test_only_nan_is_no_measurement(hand, kind):
             slam.step(*bad)
     with pytest.raises(ValueError, match="joint_angles"):
         slam.reset(0, np.full(hand.joints, np.nan))
+
+
+DORSAL = "index_distal_1_dorsal"
+
+
+def ball_at(hand, patch, depth=0.0005, radius=0.02):
+    """A ball that touches the resting hand at the middle of a patch, `depth` m deep."""
+    data, at = hand.at_rest(), hand.patches.names.index(patch)
+    body = hand.link_bodies[hand.patches.link[at]]
+    turn = data.xmat[body].reshape(3, 3)
+    out = turn @ hand.patches.normal[at]
+    centre = data.xpos[body] + turn @ hand.patches.position[at] + (radius - depth) * out
+    return shapes.make("sphere", (2 * radius,) * 3, centre)
+
+
+def named(hand, contacts, dead=0.0, **keywords):
+    """Posterior of a ball at the back of a finger and of one far away, of a hand that rests."""
+    candidates = {"there": [ball_at(hand, DORSAL)], "away": [shapes.make("sphere", (0.04,) * 3, (0.4, 0.4, 0.4))]}
+    namer = ShapePosterior(hand, candidates, alike=0.0, stride=1, **keywords)
+    slam = PoseOnly(hand, 1.0, patches_dead=dead)
+    namer.reset(0)
+    slam.reset(0)
+    for _ in range(80):
+        namer.update(slam.step(np.zeros(hand.joints), hand.rest_pose, contacts))
+    return namer.posterior
+
+
+@pytest.mark.parametrize("keywords", [{}, {"none": 0.2}, {"rotation_jitter": 10.0, "variants": 20}], ids=str)
+def test_a_numb_patch_is_no_untouched_one(hand, keywords):
+    """Of links whose palmar sides alone are measured, or work, silence tells not whether their backs are touched."""
+    touched = [link.name in ("index_middle", "index_distal") for link in hand.links]
+    numb = np.array(touched)[hand.patches.link] & (hand.patches.normal[:, 0] > -0.5)
+    silent = np.zeros(len(hand.patches))
+    against = named(hand, silent, **keywords)
+    for contacts, dead in (
+        (np.where(numb, np.nan, silent), 0.0),
+        (silent, [name for name, lost in zip(hand.patches.names, numb, strict=True) if lost]),
+    ):
+        told = named(hand, contacts, dead, **keywords)
+        assert against[0] / against[1] < 0.1
+        assert told[0] / told[1] > 0.6

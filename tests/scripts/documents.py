@@ -27,12 +27,16 @@ def examples(document: Path) -> list[str]:
     return [text for marked, kind, text in BLOCK.findall(document.read_text()) if kind == "python" and not marked]
 
 
-def table(document: str, heading: str) -> dict[str, list[str]]:
-    """The rows of the first table of docs/`document` whose first column is called `heading`, by their first cell."""
+def rows(document: str, heading: str) -> list[list[str]]:
+    """The rows of the first table of docs/`document` whose first columns are called `heading`, cell by cell."""
     _, _, rest = (ROOT / "docs" / document).read_text().partition(f"| {heading} |")
-    rows = rest.partition("\n\n")[0].splitlines()[2:]
-    cells = [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
-    return {first: others for first, *others in cells}
+    told = rest.partition("\n\n")[0].splitlines()[2:]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in told]
+
+
+def table(document: str, heading: str) -> dict[str, list[str]]:
+    """The rows of the first table of docs/`document` whose first columns are called `heading`, by their first cell."""
+    return {first: others for first, *others in rows(document, heading)}
 
 
 def links(document: Path) -> list[tuple[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import hashlib
 import json
 import os
@@ -356,6 +357,23 @@ def test_ctrl_c_stops_all_processes_of_a_run_and_keeps_what_was_learnt(tmp_path,
     assert "Traceback" not in told
     assert {"model.npz", "model.zip", "training.json"} <= {each.name for each in out.iterdir()}
     _until(lambda: not _members(process.pid))
+
+
+@pytest.mark.parametrize("fails", [AttributeError("partially initialized module"), ValueError("cut short")], ids=repr)
+@pytest.mark.parametrize("where", ["prepare", "train"])
+def test_what_fails_because_of_ctrl_c_ends_as_ctrl_c_does(tmp_path, monkeypatch, where, fails):
+    """As an import, or a callback of C, that swallows it does."""
+
+    def swallowed(*_):
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        raise fails
+
+    monkeypatch.setattr(f"haptic_lab.learning.training.{where}", swallowed)
+    usual = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        train.main(["--preset", str(preset(tmp_path)), "--out", str(tmp_path / "out"), "--jobs", "1"])
+    assert signal.getsignal(signal.SIGINT) is usual
 
 
 KILLED = """

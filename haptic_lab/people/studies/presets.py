@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from haptic_env import reading, shapes, validate
+from haptic_env import readable, reading, shapes, validate
 from haptic_lab import toml_presets
 from haptic_lab.worlds import as_shape
 
@@ -125,6 +125,8 @@ class Study:
     conditions: tuple[HandCondition, ...] = field(default_factory=lambda: (HandCondition(""),))
     published: tuple[Published, ...] = ()
     differs: tuple[str, ...] = ()
+
+    __repr__ = readable.line
 
     def __post_init__(self) -> None:
         _texts(self, "name", "title", "task", "about", "parameter", "unit")

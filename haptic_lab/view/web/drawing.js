@@ -6,6 +6,9 @@ function drawnBySoftware() {
   return Boolean(told) && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(told.UNMASKED_RENDERER_WEBGL));
 }
 
+/** The first half of some hands of so many numbers each. */
+function half(ends, each) { return ends.subarray(0, each * Math.ceil(ends.length / each / 2)); }
+
 class Drawing {
   constructor(canvas) {
     this.canvas = canvas;
@@ -21,6 +24,7 @@ class Drawing {
     this.hold("capsule", true, () => capsule(10, 2));
     this.hold("coarse", true, () => capsule(7, 1));
     this.share = 1; // of the pixels along an edge that are drawn, but for a `sharp` picture
+    this.few = false; // whether half of the ghosts do, but for that
     this.sharp = false;
   }
 
@@ -111,8 +115,9 @@ class Drawing {
     gl.depthMask(true);
     if (surface && surface.faces.length) this.mesh("surface", surface, colours.surface, 0.85);
     gl.depthMask(false);
-    const seen = {alpha: 0.17, behind: 1, mesh: share < 1 ? "coarse" : "capsule"};
-    if (state && shown.ghosts) this.capsules("ghosts", scene, state.ghosts, rgb(colours.ghosts), seen);
+    const few = this.few && !this.sharp, seen = {alpha: few ? 0.3 : 0.17, behind: 1, mesh: share < 1 ? "coarse" : "capsule"};
+    const ghosts = state && (few ? half(state.ghosts, 6 * scene.radii.length) : state.ghosts);
+    if (state && shown.ghosts) this.capsules("ghosts", scene, ghosts, rgb(colours.ghosts), seen);
     gl.depthMask(true);
     if (truth && state && state.truth) this.outline(scene, state.truth, rgb(colours.outline));
   }

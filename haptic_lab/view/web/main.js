@@ -135,7 +135,11 @@ function pace(clock) {
   const taken = clock - now.drawn;
   if (now.changed) {
     if (now.busy) now.mean += 0.3 * (Math.min(taken, 400) - now.mean);
-    if (now.mean > SLOW && drawing.share > COARSEST) { drawing.share *= 0.8; now.mean = 0.8 * SLOW; }
+    if (now.mean > SLOW && !drawing.few) {
+      if (drawing.share > COARSEST) drawing.share *= 0.8;
+      else drawing.few = true;
+      now.mean = 0.8 * SLOW;
+    }
     now.drawn = clock;
     now.busy = true;
   } else if (taken > REST) {

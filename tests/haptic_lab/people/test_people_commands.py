@@ -40,6 +40,27 @@ def test_a_table_is_simulated_as_its_seed_says(tmp_path: Path, monkeypatch: pyte
     assert "response_time" in read_trials("d.csv")
 
 
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        ("--trials 3", "1 simulated subject, 3 trials, "),
+        ("--subjects 2 --trials 1", "2 simulated subjects, 1 trial each, "),
+    ],
+)
+def test_what_was_simulated_is_counted(flags: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    out = str(tmp_path / "a.csv")
+    assert simulate.main(["--courses", "example", "--sigma", "3", *flags.split(), "--out", out]) == 0
+    assert f"\n{told}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", [compare, design])
+def test_models_that_cannot_be_compared_are_not_offered(command, capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit):
+        command.main(["--help"])
+    told = " ".join(capsys.readouterr().out.split())
+    assert "of ideal, memory, noise, lapse, limits, all, or NAME=FILE" in told
+
+
 def test_a_fit_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
     monkeypatch.chdir(tmp_path)
     flags = ["--model", "lapse", "--draws", "2", "--out", "fit"]
