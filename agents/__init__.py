@@ -15,7 +15,7 @@ from agents.exporting import export
 from agents.information_gain import InformationGain
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
-from agents.sb3 import Sb3, Trained, is_model, load_model
+from agents.sb3 import Sb3, Searched, Trained, is_model, load_model
 from agents.sweep import Sweep
 from agents.synergy import Synergy
 from haptic_env import validate
@@ -28,6 +28,7 @@ POLICIES: dict[str, type[Policy]] = {
     "information_gain": InformationGain,
     "random_torque": RandomTorque,
     "sb3": Sb3,
+    "searched": Searched,
     "sweep": Sweep,
     "synergy": Synergy,
     "trained": Trained,

@@ -17,9 +17,10 @@ from agents.policy import Guided, Policy, Remembered, State
 from agents.saved_model import WHY, SavedModel
 from agents.space_difference import difference
 from haptic_env import hand_of, validate
-from observer.wrappers.belief_observation import features_of
+from observer.wrappers.belief_observation import OF_NAMES, features_of
 
-SHIPPED = Path(str(resources.files("agents"))) / "trained.npz"
+FOLDER = Path(str(resources.files("agents")))
+SHIPPED = FOLDER / "trained.npz"
 UNTOLD = (
     "; it does not say which entries of a belief it was shown: agents.export tells them of a model that has its "
     "environment, or with entries="
@@ -44,6 +45,8 @@ class Sb3(Guided):
     asks_shape = True
     noiseless: ClassVar[bool] = False
     """Whether it acts without the noise with which it learnt, whatever `deterministic` says."""
+    shipped: ClassVar[Path] = SHIPPED
+    """The model where no path is given."""
 
     def __init__(
         self,
@@ -69,7 +72,7 @@ class Sb3(Guided):
             ImportError: for a .zip without Stable-Baselines3.
         """
         hand_of(env)  # which it must have
-        model = load_model(SHIPPED if path is None else path, normalize, trust=trust)
+        model = load_model(self.shipped if path is None else path, normalize, trust=trust)
         entries = model.told.get("entries", [])
         spaces = {"action": (model.action_space, env.action_space)}
         self._model, self._features = model, None
@@ -86,7 +89,8 @@ class Sb3(Guided):
         wrong = [f"{what} {how}" for what, how in differ.items() if how]
         if wrong:
             told = "; ".join(wrong) + ("" if entries or differ["action"] else UNTOLD)
-            raise ValueError(f"the model {path or SHIPPED.name} was trained for another hand or observation: {told}")
+            which = path or self.shipped.name
+            raise ValueError(f"the model {which} was trained for another hand or observation: {told}")
         if isinstance(model, Network):
             noise = model.log_std if model.noise == "lasting" else None
             lasting = noise.shape if isinstance(noise, np.ndarray) else None
@@ -113,7 +117,7 @@ class Sb3(Guided):
         assert step is not None
         if int(step) % self._hold == 0:
             if self._features is not None:
-                posterior = self.shape.posterior if "names" in self._features.entries else None
+                posterior = None if {*OF_NAMES}.isdisjoint(self._features.entries) else self.shape.posterior
                 observation = self._features.vector(self.belief, observation["contacts"], posterior, int(step))
             if self._instead is not None:
                 observation = self._instead.put(observation, self._episode, int(step) // self._hold)
@@ -150,6 +154,12 @@ class Trained(Sb3):
             ValueError: where it does not fit `env`.
         """
         super().__init__(env, seed)
+
+
+class Searched(Trained):
+    """The model that ships of the preset `searched`: linear weights that a population search has found."""
+
+    shipped = FOLDER / "searched.npz"
 
 
 def is_model(name: object) -> bool:

@@ -39,7 +39,7 @@ AXES = {
     "patches": "patches P",
     "voxels": "voxels of 4 mm along an edge",
 }
-ONE = {"particles": "particle", "candidates": "candidate", "patches": "patch", "voxels": "voxel of an edge"}
+ONE = {"particles": "particle", "candidates": "candidate", "patches": "patch", "voxels": "million voxels"}
 USUAL = {"particles": 200, "candidates": 8, "voxels": 32}  # of patches: the fewest
 
 
@@ -128,19 +128,21 @@ def draw(rows: pd.DataFrame) -> Figure:
     panels = figure.subplots(2, 2).ravel()
     for panel, (axis, label) in zip(panels, AXES.items(), strict=True):
         mine = rows[rows["axis"] == axis]
-        slope, start = np.polyfit(mine["value"], mine["ms"], 1)
-        ends = np.array([0, mine["value"].max()])
-        if slope * np.ptp(mine["value"]) > NOISE * start:
+        of = mine["value"] ** 3 / 1e6 if axis == "voxels" else mine["value"]
+        slope, start = np.polyfit(of, mine["ms"], 1)
+        ends = np.array([0, of.max()])
+        if slope * np.ptp(of) > NOISE * start:
             panel.plot(ends, start + slope * ends, color="#999999", linewidth=1)
-            told = f"{1e3 * slope:.2g} µs more for each {ONE[axis]}"
+            told = f"{float(f'{1e3 * slope:.2g}'):g} µs more for each {ONE[axis]}"
         else:  # times that fall where more is done are those of a machine that has other work
             panel.axhline(mine["ms"].mean(), color="#999999", linewidth=1, linestyle="--")
             told = f"no longer with more {axis}"
-        panel.plot(mine["value"], mine["ms"], "o", color="#0072B2", markersize=5)
-        usual = mine[mine["value"] == USUAL.get(axis, mine["value"].min())]
-        panel.plot(usual["value"], usual["ms"], "o", color="#D55E00", markersize=8, label="as usual")
+        panel.plot(of, mine["ms"], "o", color="#0072B2", markersize=5)
+        usual = mine["value"] == USUAL.get(axis, mine["value"].min())
+        panel.plot(of[usual], mine["ms"][usual], "o", color="#D55E00", markersize=8, label="as usual")
         panel.set_title(told, fontsize=10, fontweight="normal")
-        panel.set(xlabel=label, ylim=(0, 1.15 * mine["ms"].max()), xlim=(0, 1.08 * mine["value"].max()))
+        named = "voxels of the map, millions" if axis == "voxels" else label
+        panel.set(xlabel=named, ylim=(0, 1.15 * mine["ms"].max()), xlim=(0, 1.08 * of.max()))
     panels[0].legend(loc="upper left", frameon=False)
     figure.supylabel("a step with contact (ms)", fontsize=11)
     return figure

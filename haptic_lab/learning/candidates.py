@@ -41,7 +41,10 @@ class Outcome(NamedTuple):
 
 
 class Judge:
-    """Explorations of candidates: linear policies, (J, 1 + D) the constant first."""
+    """Explorations of candidates: linear policies, (J, 1 + D) the constant first.
+
+    Seeds that follow each other have the shapes of the world in turn, so that each is explored as often.
+    """
 
     def __init__(self, world: TrainingWorld, jobs: int) -> None:
         """Start processes.
@@ -90,10 +93,11 @@ class _Player:
         if held_out not in self._env:
             self._env[held_out] = explored(self._world, held_out)
         env = self._env[held_out]
-        observation, _ = env.reset(seed=seed)
+        shapes = self._world.shapes
+        observation, _ = env.reset(seed=seed, options={"shape": shapes[seed % len(shapes)]})
         base = hand_env(env)
         told = np.log(1.0 / len(labels_of(env)))  # log p(truth), to whose changes rewards add up
-        doubt, total, decisions, over = 0.0, 0.0, 0, False
+        doubt, total, decisions, over, terminated = 0.0, 0.0, 0, False, False
         seconds = self._world.hold / base.control_hz
         info: dict[str, Any] = {}
         while not over:
@@ -102,8 +106,10 @@ class _Player:
             total, decisions, over = total + float(reward), decisions + 1, terminated or truncated
             told += float(reward) + self._world.price * seconds
             doubt += seconds * _doubt(told)
-        doubt += max(0.0, self._world.seconds - decisions * seconds) * _doubt(told)
-        return Outcome(doubt, total, decisions, bool(info["is_success"]))
+        right = bool(info["is_success"])
+        if not (terminated and right):  # what was decided is in doubt no more
+            doubt += max(0.0, self._world.seconds - decisions * seconds) * _doubt(told)
+        return Outcome(doubt, total, decisions, right)
 
 
 def _doubt(log_p: float) -> float:

@@ -1,11 +1,11 @@
 """The mean of the maps at one time, computed when it is asked for, and only where it changed.
 
-N particles, (X, Y, Z) voxels.
+N particles, (X, Y, Z) voxels, T cells that are not the same to all particles.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,25 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 
 if TYPE_CHECKING:
-    from observer.maps.occupancy import Maps, ParticleMaps
+    from observer.maps.occupancy import Maps
+
+
+class Changed(NamedTuple):
+    """Cells that have changed since the mean was last told, and what particles believed of them.
+
+    Attributes:
+        cells: (C,).
+        common: (C,) int8 log-odds to all particles.
+        slot: (C,) where `own` has the cell; -1, its last column, in which is 0, for those in common.
+        touched: (C,) whether particles may believe different things.
+        own: (N, > T) int8 log-odds, each particle's own.
+    """
+
+    cells: NDArray[np.int64]
+    common: NDArray[np.int8]
+    slot: NDArray[np.int32]
+    touched: NDArray[np.bool_]
+    own: NDArray[np.int8]
 
 
 class UndoRecord:
@@ -48,26 +66,26 @@ class LazyMean:
         """
         self._maps: Maps | None = maps
         self._weights = weights
-        self._then: ParticleMaps | None = None
+        self._changed: Changed | None = None
 
     @property
     def waits(self) -> bool:
         """Whether the mean is still to be computed."""
         return self._maps is not None
 
-    def put_off(self, then: ParticleMaps) -> None:
+    def put_off(self, changed: Changed) -> None:
         """Compute it later, of the maps as they were.
 
         Args:
-            then: a copy of them.
+            changed: what is new in them.
         """
-        self._then = then
+        self._changed = changed
 
     def settle(self) -> None:
         """Bring the mean up to date; called before the maps change."""
         if self._maps is not None:
-            self._mean, self._since = self._maps.refresh(self._weights, self._then)
-            self._maps = self._then = None
+            self._mean, self._since = self._maps.refresh(self._weights, self._changed)
+            self._maps = self._changed = None
 
     def __call__(self) -> Array:
         self.settle()

@@ -17,7 +17,7 @@ from haptic_env.grid import Grid
 from haptic_env.moved import renamed
 from observer.maps.cells import flagged, mark, mean_probability, settle, spread
 from observer.maps.forgetting import Fade
-from observer.maps.lazy_mean import LazyMean, UndoRecord
+from observer.maps.lazy_mean import Changed, LazyMean, UndoRecord
 from observer.surface.touches import TouchLog
 
 __getattr__ = renamed(__name__, {"Then": "LazyMean", "Change": "UndoRecord"})
@@ -121,7 +121,7 @@ class Maps:
         self._next = UndoRecord()
         self._last: weakref.ref[LazyMean] | None = None
         self._put_off: weakref.ref[LazyMean] | None = None
-        self._copy: ParticleMaps | None = None  # as the maps were for the mean that is put off
+        self._late: Changed | None = None  # of which the mean is put off
         self._dense = dense
 
     def __getstate__(self) -> dict[str, Any]:
@@ -130,7 +130,7 @@ class Maps:
         last = _held(self._last)
         if last is not None:
             last.settle()
-        return {**vars(self), "_last": None, "_copy": None}
+        return {**vars(self), "_last": None, "_late": None}
 
     def before_change(self) -> None:
         """Settle the last snapshot, if anyone still holds it.
@@ -140,12 +140,15 @@ class Maps:
         """
         self.catch_up()
         last, self._last = _held(self._last), None
-        if last is None:
+        if last is None or not last.waits:
             return
-        if self._dense or np.count_nonzero(self.stale) * len(self.own) < WORTH_A_COPY:
+        changed = self._changed()
+        if self._dense or len(changed.cells) * len(self.own) < WORTH_A_COPY:
+            last.put_off(changed)
             last.settle()
-        elif last.waits:
-            last.put_off(self._copied())
+        else:
+            self._late = changed._replace(own=self._own_copied())
+            last.put_off(self._late)
             self._put_off = weakref.ref(last)
 
     def catch_up(self) -> None:
@@ -153,8 +156,8 @@ class Maps:
         late, waits, self._put_off = _held(self._put_off), self._put_off is not None, None
         if late is not None:
             late.settle()
-        elif waits and self._copy is not None:
-            self.stale |= self._copy.stale
+        elif waits and self._late is not None:
+            self.stale[self._late.cells] = True
 
     def make_room(self, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """Give a slot to each cell that has none, and take note that they change.
@@ -217,42 +220,43 @@ class Maps:
             self._last = weakref.ref(then)
         return OccupancySnapshot(then, touches)
 
-    def refresh(self, weights: Array, then: ParticleMaps | None = None) -> tuple[Array, UndoRecord]:
+    def refresh(self, weights: Array, changed: Changed | None = None) -> tuple[Array, UndoRecord]:
         """Bring the mean of the maps up to date.
 
         Args:
             weights: (N,).
-            then: the maps as they were when the mean was put off; None: as they are now.
+            changed: the cells since the last time, as they were when this was put off; None: as they are now.
 
         Returns:
             The mean (X, Y, Z), which changes with the maps, and its next change.
         """
-        if then is None:
+        if changed is None:
             self.catch_up()
+            changed = self._changed()
         else:
             self._put_off = None
-        maps = self.arrays if then is None else then
-        cells = flagged(maps.stale)  # all of which the hand came near
-        cells = np.concatenate([cells, spread(cells, self._mean.shape, self._told)])
-        where, differs = maps.slot[cells], maps.touched[cells]
-        entry = maps.common[cells].astype(np.int64) + maps.own[0, where]  # any particle's, where they do not differ
-        mean = self._probability[entry + 128]
-        mean[differs] = mean_probability(where[differs], maps.own, weights, self._probability)
+        cells, common, where, differs, own = changed
+        beside = spread(cells, self._mean.shape, self._told)  # where the hand never was, so that nothing is known
+        mean = self._probability[common.astype(np.int64) + own[0, where] + 128]  # any particle's, where they agree
+        mean[differs] = mean_probability(where[differs], own, weights, self._probability)
+        mean = np.append(mean, np.full(len(beside), self._probability[128]))
+        cells = np.append(cells, beside)
         change, self._next = self._next, UndoRecord()
         change.cells, change.before, change.after = cells, self._mean.flat[cells], self._next
         self._mean.flat[cells] = mean
-        maps.stale[cells] = False
         return self._mean, self._next
 
-    def _copied(self) -> ParticleMaps:
-        """The maps as they are now; what is stale is so in the copy alone."""
-        used, now, copy = len(self.cells), self.arrays, self._copy
-        if copy is None or copy.own.shape != self.own.shape:
-            copy = self._copy = ParticleMaps._make(np.zeros_like(each) for each in now)
-        copy.own[:, :used] = now.own[:, :used]
-        for name in ("common", "slot", "touched", "stale"):
-            getattr(copy, name)[:] = getattr(now, name)
-        self.stale[:] = False
+    def _changed(self) -> Changed:
+        """The cells of which the mean is to be told anew, all of which the hand came near; they count as told."""
+        cells = flagged(self.stale)
+        self.stale[cells] = False
+        return Changed(cells, self.common[cells], self.slot[cells], self.touched[cells], self.own)
+
+    def _own_copied(self) -> NDArray[np.int8]:
+        """What particles believe now; where the last copy was is written over."""
+        used, last = len(self.cells), self._late
+        copy = last.own if last is not None and last.own.shape == self.own.shape else np.zeros_like(self.own)
+        copy[:, :used] = self.own[:, :used]
         return copy
 
     def _arrays(self) -> ParticleMaps:

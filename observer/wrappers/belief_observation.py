@@ -29,10 +29,13 @@ ENTRIES = {
     "link's frame: probability * 2 - 1, 0 where nothing is known",
     "time": "(1,) share of the episode that is left",
     "rhythm": "(6,) sine and cosine of clocks of 0.5 Hz, 1 Hz and 0.17 Hz: a network without memory keeps no rhythm",
+    "names_rhythm": "(C * 6,) how much likelier each label is than 1 / C, times each number of the rhythm, so that "
+    "linear weights are another rhythm for each thing that it may be",
     "covered": "(125,) occupied voxels in each of 5 x 5 x 5 parts of the map, in units of one side of such a part",
 }
+OF_NAMES = ("names", "names_rhythm")  # which need an observer that names the object
 OF_MAPS = ("occupancy", "covered")  # which need an observer that has one
-USUAL = tuple(name for name in ENTRIES if name != "covered")  # where nothing else is said
+USUAL = tuple(name for name in ENTRIES if name not in ("names_rhythm", "covered"))  # where nothing else is said
 PARTS = 5  # of the map along each axis
 SPREAD_UNIT = 0.1  # rad
 BOUND = 2.0  # of what has no bound of its own; what is beyond is clipped
@@ -74,7 +77,7 @@ class BeliefFeatures(readable.Readable):
 
         Args:
             hand: that explores.
-            labels: (C,) names; none, where "names" are not among the entries.
+            labels: (C,) names; none, where none of the entries tells of them.
             seconds: of an episode.
             control_hz: steps a second.
             entries: some of `ENTRIES`; None: `USUAL`, all but "covered".
@@ -93,7 +96,7 @@ class BeliefFeatures(readable.Readable):
             validate.choice("entry", entry, ENTRIES)
         if not self.entries:
             raise ValueError(f"entries must name at least one of {', '.join(ENTRIES)}")
-        if labels or "names" in self.entries:
+        if labels or not {*OF_NAMES}.isdisjoint(self.entries):
             validate.names("labels", labels)
         self._seconds = validate.number("seconds", seconds, 1e-6, 1e12, unit="s")
         self._step_seconds = 1.0 / validate.number("control_hz", control_hz, 1e-6, 1e6, unit="Hz")
@@ -115,6 +118,7 @@ class BeliefFeatures(readable.Readable):
             "occupancy": (cells, -1.0, 1.0),
             "time": (1, 0.0, 1.0),
             "rhythm": (2 * len(CLOCKS_HZ), -1.0, 1.0),
+            "names_rhythm": (len(labels) * 2 * len(CLOCKS_HZ), -1.0, 1.0),
             "covered": (PARTS**3, 0.0, BOUND),
         }
         low, high = (
@@ -141,8 +145,8 @@ class BeliefFeatures(readable.Readable):
             ValueError: for what is none of these.
         """
         felt = validate.binary("contacts", contacts, (self._patches,))
-        if posterior is None:
-            posterior = np.zeros(0)
+        if posterior is None:  # which no entry may need
+            posterior = np.zeros(self._labels if {*OF_NAMES}.isdisjoint(self.entries) else 0)
         if isinstance(posterior, np.ndarray) and posterior.shape != (self._labels,):
             raise ValueError(
                 f"posterior must be of shape ({self._labels},), one for each of the labels, got shape {posterior.shape}"
@@ -150,6 +154,7 @@ class BeliefFeatures(readable.Readable):
         names = validate.array("posterior", posterior, (self._labels,), bound=1.0)
         seconds = validate.integer("step", step, 0, 10**12) * self._step_seconds
         turns = [2 * np.pi * hz * seconds for hz in CLOCKS_HZ]
+        rhythm = [wave(turn) for turn in turns for wave in (np.sin, np.cos)]
         parts: dict[str, Any] = {
             "pose": (belief.joint_angles - self._middle) / self._reach,
             "spread": belief.joint_std / SPREAD_UNIT,
@@ -157,7 +162,8 @@ class BeliefFeatures(readable.Readable):
             "contacts": felt,
             "names": names,
             "time": [1.0 - seconds / self._seconds],
-            "rhythm": [wave(turn) for turn in turns for wave in (np.sin, np.cos)],
+            "rhythm": rhythm,
+            "names_rhythm": np.outer(names - 1.0 / max(1, self._labels), rhythm).ravel(),
         }
         if "occupancy" in self.entries:  # which takes longer than all the others
             parts["occupancy"] = self._occupancy(belief)
@@ -264,10 +270,10 @@ def features_of(env: gym.Env[Any, Any], entries: Sequence[str] | None = None) ->
         The features.
 
     Raises:
-        ValueError: where "names" are asked for, and nothing names the object.
+        ValueError: where an entry tells of names, and nothing names the object.
     """
     base: Any = env.unwrapped
-    nameless = entries is not None and "names" not in entries and _namer(env) is None
+    nameless = entries is not None and {*OF_NAMES}.isdisjoint(entries) and _namer(env) is None
     labels = () if nameless else labels_of(env)
     return BeliefFeatures(base.hand, labels, base.episode_seconds, base.control_hz, entries)
 

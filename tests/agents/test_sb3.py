@@ -18,6 +18,7 @@ import agents
 from agents import network
 from agents.hold_action import HoldAction
 from agents.sb3 import SHIPPED
+from haptic_lab.learning import presets
 from observer import BeliefObservation, HapticSLAM, ObserverWrapper, ShapePosterior
 from observer.wrappers.belief_observation import CLOCKS_HZ
 
@@ -382,6 +383,19 @@ def test_a_model_that_does_more_than_its_layers_say_is_not_exported(tmp_path):
         agents.export(model, tmp_path / "model.zip")
     assert not list(tmp_path.iterdir())
     env.close()
+
+
+def test_the_searched_model_is_small_and_that_of_its_preset(env):
+    path, preset = SHIPPED.parent / "searched.npz", presets.read("searched")
+    assert path.stat().st_size < 10_000
+    world = preset.world
+    assert network.read(path).told == {"env": world.env, "entries": list(world.observation), "hold": world.hold}
+    observation, _ = env.reset(seed=0)
+    first, second = (
+        agents.make("searched", env, seed=0).predict(observation)[0],
+        agents.make("sb3", env, seed=1, path=path).predict(observation)[0],
+    )
+    np.testing.assert_array_equal(first, second)
 
 
 def test_the_shipped_model_is_small_and_the_default(env):

@@ -207,6 +207,19 @@ def test_what_may_be_right_is_left_to_the_command(
     assert given_files.first_wrong(command, flags.split()) is None
 
 
+def test_a_mesh_that_needs_what_is_not_installed_is_left_to_the_command(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def missing(*_: str) -> None:
+        raise ImportError("manifold3d is missing")
+
+    (tmp_path / "arrow.obj").write_text("v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nf 1 2 3 4 5\n")
+    monkeypatch.setattr(mesh_formats.polygons.extras, "load", missing)
+    with pytest.raises(ImportError):
+        mesh_formats.read(tmp_path / "arrow.obj")
+    assert given_files.first_wrong("explore", ["--shape", str(tmp_path / "arrow.obj")]) is None
+
+
 SOUND = [
     *(("train", f"--preset {path}") for path in presets.FOLDER.glob("*.toml")),
     *(("study", str(path)) for path in studies.FOLDER.glob("*.toml")),

@@ -16,10 +16,12 @@ pytest.importorskip("stable_baselines3")
 import agents
 from agents.sweep import SweepingMotion
 from haptic_lab.commands import train
-from haptic_lab.learning import presets, search
+from haptic_lab.learning import candidates, presets, search
 from haptic_lab.learning.candidates import Outcome, doubts
 from haptic_lab.learning.evaluation import OF_EVALUATIONS
+from haptic_lab.learning.explored import explored as explored_as_usual
 from haptic_lab.learning.finger_weights import FingerWeights
+from haptic_lab.learning.presets import TrainingWorld
 from observer import BeliefFeatures, HapticSLAM, ObserverWrapper, ShapePosterior
 from observer.wrappers.belief_observation import CLOCKS_HZ
 
@@ -51,7 +53,7 @@ def weights(hand, *entries: str, sweep: SweepingMotion | None = None) -> FingerW
     return FingerWeights(hand, BeliefFeatures(hand, LABELS, 10.0, 50.0, entries), len(LABELS), sweep)
 
 
-@pytest.mark.parametrize("before", [(), ("names",), ("contacts", "time", "pose")])
+@pytest.mark.parametrize("before", [(), ("names",), ("contacts", "time", "pose"), ("names_rhythm",)])
 def test_weights_of_zero_are_the_sweep(hand, before):
     sweep = SweepingMotion(flexion=0.4, sideways=0.7)
     made = weights(hand, *before, "rhythm", sweep=sweep)
@@ -81,6 +83,31 @@ def test_fingers_share_their_weights_and_are_mirrored(hand):
         np.testing.assert_array_equal(thumb * [-1, 1, 1, 1], index)
         assert not matrix[4:, patch[name]].any(), "a finger does nothing about what the other one feels"
         assert thumb.all()
+
+
+def test_shapes_are_explored_in_turn(monkeypatch):
+    explored = []
+
+    class Reset(gym.Wrapper):
+        def reset(self, *, seed=None, options=None):
+            explored.append((seed, options["shape"]))
+            return self.env.reset(seed=seed, options=options)
+
+    world = TrainingWorld(observation=("rhythm",), seconds=0.04, hold=2, variants=4)
+    monkeypatch.setattr(candidates, "explored", lambda *given: Reset(explored_as_usual(*given)))
+    judge = candidates.Judge(world, jobs=1)
+    judge.judge((np.zeros((8, 7)), seed) for seed in range(4, 10))
+    assert explored == [(4 + i, world.shapes[i % 4]) for i in range(6)]
+
+
+def test_what_was_decided_rightly_is_in_doubt_no_more():
+    """Where any probability is enough to decide, an exploration ends at once; a wrong end is in doubt for all of it."""
+    world = TrainingWorld(observation=("rhythm",), seconds=1.0, hold=2, variants=4, threshold=0.0)
+    outcomes = candidates.Judge(world, jobs=1).judge((np.zeros((8, 7)), seed) for seed in range(8))
+    assert {each.decisions for each in outcomes} == {1}
+    assert {each.right for each in outcomes} == {True, False}
+    for each in outcomes:
+        assert each.doubt < 0.04 if each.right else each.doubt > 0.8
 
 
 def test_time_in_doubt_is_the_mean_of_outcomes():

@@ -118,7 +118,7 @@ def test_an_observer_that_knows_the_solids_goes_on_as_the_original(trial, bits, 
     assert first == second
 
 
-@pytest.mark.parametrize("name", [name for name in agents.POLICIES if name not in ("sb3", "trained")])
+@pytest.mark.parametrize("name", [name for name in agents.POLICIES if name not in ("sb3", "searched", "trained")])
 def test_all_that_explore_together_go_on_as_the_originals(bits, copied, name):
     """The environment, its wrappers, the observer, the namer, the policy and its state, copied at once."""
     inner = gym.make("HapticSLAM/TwoFinger-v0", size_jitter=0.1, episode_seconds=1.0, reveal_truth=True)

@@ -163,6 +163,7 @@ LEFT_OUT: dict[str, str] = {
     "agents.sb3.is_model": "agents has it",
     "agents.sb3.load_model": "agents has it",
     "agents.sb3.Trained": "POLICIES has it",
+    "agents.sb3.Searched": "POLICIES has it",
     "agents.synergy.Synergy": "POLICIES has it",
     "agents.synergy.opposition_basis": "takes a hand alone",
 }

@@ -19,18 +19,18 @@ def test_quick_writes_a_picture_and_its_numbers(tmp_path, capsys: pytest.Capture
 
 
 def test_the_picture_says_how_fast_it_grows_and_what_is_usual() -> None:
-    steps = {"particles": (200, 400), "candidates": (8, 16), "patches": (50, 100), "voxels": (32, 64)}
-    slopes = {"particles": 0.002, "candidates": 0.05, "patches": 0.0, "voxels": 0.001}
+    steps = {"particles": (200, 400), "candidates": (8, 16), "patches": (50, 100), "voxels": (32, 128)}
+    slopes = {"particles": 0.002, "candidates": 0.05, "patches": 0.0, "voxels": 0.01}
     rows = [(axis, value, 1.0 + slopes[axis] * value) for axis, values in steps.items() for value in values]
     panels = scaling.draw(pd.DataFrame(rows, columns=["axis", "value", "ms"])).axes
     assert [panel.get_title() for panel in panels] == [
         "2 µs more for each particle",
         "50 µs more for each candidate",
         "no longer with more patches",
-        "no longer with more voxels",  # a tenth is the machine's
+        "470 µs more for each million voxels",
     ]
     usual = [line.get_xdata().tolist() for panel in panels for line in panel.lines if line.get_label() == "as usual"]
-    assert usual == [[200], [8], [50], [32]]
+    assert usual == [[200], [8], [50], [0.032768]]
 
 
 def test_bad_input_is_one_clear_line(capsys: pytest.CaptureFixture) -> None:
