@@ -23,10 +23,9 @@ from observer.shape.contact_likelihood import (
     TouchModel,
     WeighedTouch,
     link_likelihood,
-    patch_gaps,
 )
 from observer.shape.distance_fields import Solids
-from observer.shape.link_gaps import scratch_of
+from observer.shape.link_gaps import patch_gaps, scratch_of
 
 FELT = 0.001  # metres: a patch this near would feel contact (points of the skin lie some millimetres apart)
 

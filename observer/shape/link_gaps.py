@@ -52,6 +52,64 @@ def scratch_of(skin, patches):
 
 
 @part(fastmath=True)
+def patch_gaps(solids, h, skin, link, frame, clear, gaps):
+    """Find how far the patches of a link are from a hypothesis.
+
+    Distance changes no faster than its place: what a look-up shows to be clear is skipped.
+
+    Args:
+        solids: the distance fields.
+        h: index of the hypothesis.
+        skin: of the hand.
+        link: index.
+        frame: of the link, position (3,) m and rotation (3, 3).
+        clear: m, beyond which no distance counts.
+        gaps: (P,) m, filled for the patches of the link if any is less than `clear`, with `clear` where it is not.
+
+    Returns:
+        How far the flesh about the bone is from the hypothesis, m, or `clear` where it is farther: negative where it
+        would have to be inside, as where a thin wall cuts through it that no patch lies in.
+    """
+    position, rotation = frame
+    nodes, box, resolution, far = solids.nodes, box_of(solids, solids.drawn_in[h]), solids.resolution, solids.far
+    scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]  # the link's frame in the field's:
+    p0, p1, p2 = in_field(turn, scale, position[0] - at[0], position[1] - at[1], position[2] - at[2])
+    c0, c1, c2 = in_field(turn, scale, rotation[0, 2], rotation[1, 2], rotation[2, 2])
+    s = skin.middle[link]
+    gap = scale * field_distance(nodes, box, resolution, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
+    if gap - skin.ball[link] >= clear:
+        return clear
+    a0, a1, a2 = in_field(turn, scale, rotation[0, 0], rotation[1, 0], rotation[2, 0])
+    b0, b1, b2 = in_field(turn, scale, rotation[0, 1], rotation[1, 1], rotation[2, 1])
+    for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+        gaps[patch] = clear
+    flesh = clear
+    bead, last = skin.first_bead[link], skin.first_bead[link + 1]
+    while bead < last:
+        s, radius = skin.along[bead], skin.radius[bead]
+        gap = scale * field_distance(nodes, box, resolution, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
+        upto = s + gap - radius - clear
+        if upto >= s:
+            bead += 1
+            while bead < last and skin.along[bead] < upto and skin.radius[bead] <= radius:
+                bead += 1
+            continue
+        flesh = min(flesh, gap - radius)
+        k, end = skin.begin[bead], skin.begin[bead + 1]
+        while k < end:
+            x, y, z = skin.points[k, 0], skin.points[k, 1], skin.points[k, 2]
+            u, v, w = p0 + a0 * x + b0 * y + c0 * z, p1 + a1 * x + b1 * y + c1 * z, p2 + a2 * x + b2 * y + c2 * z
+            gap = scale * field_distance(nodes, box, resolution, far, u, v, w)
+            gaps[skin.patch[k]] = min(gaps[skin.patch[k]], gap)
+            upto = skin.travel[k] + gap - clear
+            k += 1
+            while k < end and skin.travel[k] < upto:
+                k += 1
+        bead += 1
+    return flesh
+
+
+@part(fastmath=True)
 def felt_gaps(solids, h, skin, link, frame, felt, clear, scratch):
     """Find how far a link is from a hypothesis where it feels contact, and where it feels none.
 
@@ -67,7 +125,7 @@ def felt_gaps(solids, h, skin, link, frame, felt, clear, scratch):
         scratch: the `GapScratch`, whose `gaps` are filled for the patches of the link that feel contact.
 
     Returns:
-        As `contact_likelihood.patch_gaps` does, how far the flesh about the bone is; and how far the nearest point of
+        As `patch_gaps` does, how far the flesh about the bone is; and how far the nearest point of
         the skin that feels none is, m; `clear` where they are farther. Where the first is `clear` nothing is filled.
     """
     contacts, touches = felt

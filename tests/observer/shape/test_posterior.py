@@ -20,13 +20,13 @@ from observer.shape.contact_likelihood import (
     PoseSamples,
     TouchModel,
     contact_likelihood,
-    patch_gaps,
     resample,
     weigh,
 )
 from observer.shape.distance_fields import box_of, field_distance, solids_of
 from observer.shape.drawn_fields import FIELD_RESOLUTION
 from observer.shape.hypotheses import Variants
+from observer.shape.link_gaps import patch_gaps
 from observer.shape.null_model import NullModel
 from observer.shape.skin import SKIN_SPACING, skin_of
 from observer.shape.subchains import parts_of
@@ -240,6 +240,9 @@ def _reference_likelihood(hand, gaps, flesh, contacts, tolerance, press, surpris
         touched, silent = gaps[mine & contacts], gaps[mine & ~contacts].min(initial=4 * tolerance)
         depth = np.where(touched < 0.0, np.minimum(touched + press, 0.0), touched) / tolerance
         fits = list(np.where(depth < 4.0, np.exp(-0.5 * depth**2), 0.0))
+        if press > 4.0 * tolerance:
+            one_sided = 1.0 / (1.0 + np.exp(1.7 * np.maximum(touched, -press) / tolerance))
+            fits = list(np.where(touched < 4.0 * tolerance, one_sided, 0.0))
         if flesh[link] < gaps[mine].min() - THIN:
             silent = flesh[link]
         ratio = silent / tolerance
@@ -251,7 +254,7 @@ def _reference_likelihood(hand, gaps, flesh, contacts, tolerance, press, surpris
     return result
 
 
-@pytest.mark.parametrize("press", [0.0, 0.003])
+@pytest.mark.parametrize("press", [0.0, 0.003, 0.01])
 def test_the_likelihood_is_the_product_over_a_fingers_links(two_finger, press):
     rng = np.random.default_rng(1)
     made = [shapes.make("cube"), shapes.make("sphere")]
