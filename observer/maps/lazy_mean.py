@@ -55,6 +55,9 @@ class LazyMean:
     """The mean of `maps` by `weights` (N,) as it is now, whenever it is called.
 
     Nothing is copied until then: it keeps what changes, which is little, and undoes it.
+
+    Attributes:
+        weights: (N,).
     """
 
     def __init__(self, maps: Maps, weights: Array) -> None:
@@ -65,7 +68,7 @@ class LazyMean:
             weights: (N,).
         """
         self._maps: Maps | None = maps
-        self._weights = weights
+        self.weights = weights
         self._changed: Changed | None = None
 
     @property
@@ -84,7 +87,7 @@ class LazyMean:
     def settle(self) -> None:
         """Bring the mean up to date; called before the maps change."""
         if self._maps is not None:
-            self._mean, self._since = self._maps.refresh(self._weights, self._changed)
+            self._mean, self._since = self._maps.refresh(self.weights, self._changed)
             self._maps = self._changed = None
 
     def __call__(self) -> Array:

@@ -121,7 +121,8 @@ class Maps:
         self._next = UndoRecord()
         self._last: weakref.ref[LazyMean] | None = None
         self._put_off: weakref.ref[LazyMean] | None = None
-        self._late: Changed | None = None  # of which the mean is put off
+        self._late: Changed | None = None  # of which the mean is put off, or was
+        self._late_weights: Array | None = None
         self._dense = dense
 
     def __getstate__(self) -> dict[str, Any]:
@@ -130,24 +131,25 @@ class Maps:
         last = _held(self._last)
         if last is not None:
             last.settle()
-        return {**vars(self), "_last": None, "_late": None}
+        return {**vars(self), "_last": None, "_late": None, "_late_weights": None}
 
     def before_change(self) -> None:
         """Settle the last snapshot, if anyone still holds it.
 
         Whoever asks step by step holds each until the next one comes, and looks at few. Where the mean is costly it is
-        put off until then, and the maps are copied for it.
+        put off until then, and the maps are copied for it; but not once weights stay, for then it is cheap from now on.
         """
         self.catch_up()
         last, self._last = _held(self._last), None
         if last is None or not last.waits:
             return
         changed = self._changed()
-        if self._dense or len(changed.cells) * len(self.own) < WORTH_A_COPY:
+        stay = self._late_weights is not None and np.array_equal(last.weights, self._late_weights)
+        if stay or self._dense or len(changed.cells) * len(self.own) < WORTH_A_COPY:
             last.put_off(changed)
             last.settle()
         else:
-            self._late = changed._replace(own=self._own_copied())
+            self._late, self._late_weights = changed._replace(own=self._own_copied()), last.weights
             last.put_off(self._late)
             self._put_off = weakref.ref(last)
 
