@@ -232,6 +232,7 @@ ALLOWED = (
     "notice",
     "patches",
     "pose",
+    "readable",
     "reading",
     "recordings",
     "rotation",
