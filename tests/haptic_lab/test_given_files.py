@@ -16,7 +16,7 @@ import pytest
 
 import agents
 from haptic_env import hands, mesh_formats, recordings, shapes
-from haptic_lab import cli, given_files, without_computing
+from haptic_lab import cli, file_contents, given_files, without_computing
 from haptic_lab.learning import presets
 from haptic_lab.people import courses, options, trial_columns, trials
 from haptic_lab.people.studies import presets as studies
@@ -263,3 +263,4 @@ def test_files_are_taken_by_the_endings_that_are_read() -> None:
     assert set(given_files.MESHES) == set(mesh_formats.READERS)
     assert set(given_files.TABLES) == set(trials.SEPARATORS)
     assert {*trial_columns.CONTENT, *recordings.column_map.CONTENT} == set(given_files.MAPS)
+    assert file_contents.BEGIN[".xdf"] == (recordings.xdf.MAGIC,)
