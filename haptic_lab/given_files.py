@@ -152,7 +152,7 @@ def _wrong(value: str, path: str, kind: Kind, surely: bool) -> str | None:
         return f"{value!r} cannot be read: {error.strerror or error}"
     except ValueError as error:
         return f"{value!r} {error}"
-    if there is None or not surely or ending not in kind.endings or not {*kind.held}.isdisjoint(there) or not kind.held:
+    if there is None or not surely or not kind.held or not {*kind.held}.isdisjoint(there):
         return None
     instead = f"; it has {', '.join(there)}" if there else ", it is empty"
     return f"{value!r} is no {kind.what}: it has no {' or '.join(kind.held)}{instead}"
