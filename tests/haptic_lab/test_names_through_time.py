@@ -37,16 +37,18 @@ def test_the_last_of_the_names_are_those_of_the_end(tmp_path: Path, capsys: pyte
     assert lines.groupby(["observer", "namer"]).ngroups == 7
 
 
-def test_the_maps_that_are_named_are_those_in_hindsight_of_their_moment(tmp_path: Path) -> None:
-    plan = options.check(None, [*FEW, "--maps-every", "0.3", "--observers", "haptic_slam", "--out", str(tmp_path)])
+@pytest.mark.parametrize(("every", "steps"), [("0.3", (15, 30, 45)), ("0.25", (13, 25, 38, 50))])
+def test_the_maps_that_are_named_are_those_in_hindsight_of_their_moment(every, steps, tmp_path: Path) -> None:
+    """Of the first step that is not before it, where the time is no whole number of steps of 0.02 s."""
+    plan = options.check(None, [*FEW, "--maps-every", every, "--observers", "haptic_slam", "--out", str(tmp_path)])
     task = SweepTask(plan.settings, Condition(3.0, seconds=1.0), "cube", 900_000)
     kept = make_trial(task, naming=True)
     kept.run()
     maps = kept.finish()[1]["haptic_slam"].maps
     again = make_trial(task, naming=False)
     slam = again.observer_runs["haptic_slam"].observer
-    found = [slam.map_now() for step in again if step in (15, 30, 45)]
-    assert len(maps) == len(found) == 3
+    found = [slam.map_now() for step in again if step in steps]
+    assert len(maps) == len(found) == len(steps)
     assert all((mine == other).all() for mine, other in zip(maps, found, strict=True))
     assert (np.diff([np.abs(each - 0.5).sum() for each in maps]) > 0).all(), "ever more is known"
     assert again.finish()[1]["haptic_slam"].maps == (), "exemplars need the last alone"
@@ -56,13 +58,15 @@ def test_the_maps_that_are_named_are_those_in_hindsight_of_their_moment(tmp_path
     ("flags", "told"),
     [
         (["--maps-every", "0"], "--maps-every must be"),
+        (["--maps-every", "0.01"], "--maps-every must be a finite number in [0.02, 1] s, got 0.01"),
+        (["--maps-every", "5"], "--maps-every must be a finite number in [0.02, 1] s, got 5"),
         (["--maps-every", "1", "--classifiers"], "there are no --classifiers to name them"),
         (["--maps-every", "1", "--names-only"], "--names-only makes no maps, which --maps-every is about"),
     ],
 )
 def test_what_makes_no_sense_is_refused_in_a_line(flags, told, tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
-        options.check(None, [*flags, "--out", str(tmp_path / "out")])
+        options.check(None, ["--seconds", "1", *flags, "--out", str(tmp_path / "out")])
     line = capsys.readouterr().err
     assert ended.value.code == 2
     assert told in line
