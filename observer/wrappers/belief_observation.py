@@ -62,13 +62,15 @@ class BeliefSpace(gym.spaces.Box):
         self.entries = tuple(entries)
 
 
-class BeliefFeatures(readable.Readable):
+class BeliefFeatures:
     """What is believed as a vector: entries of `ENTRIES`, one after the other.
 
     Attributes:
         entries: which.
         space: Box (D,) of the vector.
     """
+
+    __repr__ = readable.line
 
     def __init__(
         self, hand: Hand, labels: Sequence[str], seconds: float, control_hz: float, entries: Sequence[str] | None = None
