@@ -57,6 +57,8 @@ def weights(hand, *entries: str, sweep: SweepingMotion | None = None) -> FingerW
 def test_weights_of_zero_are_the_sweep(hand, before):
     sweep = SweepingMotion(flexion=0.4, sideways=0.7)
     made = weights(hand, *before, "rhythm", sweep=sweep)
+    told = BeliefFeatures(hand, LABELS, 10.0, 50.0, [*before, "rhythm"]).space.shape[0]
+    assert made.matrix(np.zeros(made.size)).shape[1] == 1 + told
     for seconds in (0.0, 0.3, 2.9, 7.7):
         turns = [2 * np.pi * hz * seconds for hz in CLOCKS_HZ]
         clocks = [wave(turn) for turn in turns for wave in (np.sin, np.cos)]
