@@ -13,7 +13,7 @@ import haptic_env  # noqa: F401  registers
 from haptic_env import hand_of
 from haptic_env.coupling import Couplings
 from observer import HapticSLAM
-from observer.pose.coupled_joints import CoupledReadings
+from observer.pose.coupled_joints import fuse
 from observer.pose.forward_model import ForwardModel
 from tests.haptic_env.test_couplings import coupled
 
@@ -101,11 +101,12 @@ def test_a_reading_that_was_made_of_the_leaders_is_no_second_one(env, motion):
 def test_readings_are_weighted_by_what_they_tell_of_the_root(env):
     hand = hand_of(env)
     couplings, rng = hand.couplings, np.random.default_rng(1)
-    readings, truth = CoupledReadings(couplings), couplings.follow(hand.rest_pose + 0.1)
+    truth = couplings.follow(hand.rest_pose + 0.1)
     heard = np.ones(hand.joints, dtype=bool)
     off = []
     for _ in range(4000):
-        fused = readings.fuse(truth + 0.05 * rng.standard_normal(hand.joints), heard, hand.rest_pose, 0.05)
+        felt = truth + 0.05 * rng.standard_normal(hand.joints)
+        fused = fuse(couplings, felt, heard, hand.rest_pose, 0.05)
         off.append(fused.angles - truth)
     expected = np.sqrt(np.square(fused.spread).sum(axis=1))
     np.testing.assert_allclose(np.std(off, axis=0), expected, rtol=0.05)
