@@ -17,7 +17,7 @@ from agents.policy import Guided, Policy, Remembered, State
 from agents.saved_model import WHY, SavedModel
 from agents.space_difference import difference
 from haptic_env import hand_of, validate
-from observer.wrappers.belief_observation import OF_NAMES, features_of
+from observer.wrappers.belief_observation import features_of, tell_names
 
 FOLDER = Path(str(resources.files("agents")))
 SHIPPED = FOLDER / "trained.npz"
@@ -117,7 +117,7 @@ class Sb3(Guided):
         assert step is not None
         if int(step) % self._hold == 0:
             if self._features is not None:
-                posterior = None if {*OF_NAMES}.isdisjoint(self._features.entries) else self.shape.posterior
+                posterior = self.shape.posterior if tell_names(self._features.entries) else None
                 observation = self._features.vector(self.belief, observation["contacts"], posterior, int(step))
             if self._instead is not None:
                 observation = self._instead.put(observation, self._episode, int(step) // self._hold)

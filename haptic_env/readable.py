@@ -108,10 +108,3 @@ def millimetres(size: Any) -> str:
         The same in millimetres.
     """
     return f"{' × '.join(f'{1e3 * each:.3g}' for each in size)} mm"
-
-
-class Readable:
-    """An object that says in one line what it was made of."""
-
-    def __repr__(self) -> str:
-        return line(self)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -57,24 +56,25 @@ def _arrays(path: Path) -> Collection[str]:
         raise ValueError(f"cannot be read: {str(error).removeprefix(f'{path}: ')}") from error
 
 
-def _lines(path: Path) -> list[str]:
+def _first_line(path: Path) -> str:
     try:
-        lines = [line for line in reading.text(path).splitlines() if line.strip()]
+        lines = reading.text(path).splitlines()
     except ValueError as error:
         raise ValueError(f"cannot be read: {error}") from error
-    if not lines:
-        raise ValueError("is empty")
-    return lines
+    for line in lines:
+        if line.strip():
+            return line
+    raise ValueError("is empty")
 
 
 def _columns(path: Path) -> Collection[str]:
-    first = _lines(path)[0]
+    first = _first_line(path)
     separator = next((each for each in "\t,;" if each in first), ",")
     return [name.strip().strip('"') for name in first.split(separator)]
 
 
 def _numbers(path: Path) -> None:
-    first = _lines(path)[0]
+    first = _first_line(path)
     try:
         np.array(first.split(), dtype=float)
     except ValueError:
@@ -86,7 +86,7 @@ def _mesh(path: Path) -> None:
         mesh_formats.read(path)
 
 
-OPENED: dict[str, Callable[[Path], Any]] = {
+OPENED: dict[str, Callable[[Path], Collection[str] | None]] = {
     ".csv": _columns,
     ".npz": _arrays,
     ".toml": _toml,

@@ -106,12 +106,12 @@ def first_wrong(command: str, arguments: Sequence[str]) -> str | None:
         if not os.path.lexists(path) and kind.labelled:
             path = os.path.expanduser(value.partition("=")[2] or value)
         if os.path.lexists(path):
-            told = None if flag == WRITTEN and "--shape" in flags else _wrong(path, kind, surely)
+            told = None if flag == WRITTEN and "--shape" in flags else _wrong(value, path, kind, surely)
         else:
             is_file = _ending(path) in FILES or (surely and not kind.named)
-            told = "there is no file {!r}" if is_file and flag != WRITTEN else None
+            told = f"there is no file {value!r}" if is_file and flag != WRITTEN else None
         if told is not None:
-            return f"{flag}: ".removeprefix(": ") + told.format(value)
+            return f"{flag}: {told}" if flag else told
     return None
 
 
@@ -135,12 +135,12 @@ def _ending(path: str) -> str:
     return os.path.splitext(path)[1].lower()
 
 
-def _wrong(path: str, kind: Kind, surely: bool) -> str | None:
-    """What is wrong with what is there, with {!r} for its name; None: nothing that can be told."""
+def _wrong(value: str, path: str, kind: Kind, surely: bool) -> str | None:
+    """What is wrong with what is there at `path`, which is told as `value`; None: nothing that can be told."""
     ending, is_file = _ending(path), os.path.isfile(path)
     if surely and is_file and ending not in kind.endings and (ending or not kind.named):
         ends = f"the name of such a file ends in {', '.join(kind.endings)}" if kind.endings else "it is a file"
-        return f"{{!r}} is no {kind.what}: {ends}"
+        return f"{value!r} is no {kind.what}: {ends}"
     largest = LARGEST_MESH if ending in MESHES else LARGEST
     if ending not in FILES or not (is_file or os.path.isdir(path)) or os.path.getsize(path) > largest:
         return None
@@ -149,15 +149,10 @@ def _wrong(path: str, kind: Kind, surely: bool) -> str | None:
     try:
         there = file_contents.held(Path(path))
     except OSError as error:
-        return f"{{!r}} cannot be read: {_plain(error.strerror or error)}"
+        return f"{value!r} cannot be read: {error.strerror or error}"
     except ValueError as error:
-        return f"{{!r}} {_plain(error)}"
-    if there is None or not surely or ending not in kind.endings or not {*kind.held}.isdisjoint(there) or not kind.held:
+        return f"{value!r} {error}"
+    if there is None or not surely or not kind.held or not {*kind.held}.isdisjoint(there):
         return None
-    instead = f"; it has {_plain(', '.join(there))}" if there else ", it is empty"
-    return f"{{!r}} is no {kind.what}: it has no {' or '.join(kind.held)}{instead}"
-
-
-def _plain(words: object) -> str:
-    """Words as they are, in a text that is formatted."""
-    return str(words).replace("{", "{{").replace("}", "}}")
+    instead = f"; it has {', '.join(there)}" if there else ", it is empty"
+    return f"{value!r} is no {kind.what}: it has no {' or '.join(kind.held)}{instead}"

@@ -29,15 +29,15 @@ class ObserverRun:
         lagged: by step: mean (J,) rad, SD (J,) rad, touches (P,), once the lag has passed.
         course: log posterior (C,) after the reset and each step; None: it is not kept.
         attention: what it notices of what is felt; None: all.
-        maps_every: steps from one map that is kept to the next; None: none is, nor of an observer that has no map.
-        maps: of those steps, each in hindsight.
+        maps_every: steps from one map that is kept to the next, 1 at least; None: none is, nor of who has no map.
+        maps: each in hindsight, of the first step that is not before its time.
     """
 
     observer: Observer
     shape: ShapePosterior | None
     course: list[Array] | None = None
     attention: Attention | None = None
-    maps_every: int | None = None
+    maps_every: float | None = None
     maps: list[Array] = field(default_factory=list)
     beliefs: list[tuple[Array, Array, Array, Array, float, Array, Array]] = field(default_factory=list)
     lagged: dict[int, tuple[Array, Array, NDArray[np.bool_] | None]] = field(default_factory=dict)
@@ -79,7 +79,8 @@ class ObserverRun:
         self.beliefs.append((*pose, now.n_eff, posterior, now.patch_reliability))
         if self.course is not None and self.shape is not None:
             self.course.append(self.shape.log_posterior)
-        if self.maps_every is not None and step % self.maps_every == 0 and isinstance(self.observer, HapticSLAM):
+        due = 0 if self.maps_every is None else int(step / self.maps_every + 1e-9)
+        if len(self.maps) < due and isinstance(self.observer, HapticSLAM):
             self.maps.append(self.observer.map_now())
 
     def trace(self, step: int) -> BeliefTrace:

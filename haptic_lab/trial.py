@@ -84,7 +84,7 @@ class Trial:
                 limits.namer(name, shape, base.control_hz) if naming is None or name in naming else None,
                 course=[] if courses else None,
                 attention=limits.attention(name, self.hand, base.control_hz, self._observer_seed),
-                maps_every=None if maps_every is None else max(1, round(maps_every / self.step_seconds)),
+                maps_every=None if maps_every is None else maps_every / self.step_seconds,
             )
             for name, each in observers.items()
         }

@@ -18,7 +18,7 @@ from haptic_env.patches import Patches
 Faults = float | Sequence[int | str]
 
 
-class ContactDetection(readable.Readable):
+class ContactDetection:
     """A touch is felt at a neighbouring patch instead with probability `confusion`; then a patch at which one is felt
     reports 0 with probability `miss`, any other reports 1 with `false_alarm`; and patches that are stuck on, or dead,
     report 1, or 0, whatever is felt.
@@ -32,6 +32,8 @@ class ContactDetection(readable.Readable):
         stuck: (P,) which patches are stuck on in this episode.
         dead: (P,) which patches are dead.
     """
+
+    __repr__ = readable.line
 
     def __init__(
         self,

@@ -13,12 +13,14 @@ from haptic_env.sensors.gaussian import log_normal
 LARGEST = 1e9  # of a torque, in any unit
 
 
-class MotorNoise(readable.Readable):
+class MotorNoise:
     """Torque = command · (1 + `fraction` · N(0, 1)), drawn once per joint and control step.
 
     References:
         Harris & Wolpert 1998, Nature 394, 780.
     """
+
+    __repr__ = readable.line
 
     def __init__(self, fraction: float) -> None:
         """Check the fraction.

@@ -24,7 +24,7 @@ Spread = float | Sequence[float] | NDArray[np.float64]
 """An SD, of all joints, or (J,) one of each."""
 
 
-class Noise(readable.Readable, ABC):
+class Noise(ABC):
     """One additive source of noise on the joint angles.
 
     Attributes:
@@ -33,7 +33,9 @@ class Noise(readable.Readable, ABC):
 
     joints: int = 1
 
-    def reset(self, rng: Rng, joints: int) -> None:
+    __repr__ = readable.line
+
+    def reset(self, rng: Rng, joints: int) -> None:  # noqa: B027 - white noise has no state to draw
         """Draw the state that lasts for an episode.
 
         Args:
@@ -185,8 +187,10 @@ class Proportional(Noise):
         return (self.gain * joint_angles) ** 2
 
 
-class Proprioception(readable.Readable):
+class Proprioception:
     """The sum of independent noises."""
+
+    __repr__ = readable.line
 
     def __init__(self, noises: Sequence[Noise]) -> None:
         """Keep the noises that add anything.
@@ -242,10 +246,12 @@ class Proprioception(readable.Readable):
         return log_normal(said, true, np.sqrt(variance))
 
 
-class FeltAngles(readable.Readable):
+class FeltAngles:
     """The angles that are felt in one episode: called once for each step from the reset on."""
 
     BOUND = 4 * np.pi  # joints stay within ±pi and noise is added
+
+    __repr__ = readable.line
 
     def __init__(self, proprioception: Proprioception, rng: Rng, joints: int) -> None:
         """Draw what lasts for the episode.

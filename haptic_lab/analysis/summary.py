@@ -15,6 +15,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from haptic_env import validate
 from haptic_lab.analysis.statistics import FEW, interval, told_of_trials
 from haptic_lab.conditions import factors_in
 from haptic_lab.faults import FAULTS, as_faults
@@ -158,9 +159,10 @@ def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:
     handles, labels = panels[1].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     trials = int(overall["trials"].max())
-    what = "replays with simulated contacts" if "recording" in summary else f"exploration{'s'[: trials != 1]}"
+    simulated = f"{trials} replays with simulated contacts"
+    many = simulated if "recording" in summary else validate.counted(trials, "exploration")
     told = told_of_trials(trials)
-    figure.suptitle(f"{trials} {what} for each noise, {told}; dotted: chance", fontsize=12, fontweight="bold")
+    figure.suptitle(f"{many} for each noise, {told}; dotted: chance", fontsize=12, fontweight="bold")
     return figure
 
 

@@ -12,6 +12,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from haptic_env import validate
 from haptic_lab.analysis.reliability import numbers_of
 from haptic_lab.analysis.statistics import FEW, told_of_trials
 from haptic_lab.analysis.summary import CEILING, FLOOR, NAMERS, SLAM
@@ -88,8 +89,9 @@ def draw(lines: pd.DataFrame, chance: float) -> Figure:
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)
     trials = int(lines["trials"].max())
-    told = told_of_trials(trials, "shaded: 95 % intervals")
-    figure.suptitle(f"{trials} exploration{'s'[: trials != 1]} for each noise, {told}; grey dots: chance", fontsize=10)
+    told = told_of_trials(trials, f"shaded: 95 % intervals of {OBSERVER_NAMES.get(shown[0], shown[0])}")
+    many = validate.counted(trials, "exploration")
+    figure.suptitle(f"{many} for each noise, {told}; grey dots: chance", fontsize=10)
     return figure
 
 

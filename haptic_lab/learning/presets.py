@@ -15,7 +15,7 @@ from haptic_lab.learning import options
 from haptic_lab.learning.sweeping_motion import SweepingMotion
 from haptic_lab.terminal import as_keys
 from haptic_lab.worlds import shapes_of
-from observer.wrappers.belief_observation import ENTRIES, OF_MAPS, OF_NAMES, USUAL
+from observer.wrappers.belief_observation import ENTRIES, OF_MAPS, USUAL, tell_names
 
 FOLDER = Path(__file__).parent / "presets"
 SEARCH = "CMA-ES"
@@ -125,7 +125,7 @@ class TrainingWorld(Believed):
             validate.choice("entry of observation", entry, (*ENTRIES, RAW))
         if RAW in self.observation and len(self.observation) > 1:
             raise ValueError(f"observation {RAW} is what is felt, and stands alone, got {self.observation!r}")
-        if self.task == MAP and not {*OF_NAMES}.isdisjoint(self.observation):
+        if self.task == MAP and tell_names(self.observation):
             raise ValueError('observation must be without names where the task is "map", which names nothing')
         validate.integer("hold", self.hold, 1, 1000)
         validate.number("price", self.price, 0.0, 1000.0, unit="nats a second")

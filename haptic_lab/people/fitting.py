@@ -184,8 +184,10 @@ def _told_others(probability: NDArray[np.float32], answers: Answers, strength: f
     )
 
 
-class Prepared(readable.Readable):
+class Prepared:
     """A model that is fitted to one subject after the other, asked at the same times."""
+
+    __repr__ = readable.line
 
     def __init__(self, model: Model, seconds: Sequence[float], *, draws: int = DRAWS, seed: int = 0) -> None:
         """Compute what is the same for all.

@@ -11,11 +11,12 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any
 
+import gymnasium as gym
+
 import agents
 from agents.sb3 import Sb3
-from haptic_env import registration, shapes, validate
+from haptic_env import hand_env, hand_of, registration, shapes, validate
 from haptic_env.extras import how_to_install
-from haptic_env.hand import Hand
 from haptic_lab.conditions import CONTACTS, FACTORS, RECORDED, Condition, check_contacts, check_policy
 from haptic_lab.exploration.learnt import refuse_varied
 from haptic_lab.exploration.playing import refuse_wrist
@@ -153,6 +154,9 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     explored = trial_tables.conditions_of(conditions, cells) if cells else None
     if explored is not None and len(explored) > MOST_CONDITIONS:
         raise ValueError(f"a sweep has {MOST_CONDITIONS} combinations at most, those of the table are {len(explored)}")
+    if settings.maps_every is not None:
+        step, longest = 1.0 / hand_env(_env(settings)).control_hz, max(each.seconds for each in explored or conditions)
+        validate.number("--maps-every", settings.maps_every, step, longest, unit="s")
     return SweepPlan(
         settings,
         conditions if explored is None else tuple(explored),
@@ -214,7 +218,7 @@ def _order(value: Any) -> tuple[bool, Any]:
 
 def _check_none(settings: SweepSettings) -> None:
     """Raise `ValueError` where "none" cannot be named with so much unknown; a namer of one candidate tells."""
-    hand = _hand(settings)
+    hand = hand_of(_env(settings))
     ShapePosterior(
         hand,
         candidates_of(hand, ("sphere",)),
@@ -224,9 +228,9 @@ def _check_none(settings: SweepSettings) -> None:
     )
 
 
-def _hand(settings: SweepSettings) -> Hand:
+def _env(settings: SweepSettings) -> gym.Env[Any, Any]:
     try:
-        return settings.make_hand()
+        return registration.make(settings.env, wrist=settings.wrist)
     except ImportError as error:
         raise ValueError(str(error)) from error
 
@@ -236,8 +240,9 @@ def _check_fit(settings: SweepSettings, policy: str) -> None:
     """Raise `ValueError` for a trained model that is not for this hand or these candidates."""
     if not issubclass(agents.find(policy), Sb3):
         return
-    hand = _hand(settings)
+    env = _env(settings)
+    hand = hand_of(env)
     shape = ShapePosterior(
         hand, candidates_of(hand, settings.known, scale=settings.scale), none=settings.none or 0.0, variants=1
     )
-    check_model(registration.make(settings.env, wrist=settings.wrist), policy, shape, settings.trust)
+    check_model(env, policy, shape, settings.trust)

@@ -82,7 +82,12 @@ class OuterEnv(gym.Env[Any, Any]):
             gymnasium.error.ResetNeeded: before the first reset.
             RuntimeError: where there is no OpenGL, or no display for a window.
         """
-        return self._explored.render()
+        scene = self._explored.render()
+        return self._drawn(scene) if isinstance(scene, np.ndarray) else None
+
+    def _drawn(self, scene: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """(H, W', 3): what is shown of a scene (H, W, 3)."""
+        return scene
 
     def close(self) -> None:
         """Close the window, if any."""
@@ -158,19 +163,8 @@ class TaskEnv(OuterEnv):
         observation, reward, terminated, truncated, info = self._explored.step(action)
         return observation, float(reward), terminated, truncated, self._noted(info)
 
-    def render(self) -> Any:
-        """Show the scene, and beside it what is believed.
-
-        Returns:
-            An (H, W, 3) picture in mode "rgb_array", else None.
-
-        Raises:
-            gymnasium.error.ResetNeeded: before the first reset.
-            RuntimeError: where there is no OpenGL, or no display for a window.
-        """
-        scene = super().render()
-        if not isinstance(scene, np.ndarray):
-            return None
+    def _drawn(self, scene: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """(H, W', 3): the scene, and beside it what is believed."""
         if self._picture is None:
             self._picture = Picture(self._explored, scene.shape)
         return self._picture.draw(scene, self._posterior)

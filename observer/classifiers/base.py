@@ -23,7 +23,7 @@ MOST = 100_000  # maps that are learnt from
 WINDOW = 1e-6, 1e6  # of a bandwidth: beyond, squares of distances in its units are no numbers
 
 
-class MapClassifier(readable.Readable, ABC):
+class MapClassifier(ABC):
     """Learns names from maps: `fit(maps, labels)`, then `predict_proba(map)` or `predict(map)`.
 
     Attributes:
@@ -31,6 +31,8 @@ class MapClassifier(readable.Readable, ABC):
     """
 
     classes_: NDArray[np.str_]
+
+    __repr__ = readable.line
 
     def fit(self, maps: Sequence[ArrayLike], labels: Sequence[str]) -> Self:
         """Learn.

@@ -20,6 +20,7 @@ class Changed(NamedTuple):
     """Cells that have changed since the mean was last told, and what particles believed of them.
 
     Attributes:
+        weights: (N,) of the particles.
         cells: (C,).
         common: (C,) int8 log-odds to all particles.
         slot: (C,) where `own` has the cell; -1, its last column, in which is 0, for those in common.
@@ -27,6 +28,7 @@ class Changed(NamedTuple):
         own: (N, > T) int8 log-odds, each particle's own.
     """
 
+    weights: Array
     cells: NDArray[np.int64]
     common: NDArray[np.int8]
     slot: NDArray[np.int32]
@@ -87,7 +89,7 @@ class LazyMean:
     def settle(self) -> None:
         """Bring the mean up to date; called before the maps change."""
         if self._maps is not None:
-            self._mean, self._since = self._maps.refresh(self.weights, self._changed)
+            self._mean, self._since = self._maps.refresh(self._changed or self._maps.changed(self.weights))
             self._maps = self._changed = None
 
     def __call__(self) -> Array:

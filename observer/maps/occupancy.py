@@ -122,7 +122,6 @@ class Maps:
         self._last: weakref.ref[LazyMean] | None = None
         self._put_off: weakref.ref[LazyMean] | None = None
         self._late: Changed | None = None  # of which the mean is put off, or was
-        self._late_weights: Array | None = None
         self._dense = dense
 
     def __getstate__(self) -> dict[str, Any]:
@@ -131,7 +130,7 @@ class Maps:
         last = _held(self._last)
         if last is not None:
             last.settle()
-        return {**vars(self), "_last": None, "_late": None, "_late_weights": None}
+        return {**vars(self), "_last": None, "_late": None}
 
     def before_change(self) -> None:
         """Settle the last snapshot, if anyone still holds it.
@@ -139,17 +138,16 @@ class Maps:
         Whoever asks step by step holds each until the next one comes, and looks at few. Where the mean is costly it is
         put off until then, and the maps are copied for it; but not once weights stay, for then it is cheap from now on.
         """
-        self.catch_up()
         last, self._last = _held(self._last), None
         if last is None or not last.waits:
             return
-        changed = self._changed()
-        stay = self._late_weights is not None and np.array_equal(last.weights, self._late_weights)
+        changed = self.changed(last.weights)
+        stay = self._late is not None and np.array_equal(changed.weights, self._late.weights)
         if stay or self._dense or len(changed.cells) * len(self.own) < WORTH_A_COPY:
             last.put_off(changed)
             last.settle()
         else:
-            self._late, self._late_weights = changed._replace(own=self._own_copied()), last.weights
+            self._late = changed._replace(own=self._own_copied())
             last.put_off(self._late)
             self._put_off = weakref.ref(last)
 
@@ -222,22 +220,32 @@ class Maps:
             self._last = weakref.ref(then)
         return OccupancySnapshot(then, touches)
 
-    def refresh(self, weights: Array, changed: Changed | None = None) -> tuple[Array, UndoRecord]:
-        """Bring the mean of the maps up to date.
+    def changed(self, weights: Array) -> Changed:
+        """Tell of which cells the mean is to be told anew, all of which the hand came near; they count as told.
 
         Args:
             weights: (N,).
-            changed: the cells since the last time, as they were when this was put off; None: as they are now.
+
+        Returns:
+            They, and the maps as they are now, of which nothing is copied.
+        """
+        self.catch_up()
+        cells = flagged(self.stale)
+        self.stale[cells] = False
+        return Changed(weights, cells, self.common[cells], self.slot[cells], self.touched[cells], self.own)
+
+    def refresh(self, changed: Changed) -> tuple[Array, UndoRecord]:
+        """Bring the mean of the maps up to date.
+
+        Args:
+            changed: the cells since the last time.
 
         Returns:
             The mean (X, Y, Z), which changes with the maps, and its next change.
         """
-        if changed is None:
-            self.catch_up()
-            changed = self._changed()
-        else:
+        if changed is self._late:
             self._put_off = None
-        cells, common, where, differs, own = changed
+        weights, cells, common, where, differs, own = changed
         beside = spread(cells, self._mean.shape, self._told)  # where the hand never was, so that nothing is known
         mean = self._probability[common.astype(np.int64) + own[0, where] + 128]  # any particle's, where they agree
         mean[differs] = mean_probability(where[differs], own, weights, self._probability)
@@ -247,12 +255,6 @@ class Maps:
         change.cells, change.before, change.after = cells, self._mean.flat[cells], self._next
         self._mean.flat[cells] = mean
         return self._mean, self._next
-
-    def _changed(self) -> Changed:
-        """The cells of which the mean is to be told anew, all of which the hand came near; they count as told."""
-        cells = flagged(self.stale)
-        self.stale[cells] = False
-        return Changed(cells, self.common[cells], self.slot[cells], self.touched[cells], self.own)
 
     def _own_copied(self) -> NDArray[np.int8]:
         """What particles believe now; where the last copy was is written over."""

@@ -111,8 +111,10 @@ def _normalised(log: Array) -> Array:
     return np.asarray(log_softmax(log, axis=-1))
 
 
-class FadingNames(readable.Readable):
+class FadingNames:
     """The same of one trial, as it goes on."""
+
+    __repr__ = readable.line
 
     def __init__(self, prior: Array, step_seconds: float, memory_seconds: float) -> None:
         """Begin before anything was felt.

@@ -52,6 +52,31 @@ def scratch_of(skin, patches):
 
 
 @part(fastmath=True)
+def _axis_of(solids, h, skin, link, frame):
+    """Lay the axis of a link into the field of a hypothesis.
+
+    Args:
+        solids: the distance fields.
+        h: index of the hypothesis.
+        skin: of the hand.
+        link: index.
+        frame: of the link, position (3,) m and rotation (3, 3).
+
+    Returns:
+        Where the axis begins and the way along it, each three numbers in the frame of the field, and the gap of the
+        ball about the whole link, m.
+    """
+    position, rotation = frame
+    nodes, box, resolution, far = solids.nodes, box_of(solids, solids.drawn_in[h]), solids.resolution, solids.far
+    scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]
+    p0, p1, p2 = in_field(turn, scale, position[0] - at[0], position[1] - at[1], position[2] - at[2])
+    c0, c1, c2 = in_field(turn, scale, rotation[0, 2], rotation[1, 2], rotation[2, 2])
+    s = skin.middle[link]
+    gap = scale * field_distance(nodes, box, resolution, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
+    return (p0, p1, p2), (c0, c1, c2), gap - skin.ball[link]
+
+
+@part(fastmath=True)
 def patch_gaps(solids, h, skin, link, frame, clear, gaps):
     """Find how far the patches of a link are from a hypothesis.
 
@@ -70,14 +95,11 @@ def patch_gaps(solids, h, skin, link, frame, clear, gaps):
         How far the flesh about the bone is from the hypothesis, m, or `clear` where it is farther: negative where it
         would have to be inside, as where a thin wall cuts through it that no patch lies in.
     """
-    position, rotation = frame
+    _, rotation = frame
     nodes, box, resolution, far = solids.nodes, box_of(solids, solids.drawn_in[h]), solids.resolution, solids.far
-    scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]  # the link's frame in the field's:
-    p0, p1, p2 = in_field(turn, scale, position[0] - at[0], position[1] - at[1], position[2] - at[2])
-    c0, c1, c2 = in_field(turn, scale, rotation[0, 2], rotation[1, 2], rotation[2, 2])
-    s = skin.middle[link]
-    gap = scale * field_distance(nodes, box, resolution, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
-    if gap - skin.ball[link] >= clear:
+    scale, turn = solids.scale[h], solids.rotation[h]
+    (p0, p1, p2), (c0, c1, c2), gap = _axis_of(solids, h, skin, link, frame)
+    if gap >= clear:
         return clear
     a0, a1, a2 = in_field(turn, scale, rotation[0, 0], rotation[1, 0], rotation[2, 0])
     b0, b1, b2 = in_field(turn, scale, rotation[0, 1], rotation[1, 1], rotation[2, 1])
@@ -125,20 +147,16 @@ def felt_gaps(solids, h, skin, link, frame, felt, clear, scratch):
         scratch: the `GapScratch`, whose `gaps` are filled for the patches of the link that feel contact.
 
     Returns:
-        As `patch_gaps` does, how far the flesh about the bone is; and how far the nearest point of
-        the skin that feels none is, m; `clear` where they are farther. Where the first is `clear` nothing is filled.
+        As `patch_gaps` does, how far the flesh about the bone is; and how far the nearest point of the skin that feels
+        none is, m; `clear` where they are farther. Where the first is `clear` nothing is filled.
     """
     contacts, touches = felt
     gaps, beads, far_point = scratch
-    position, rotation = frame
+    _, rotation = frame
     nodes, box, resolution, far = solids.nodes, box_of(solids, solids.drawn_in[h]), solids.resolution, solids.far
-    scale, at, turn = solids.scale[h], solids.position[h], solids.rotation[h]
-    # The link's frame in that of the field.
-    p0, p1, p2 = in_field(turn, scale, position[0] - at[0], position[1] - at[1], position[2] - at[2])
-    c0, c1, c2 = in_field(turn, scale, rotation[0, 2], rotation[1, 2], rotation[2, 2])
-    s = skin.middle[link]
-    gap = scale * field_distance(nodes, box, resolution, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
-    if gap - skin.ball[link] >= clear:
+    scale, turn = solids.scale[h], solids.rotation[h]
+    (p0, p1, p2), (c0, c1, c2), gap = _axis_of(solids, h, skin, link, frame)
+    if gap >= clear:
         return clear, clear
     first, end = skin.first_bead[link], skin.first_bead[link + 1]
     flesh = clear

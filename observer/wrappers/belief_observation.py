@@ -5,7 +5,7 @@ Shapes: J joints, P patches, C labels, F fingertips. Every entry of the vector i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -62,13 +62,15 @@ class BeliefSpace(gym.spaces.Box):
         self.entries = tuple(entries)
 
 
-class BeliefFeatures(readable.Readable):
+class BeliefFeatures:
     """What is believed as a vector: entries of `ENTRIES`, one after the other.
 
     Attributes:
         entries: which.
         space: Box (D,) of the vector.
     """
+
+    __repr__ = readable.line
 
     def __init__(
         self, hand: Hand, labels: Sequence[str], seconds: float, control_hz: float, entries: Sequence[str] | None = None
@@ -80,7 +82,7 @@ class BeliefFeatures(readable.Readable):
             labels: (C,) names; none, where none of the entries tells of them.
             seconds: of an episode.
             control_hz: steps a second.
-            entries: some of `ENTRIES`; None: `USUAL`, all but "covered".
+            entries: some of `ENTRIES`; None: `USUAL`, all but "names_rhythm" and "covered".
 
         Raises:
             ValueError: for an unknown entry or none, and for what is out of range.
@@ -89,14 +91,14 @@ class BeliefFeatures(readable.Readable):
         several = (list, tuple)
         validate.instance("labels", labels, several, "a list of names")
         if entries is not None:
-            known = f"a list of some of {', '.join(ENTRIES)}, or None for all but covered"
+            known = f"a list of some of {', '.join(ENTRIES)}, or None for all but names_rhythm and covered"
             validate.instance("entries", entries, several, known)
         self.entries = tuple(USUAL if entries is None else entries)
         for entry in self.entries:
             validate.choice("entry", entry, ENTRIES)
         if not self.entries:
             raise ValueError(f"entries must name at least one of {', '.join(ENTRIES)}")
-        if labels or not {*OF_NAMES}.isdisjoint(self.entries):
+        if labels or tell_names(self.entries):
             validate.names("labels", labels)
         self._seconds = validate.number("seconds", seconds, 1e-6, 1e12, unit="s")
         self._step_seconds = 1.0 / validate.number("control_hz", control_hz, 1e-6, 1e6, unit="Hz")
@@ -146,7 +148,7 @@ class BeliefFeatures(readable.Readable):
         """
         felt = validate.binary("contacts", contacts, (self._patches,))
         if posterior is None:  # which no entry may need
-            posterior = np.zeros(self._labels if {*OF_NAMES}.isdisjoint(self.entries) else 0)
+            posterior = np.zeros(0 if tell_names(self.entries) else self._labels)
         if isinstance(posterior, np.ndarray) and posterior.shape != (self._labels,):
             raise ValueError(
                 f"posterior must be of shape ({self._labels},), one for each of the labels, got shape {posterior.shape}"
@@ -194,7 +196,7 @@ class BeliefObservation(SteppedApart, gym.utils.RecordConstructorArgs):
 
         Args:
             env: with an `ObserverWrapper`.
-            entries: some of `ENTRIES`; None: `USUAL`, all but "covered".
+            entries: some of `ENTRIES`; None: `USUAL`, all but "names_rhythm" and "covered".
 
         Raises:
             ValueError: for an unknown entry, or where nothing observes `env`.
@@ -239,6 +241,18 @@ def _covered(belief: Belief) -> NDArray[np.float64]:
     return np.asarray(count / (shape.mean() / PARTS) ** 2)
 
 
+def tell_names(entries: Iterable[str]) -> bool:
+    """Say whether some entries tell of names, so that an observer has to name the object.
+
+    Args:
+        entries: some of `ENTRIES`.
+
+    Returns:
+        Whether one does.
+    """
+    return not {*OF_NAMES}.isdisjoint(entries)
+
+
 def labels_of(env: gym.Env[Any, Any]) -> tuple[str, ...]:
     """Tell the labels of `info["posterior"]`.
 
@@ -264,7 +278,7 @@ def features_of(env: gym.Env[Any, Any], entries: Sequence[str] | None = None) ->
 
     Args:
         env: with an `ObserverWrapper`.
-        entries: some of `ENTRIES`; None: `USUAL`, all but "covered".
+        entries: some of `ENTRIES`; None: `USUAL`, all but "names_rhythm" and "covered".
 
     Returns:
         The features.
@@ -273,7 +287,7 @@ def features_of(env: gym.Env[Any, Any], entries: Sequence[str] | None = None) ->
         ValueError: where an entry tells of names, and nothing names the object.
     """
     base: Any = env.unwrapped
-    nameless = entries is not None and {*OF_NAMES}.isdisjoint(entries) and _namer(env) is None
+    nameless = entries is not None and not tell_names(entries) and _namer(env) is None
     labels = () if nameless else labels_of(env)
     return BeliefFeatures(base.hand, labels, base.episode_seconds, base.control_hz, entries)
 

@@ -179,3 +179,8 @@ def test_one_of_each_is_a_copy_of_the_right_length(given):
         validate.one_or_each("it", given, 3, 0.0, 4.0)
     with pytest.raises(ValueError, match=r"it must be a finite number in \[0, 5\], got "):
         validate.one_or_each("it", given, None, 0.0, 5.0)
+
+
+@pytest.mark.parametrize(("count", "told"), [(0, "0 trials"), (1, "1 trial"), (2, "2 trials")])
+def test_one_thing_is_not_many(count, told):
+    assert validate.counted(count, "trial") == told

@@ -16,7 +16,7 @@ import pytest
 
 import agents
 from haptic_env import hands, mesh_formats, recordings, shapes
-from haptic_lab import cli, given_files, without_computing
+from haptic_lab import cli, file_contents, given_files, without_computing
 from haptic_lab.learning import presets
 from haptic_lab.people import courses, options, trial_columns, trials
 from haptic_lab.people.studies import presets as studies
@@ -58,6 +58,7 @@ WRONG = [  # of each kind of file one that is none
     ("evaluate", "--recordings a.csv empty.csv", "--recordings: 'empty.csv' is empty"),
     ("evaluate", "--config text.toml", "--config: 'text.toml' is no TOML file: "),
     ("evaluate", "--shapes cube picture.png", "--shapes: 'picture.png' is no shape: "),
+    ("check-hand", "control.toml", "'control.toml' is no hand: it has no model; it has '\\x1b[2J'"),
     ("evaluate", "--trial-table other.csv", "--trial-table: 'other.csv' is no table of trials: it has no response; i"),
     ("people", "a.csv other.csv", "'other.csv' is no table of trials: it has no response; it has one, two"),
     ("people", "example --observers text.npz", "--observers: 'text.npz' cannot be read: "),
@@ -106,6 +107,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "picture.png").write_bytes(PNG)
     (place / "README").write_text("read me")
     (place / "other.toml").write_text("['a{b}']\nc = 1")
+    (place / "control.toml").write_text('"\\u001b[2J" = 1')
     (place / "other.csv").write_text("one,two\n1,2\n")
     (place / "a.csv").write_text("subject,object,response,seconds\n1,cube,cube,2\n")
     (place / "a.txt").write_text("2013 1 1 0 0 0.0 1 0 0\n")
@@ -177,7 +179,9 @@ def test_a_file_that_is_not_there_is_told_before_the_command_is_loaded(
         ("explore", "--shape cube --objects four"),
         ("explore", "--mesh new.stl --seed 3"),
         ("explore", "--mesh text.stl --shape cube"),  # it is written
+        ("explore", "--recording="),
         ("explore", "--shape there.stl"),
+        ("explore", "--shape large.stl"),
         ("explore", "--shape cube"),  # a file of that name is none
         ("replay", "--hand adroit there.csv"),
         ("replay", "--policy sweep there.csv"),  # which may be the recording
@@ -190,6 +194,9 @@ def test_a_file_that_is_not_there_is_told_before_the_command_is_loaded(
         ("evaluate", "--observers floor haptic_slam"),
         ("evaluate", "--recordings sigma=3.npz"),
         ("replay", "large.npz"),
+        ("replay", "nothing.zip"),
+        ("people", "tabs.tsv"),
+        ("people", "semicolons.csv quoted.csv"),
     ],
 )
 def test_what_may_be_right_is_left_to_the_command(
@@ -203,6 +210,11 @@ def test_what_may_be_right_is_left_to_the_command(
     Path("there.csv").write_text("subject,object,response,seconds\n1,cube,cube,2\n")
     Path("other.csv").write_text("one,two\n1,2\n")
     Path("large.npz").write_bytes(bytes(given_files.LARGEST + 1))
+    Path("large.stl").write_bytes(bytes(given_files.LARGEST_MESH + 1))
+    Path("nothing.zip").write_bytes(b"PK\x05\x06" + bytes(18))
+    Path("tabs.tsv").write_text("subject\tresponse\n1\tcube\n")
+    Path("semicolons.csv").write_text("subject;response\n1;cube\n")
+    Path("quoted.csv").write_text('"subject","response"\n"1","cube"\n')
     np.savez("sigma=3.npz", a=np.zeros(3))
     assert given_files.first_wrong(command, flags.split()) is None
 
@@ -263,3 +275,4 @@ def test_files_are_taken_by_the_endings_that_are_read() -> None:
     assert set(given_files.MESHES) == set(mesh_formats.READERS)
     assert set(given_files.TABLES) == set(trials.SEPARATORS)
     assert {*trial_columns.CONTENT, *recordings.column_map.CONTENT} == set(given_files.MAPS)
+    assert file_contents.BEGIN[".xdf"] == (recordings.xdf.MAGIC,)

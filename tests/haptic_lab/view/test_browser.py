@@ -12,6 +12,18 @@ from haptic_lab.view.encoding import Encoder
 from haptic_lab.view.history import History
 from tests.haptic_lab.view.conftest import Shown, coloured, opened, picture, settled
 
+SLOWED = """
+([pictures, milliseconds]) => {
+  Object.assign(now, {busy: true, mean: 0}); Object.assign(drawing, {share: 1, few: false, sharp: false});
+  for (let k = 0; k < pictures; k++) { Object.assign(now, {changed: true, drawn: -milliseconds}); paced(0); }
+  render();
+  const told = [drawing.share, drawing.few, drawing.drawn.ghosts.length];
+  Object.assign(now, {changed: false, drawn: -1000}); paced(0); render();
+  const rested = [drawing.sharp, drawing.drawn.ghosts.length];
+  Object.assign(drawing, {share: 1, few: false, sharp: false});
+  return [...told, ...rested];
+}
+"""  # what is drawn after pictures that took so long each, and then at rest
 FAULTS: list[str] = []  # what the browser complains about
 AS_AT_FIRST = """
 document.querySelectorAll('input[type=checkbox]').forEach((each) => { each.checked = each.defaultChecked; });
@@ -92,6 +104,17 @@ def test_a_layer_is_switched_on_and_off(page: Page, layer: str) -> None:
     before = picture(page)
     page.locator(f"#show-{layer}").click()
     assert (np.abs(picture(page) - before).max(axis=2) > 12).sum() > 100
+
+
+def test_what_is_drawn_too_slowly_is_drawn_coarser_until_it_rests(page: Page) -> None:
+    """First of fewer pixels, then with half of the ghosts."""
+    share, few, all_of_them, *_ = page.evaluate(SLOWED, [20, 30])
+    assert (share, few) == (1, False)
+    share, few, ghosts, *_ = page.evaluate(SLOWED, [4, 200])
+    assert (share < 1, few, ghosts) == (True, False, all_of_them)
+    share, few, ghosts, sharp, rested = page.evaluate(SLOWED, [40, 200])
+    assert (0.3 < share < 0.42, few, ghosts) == (True, True, all_of_them / 2)
+    assert (sharp, rested) == (True, all_of_them)
 
 
 def test_dragging_turns_it_and_a_double_click_turns_it_back(page: Page) -> None:
