@@ -15,6 +15,7 @@ from haptic_env.coupling import Couplings
 from observer import HapticSLAM
 from observer.pose.coupled_joints import fuse
 from observer.pose.forward_model import ForwardModel
+from observer.pose.kalman import PoseFilter
 from tests.haptic_env.test_couplings import coupled
 
 MOTIONS = ("forward_model", "kinematic")
@@ -131,3 +132,15 @@ def test_the_forward_model_moves_what_follows(env):
             np.testing.assert_allclose(
                 found.transition @ way, differences, atol=0.15 * np.abs(differences).max() + 0.01
             )
+
+
+def test_what_a_step_adds_tears_no_joints_apart(env):
+    hand = hand_of(env)
+    pose, joints = PoseFilter(hand, sigma=0.05, motor_noise=0.1, control_hz=50.0, lag=2), hand.joints
+    for _ in range(5):
+        pose.step(np.zeros(joints), hand.rest_pose, np.zeros(len(hand.patches), dtype=bool))
+    follower = int(np.flatnonzero(hand.couplings.follows)[0])
+    apart = np.zeros(len(pose.mean))
+    apart[joints + follower] = 1.0
+    apart[joints + hand.couplings.root[follower]] = -hand.couplings.slopes(pose.angles)[follower]
+    assert apart @ pose.covariance @ apart < 1e-3 * pose.velocity_noise**2
