@@ -55,9 +55,10 @@ class OwnCouplings(NamedTuple):
 
 
 class _Tie(NamedTuple):
-    """A coupling as a model has it: angle (or m) of `follower` = `curve` of that of `leader`."""
+    """A coupling as a model has it: angle (or m) of `follower` = `curve` of that of `leader`; by which `tendon`, if by
+    one."""
 
-    name: str
+    tendon: int | None
     follower: int
     leader: int
     curve: Polynomial
@@ -101,16 +102,14 @@ def couplings_of(own: OwnModel, joints: Mapping[str, OwnJoint]) -> OwnCouplings:
     except ValueError as error:
         ring = validate.listed(names[each.follower] for each in found)
         raise ValueError(f"joints follow each other in a ring, among {ring}: one of them must lead") from error
-    used = {tie.name for tie in ties}
-    tendons = (_held(model, t, number, joints) for t in range(model.ntendon))
-    held = tuple(each for each in tendons if each is not None and each.name not in used)
+    rest = {*range(model.ntendon)} - {tie.tendon for tie in ties}
+    held = tuple(each for t in sorted(rest) if (each := _held(model, t, number, joints)) is not None)
     for each in held:
         low, high = each.bounds
         total = " + ".join(f"{share:.3g}·{name}" for name, share in each.shares.items()).replace("+ -", "- ")
         told = f"tendon {each.name!r} keeps {total} from {low:.3g} to {high:.3g}"
         notes.append(f"{told}; observers without torques do not know it")
-    others = model.ntendon - len(held) - len({*used} & {model.tendon(t).name for t in range(model.ntendon)})
-    if others:
+    if others := len(rest) - len(held):
         notes.append(f"tendons of the model that couple no two joints of the hand ({others}) are left out")
     return OwnCouplings(couplings, held, notes)
 
@@ -180,7 +179,7 @@ def _tie(model: mujoco.MjModel, e: int, number: Mapping[int, int], notes: list[s
             notes.append(f"constraint {name!r} is left out: it is inactive, or not of two joints of the hand")
             return None
         at, by = (float(model.qpos0[model.jnt_qposadr[joint]]) for joint in (first, second))
-        return _Tie(name, first, second, curve(Polynomial([-by, 1.0])) + at)
+        return _Tie(None, first, second, curve(Polynomial([-by, 1.0])) + at)
     if kind != EQUALITY.mjEQ_TENDON:
         return None
     shares = _shares(model, first)
@@ -190,7 +189,7 @@ def _tie(model: mujoco.MjModel, e: int, number: Mapping[int, int], notes: list[s
         return None
     (leader, lead), (follower, share) = sorted(shares.items())
     length = float(model.tendon_length0[first]) + float(curve.coef[0])
-    return _Tie(model.tendon(first).name, follower, leader, Polynomial([length / share, -lead / share]))
+    return _Tie(first, follower, leader, Polynomial([length / share, -lead / share]))
 
 
 def _shares(model: mujoco.MjModel, tendon: int) -> dict[int, float]:

@@ -68,18 +68,15 @@ def joints_of(streams: Streams, columns: ColumnMap, hand: Hand) -> Samples:
     if not parts:
         raise ValueError(f"{columns.source}: no joint has a column")
     told = _samples(streams, "joints", columns.joints_clock, parts)
-    angles = np.empty((len(told), hand.joints))
+    angles = np.zeros((len(told), hand.joints))
     for j, name in enumerate(hand.joint_names):
         if name in names:
             at = names.index(name)
             angles[:, j] = scale[at] * (told.values[:, at] - zero[at])
         elif name in lines:
             angles[:, j] = lines[name].unit * lines[name].zero
-        else:
-            angles[:, j] = 0.0  # it follows another one
-    followed = hand.couplings.follow(angles)
-    made = [name not in lines for name in hand.joint_names]
-    angles = np.where(made, followed, angles)
+    made = [name not in lines for name in hand.joint_names]  # followers
+    angles = np.where(made, hand.couplings.follow(angles), angles)
     known = np.where(np.isfinite(angles), angles, hand.rest_pose)
 
     def when(sample: int) -> str:

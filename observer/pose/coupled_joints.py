@@ -3,9 +3,9 @@
 Shapes: J joints, F followers, S numbers of a joint's state, C directions (`observer.pose.joint_pairs`).
 
 Where torques are known, the forward model couples the joints, and what a step adds to what is uncertain is uncertain of
-roots alone (`CoupledEffects`).
+roots alone (`keep_together`).
 Where motion is smooth, readings of joints that move as one are one reading of their root, as exact as all of them
-(`CoupledReadings`), and followers are where that puts them.
+(`fuse`), and followers are where that puts them (`place`).
 """
 
 from __future__ import annotations
@@ -17,67 +17,24 @@ from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
 from haptic_env.coupling import Couplings
-from haptic_env.hand import Hand
-from observer.pose.contact_dynamics import ContactDynamics, ContactEffects
-from observer.pose.contact_forces import PatchForces
-from observer.pose.kalman_updates import Measurement
 
 SLACK = 1e-3  # rad, SD by which a coupling gives
 LEAST = 1e-3  # of a root's way: a joint that hardly moves with it tells nothing of it
 
 
-def effects_of(hand: Hand, dynamics: ContactDynamics, control_hz: float) -> ContactEffects:
-    """Make what acts on the motion of a hand.
+def keep_together(couplings: Couplings, angles: Array, noise: Array) -> None:
+    """Let nothing that a step adds tear joints apart that move as one.
 
     Args:
-        hand: with J joints.
-        dynamics: how strongly contact acts.
-        control_hz: Hz, steps a second.
-
-    Returns:
-        The effects of contacts, as couplings allow them where there are any.
+        couplings: of J joints.
+        angles: (J,) rad, as predicted.
+        noise: (D, D) covariance of what the step adds to the state, (q, v) first; changed.
     """
-    return (CoupledEffects if hand.couplings else ContactEffects)(hand, dynamics, control_hz)
-
-
-class CoupledEffects(ContactEffects):
-    """What contacts do to the motion of a hand some of whose joints follow others."""
-
-    @property
-    def usual(self) -> tuple[PatchForces, Array] | None:
-        """None: no step is as usual."""
-        return None
-
-    def of_step(
-        self,
-        angles: Array,
-        gain: Array,
-        contacts: NDArray[np.bool_],
-        felt: NDArray[np.int64],
-        unfelt: NDArray[np.bool_],
-        noise: Array,
-    ) -> tuple[Measurement, Array]:
-        """Tell what the contacts of one step do.
-
-        Args:
-            angles: as `ContactEffects.of_step`'s.
-            gain: likewise.
-            contacts: likewise.
-            felt: likewise.
-            unfelt: likewise.
-            noise: (D, D), likewise; nothing that a step adds tears joints apart that move as one.
-
-        Returns:
-            As `ContactEffects.of_step`.
-        """
-        found = super().of_step(angles, gain, contacts, felt, unfelt, noise)
-        joints, couplings = len(angles), self._hand.couplings
-        along, state = couplings.along(angles), slice(0, 2 * joints)
-        noise[state] = along @ noise[state]
-        noise[:, state] = noise[:, state] @ along.T
-        followers = np.flatnonzero(couplings.follows)
-        noise[followers, followers] += SLACK**2
-        return found
+    along, state = couplings.along(angles), slice(0, 2 * couplings.joints)
+    noise[state] = along @ noise[state]
+    noise[:, state] = noise[:, state] @ along.T
+    followers = np.flatnonzero(couplings.follows)
+    noise[followers, followers] += SLACK**2
 
 
 class Fused(NamedTuple):
@@ -94,61 +51,52 @@ class Fused(NamedTuple):
     spread: Array
 
 
-class CoupledReadings:
-    """Puts readings of joints that move as one together, and followers where their roots are."""
+def fuse(couplings: Couplings, felt: Array, heard: NDArray[np.bool_], expected: Array, sigma: float | Array) -> Fused:
+    """Put readings of joints that move as one together.
 
-    def __init__(self, couplings: Couplings) -> None:
-        """Take note of them.
+    Args:
+        couplings: of J joints.
+        felt: (J,) rad; whatever, where they are not heard.
+        heard: (J,) which are.
+        expected: (J,) rad, about which couplings are lines.
+        sigma: rad, SD of a reading.
 
-        Args:
-            couplings: of J joints.
-        """
-        self.couplings = couplings
+    Returns:
+        One reading of each joint.
+    """
+    about = couplings.follow(expected)
+    slopes = couplings.slopes(about)
+    told = heard & (np.abs(slopes) > LEAST)
+    weight, way = np.zeros(couplings.joints), np.zeros(couplings.joints)
+    np.add.at(weight, couplings.root[told], slopes[told] ** 2)
+    np.add.at(way, couplings.root[told], slopes[told] * (felt - about)[told])
+    known = weight > 0.0
+    roots = about + np.divide(way, weight, out=np.zeros_like(way), where=known)
+    sd = np.divide(sigma, np.sqrt(weight), out=np.zeros_like(way), where=known)
+    return Fused(couplings.follow(roots), known[couplings.root], couplings.spread(about) * sd)
 
-    def fuse(self, felt: Array, heard: NDArray[np.bool_], expected: Array, sigma: float | Array) -> Fused:
-        """Put readings together.
 
-        Args:
-            felt: (J,) rad; whatever, where they are not heard.
-            heard: (J,) which are.
-            expected: (J,) rad, about which couplings are lines.
-            sigma: rad, SD of a reading.
+def place(couplings: Couplings, mean: Array, covariance: Array) -> None:
+    """Put followers where their roots are.
 
-        Returns:
-            One reading of each joint.
-        """
-        couplings = self.couplings
-        about = couplings.follow(expected)
-        slopes = couplings.slopes(about)
-        told = heard & (np.abs(slopes) > LEAST)
-        weight, way = np.zeros(couplings.joints), np.zeros(couplings.joints)
-        np.add.at(weight, couplings.root[told], slopes[told] ** 2)
-        np.add.at(way, couplings.root[told], slopes[told] * (felt - about)[told])
-        known = weight > 0.0
-        roots = about + np.divide(way, weight, out=np.zeros_like(way), where=known)
-        sd = np.divide(sigma, np.sqrt(weight), out=np.zeros_like(way), where=known)
-        return Fused(couplings.follow(roots), known[couplings.root], couplings.spread(about) * sd)
-
-    def place(self, mean: Array, covariance: Array) -> None:
-        """Put followers where their roots are.
-
-        Args:
-            mean: (S·J,), of the states of all joints one number after the other: angle, velocity and acceleration of
-                now, then angles of the past; changed.
-            covariance: (S·J, S·J), in the same order; changed.
-        """
-        couplings, joints = self.couplings, self.couplings.joints
-        states, size = mean.reshape(-1, joints), mean.size // joints
-        speeds = [1, 2]
-        angles = np.setdiff1d(np.arange(size), speeds)
-        states[angles] = couplings.follow(states[angles])
-        slopes = np.ones((size, joints))
-        slopes[angles] = couplings.slopes(states[angles])
-        slopes[speeds] = slopes[0]
-        states[speeds] = slopes[0] * states[speeds][:, couplings.root]
-        blocks = covariance.reshape(size, joints, size, joints)
-        for follower in np.flatnonzero(couplings.follows):
-            root = couplings.root[follower]
-            blocks[:, follower] = slopes[:, follower, None, None] * blocks[:, root]
-            blocks[:, :, :, follower] = slopes[:, follower] * blocks[:, :, :, root]
-            blocks[angles, follower, angles, follower] += SLACK**2
+    Args:
+        couplings: of J joints.
+        mean: (S·J,), of the states of all joints one number after the other: angle, velocity and acceleration of
+            now, then angles of the past; changed.
+        covariance: (S·J, S·J), in the same order; changed.
+    """
+    joints = couplings.joints
+    states, size = mean.reshape(-1, joints), mean.size // joints
+    speeds = [1, 2]
+    angles = np.setdiff1d(np.arange(size), speeds)
+    states[angles] = couplings.follow(states[angles])
+    slopes = np.ones((size, joints))
+    slopes[angles] = couplings.slopes(states[angles])
+    slopes[speeds] = slopes[0]
+    states[speeds] = slopes[0] * states[speeds][:, couplings.root]
+    blocks = covariance.reshape(size, joints, size, joints)
+    for follower in np.flatnonzero(couplings.follows):
+        root = couplings.root[follower]
+        blocks[:, follower] = slopes[:, follower, None, None] * blocks[:, root]
+        blocks[:, :, :, follower] = slopes[:, follower] * blocks[:, :, :, root]
+        blocks[angles, follower, angles, follower] += SLACK**2

@@ -18,8 +18,8 @@ from haptic_env.hand import Hand
 from observer.kinematics import tree_of
 from observer.pose import kalman_updates
 from observer.pose.angle_noise import AngleNoise, KeepsErrors
-from observer.pose.contact_dynamics import MANY, ON_A_WRIST, WITH_OFFSETS, ContactDynamics
-from observer.pose.coupled_joints import effects_of
+from observer.pose.contact_dynamics import MANY, ON_A_WRIST, WITH_OFFSETS, ContactDynamics, ContactEffects
+from observer.pose.coupled_joints import keep_together
 from observer.pose.forward_model import ForwardModel, Prediction
 from observer.pose.found_sigma import FoundSigma
 from observer.pose.gating import Gate, Gated, Heard, take_in
@@ -85,13 +85,13 @@ class PoseFilter(KeepsErrors, Gated):
         usually = ON_A_WRIST if hand.wrist.size else ContactDynamics()
         self.dynamics = (WITH_OFFSETS if offsets else usually) if dynamics is None else dynamics
         self.model = ForwardModel(hand, control_hz)
-        self._effects = effects_of(hand, self.dynamics, control_hz)
+        self._effects = ContactEffects(hand, self.dynamics, control_hz)
         self._state = (3 if self._effects.lasts else 2) * hand.joints
         self._errors, self._kinds = len(self.noise.decay), self.noise.kinds(self._state, hand.joints)
         self.doubted = np.zeros(len(hand.patches), dtype=bool)  # patches at which something may press unfelt
         self._gate = Gate(hand, sigma, 1.0 / control_hz, self.noise.sd)
         self._finds = self.noise.finds_sigma
-        skin = self._effects.usual if self.noise.is_white and not self._errors else None
+        skin = self._effects.usual if self.noise.is_white and not self._errors and not hand.couplings else None
         self._usual = None if skin is None else UsualHand(tree_of(hand), hand.torque_limits, *skin, MANY)
         self.reset()
 
@@ -175,17 +175,12 @@ class PoseFilter(KeepsErrors, Gated):
         known = contacts | self._contacts
         felt = np.flatnonzero(known | self.doubted)
         still, push = self._effects.of_step(prediction.state[:joints], gain, contacts, felt, ~known[felt], noise)
+        if self.hand.couplings:
+            keep_together(self.hand.couplings, prediction.state[:joints], noise)
         if push.any():
             prediction.state[:] += gain @ push
-        kalman_updates.shift(
-            self.mean,
-            self.covariance,
-            *self._moved(prediction, felt),
-            noise,
-            joints,
-            self.noise.decay,
-            self.noise.fresh,
-        )
+        moved = self._moved(prediction, felt)
+        kalman_updates.shift(self.mean, self.covariance, *moved, noise, joints, self.noise.decay, self.noise.fresh)
         expected = self._expected()
         heard = self._gate.judge(joint_angles, *expected)
         self._feel(joint_angles, heard, expected, still)

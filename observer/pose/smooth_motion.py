@@ -242,7 +242,7 @@ class KinematicPose(FollowsFelt, Gated):
     def _take(self, joint_angles: Array, heard: Heard | None, mixed: LaggedMoments) -> Array:
         """Move on by a step, fill the `mixed` moments of the directions; the log density (C,) of what is felt."""
         if heard is not None:
-            return self._turn_without(heard, mixed)
+            return self._turn_without(heard, self.sigma**2, mixed)
         return self._turn(self.partners.along(joint_angles), np.full(self.partners.count, self.sigma**2), mixed)
 
     def _turn(self, along: Array, variance: Array, mixed: LaggedMoments) -> Array:
@@ -251,11 +251,12 @@ class KinematicPose(FollowsFelt, Gated):
         turn(self._level, self._moments, self._model, along, variance, log_density, mixed)
         return log_density
 
-    def _turn_without(self, heard: Heard, mixed: LaggedMoments) -> Array:
+    def _turn_without(self, heard: Heard, variance: float | Array, mixed: LaggedMoments) -> Array:
         """Move on by a step in which some joints are not heard, and so no direction that they have a part in.
 
         Args:
             heard: those that are.
+            variance: rad², of what is heard along each direction (C,), or of all.
             mixed: moments of the directions, filled.
 
         Returns:
@@ -266,7 +267,7 @@ class KinematicPose(FollowsFelt, Gated):
         along = self.partners.along(np.where(told, heard.angles, self.mean[:joints]))
         wrong = np.where(heard.anew, heard.angles - self.mean[:joints], 0.0)
         self._moments.rows[:, :, 0, 0] += self.partners.along_squares(wrong**2)[:, None]
-        variance = np.where(self.partners.all_of(told), self.sigma**2, NOTHING)
+        variance = np.where(self.partners.all_of(told), variance, NOTHING)
         log_density = self._turn(along, variance, mixed)
         return self.partners.without(log_density, told)
 

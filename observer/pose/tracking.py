@@ -111,5 +111,6 @@ class TracksPose:
         """Put which patches were touched in place of what they reported, at the steps that wait, of which the first is
         `ago` steps back."""
         if self._reports is not None:
+            doubted = self._reports.doubted
             for k in range(len(waiting)):
-                waiting[k] = waiting[k].touching(self._reports.touched(ago - k), self._reports.doubted)
+                waiting[k] = waiting[k].touching(self._reports.touched(ago - k), doubted)

@@ -1,4 +1,5 @@
-"""A step of the pose filter as most are, compiled as one: no odd reading, no offsets, no forces that last.
+"""A step of the pose filter as most are, compiled as one: no odd reading, no offsets, no forces that last, no
+couplings.
 
 Shapes: J joints, S numbers of the filter (`observer.pose.kalman`), P patches, B bodies.
 """

@@ -102,6 +102,18 @@ def test_a_tendon_holds_joints_near_each_other(tmp_path):
     assert abs(data.qpos[lead] - data.qpos[curl]) < 0.12
 
 
+def test_a_tendon_may_be_called_as_a_constraint_of_joints_is(tmp_path):
+    path = coupled(tmp_path, CURLS.replace("<joint ", '<joint name="t" ', 1))
+    model = (tmp_path / "gripper.xml").read_text()
+    shares = '<joint joint="left_swing" coef="1"/><joint joint="right_swing" coef="1"/>'
+    tendon = f'<tendon><fixed name="t" limited="true" range="-0.1 0.1">{shares}</fixed></tendon>'
+    (tmp_path / "gripper.xml").write_text(model.replace("</mujoco>", f"{tendon}</mujoco>"))
+    found = own.read(path)
+    assert found.hand.couplings.follows.sum() == 2
+    assert found.hand.model.ntendon == 1
+    assert "tendon 't' keeps" in " ".join(found.notes)
+
+
 def test_what_couples_no_joints_of_the_hand_is_told(tmp_path):
     off = '<joint name="off" joint1="left_curl" joint2="left_close" active="false"/>'
     found = own.read(coupled(tmp_path, f'<joint name="lone" joint1="left_swing"/>{off}'))

@@ -11,6 +11,8 @@ from observer import HapticSLAM, PoseOnly, ShapePosterior
 from observer.pose.delta_pose import DeltaPose
 from observer.pose.kalman import PoseFilter
 from observer.shape.null_model import NullModel
+from tests.haptic_env.own_hands import gripper, taxels
+from tests.haptic_env.test_own_hand import LATTICE
 
 BEFORE, GAP, AFTER = 15, 12, 6
 MOTIONS = ("forward_model", "kinematic", "delta_pose", "raw_angles")
@@ -157,9 +159,9 @@ def ball_at(hand, patch, depth=0.0005, radius=0.02):
     return shapes.make("sphere", (2 * radius,) * 3, centre)
 
 
-def named(hand, contacts, dead=0.0, **keywords):
-    """Posterior of a ball at the back of a finger and of one far away, of a hand that rests."""
-    candidates = {"there": [ball_at(hand, DORSAL)], "away": [shapes.make("sphere", (0.04,) * 3, (0.4, 0.4, 0.4))]}
+def named(hand, contacts, there, dead=0.0, **keywords):
+    """Posterior of a ball that is `there` and of one far away, of a hand that rests."""
+    candidates = {"there": [there], "away": [shapes.make("sphere", (0.04,) * 3, (0.4, 0.4, 0.4))]}
     namer = ShapePosterior(hand, candidates, alike=0.0, stride=1, **keywords)
     slam = PoseOnly(hand, 1.0, patches_dead=dead)
     namer.reset(0)
@@ -175,11 +177,28 @@ def test_a_numb_patch_is_no_untouched_one(hand, keywords):
     touched = [link.name in ("index_middle", "index_distal") for link in hand.links]
     numb = np.array(touched)[hand.patches.link] & (hand.patches.normal[:, 0] > -0.5)
     silent = np.zeros(len(hand.patches))
-    against = named(hand, silent, **keywords)
+    there = ball_at(hand, DORSAL)
+    against = named(hand, silent, there, **keywords)
     for contacts, dead in (
         (np.where(numb, np.nan, silent), 0.0),
         (silent, [name for name, lost in zip(hand.patches.names, numb, strict=True) if lost]),
     ):
-        told = named(hand, contacts, dead, **keywords)
+        told = named(hand, contacts, there, dead, **keywords)
         assert against[0] / against[1] < 0.1
         assert told[0] / told[1] > 0.6
+
+
+def test_skin_between_taxels_is_no_untouched_one(tmp_path):
+    """A ball at the back of a finger whose taxels are palmar: nothing feels it, unless the flesh would be inside."""
+    everywhere = hands.make(gripper(tmp_path))
+    palmar = hands.make(gripper(tmp_path, (LATTICE, ""), more=taxels()))
+    assert palmar.patches.numb.all()
+    back = "left_distal_1_dorsal"
+    for hand, depth, low, high in (
+        (everywhere, 0.0005, 0.0, 0.1),
+        (palmar, 0.0005, 0.6, 2.0),
+        (palmar, 0.004, 0.0, 0.1),
+    ):
+        there = ball_at(everywhere, back, depth)
+        told = named(hand, np.zeros(len(hand.patches)), there)
+        assert low <= told[0] / told[1] < high, (len(hand.patches), depth)

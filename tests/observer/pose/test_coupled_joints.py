@@ -13,8 +13,9 @@ import haptic_env  # noqa: F401  registers
 from haptic_env import hand_of
 from haptic_env.coupling import Couplings
 from observer import HapticSLAM
-from observer.pose.coupled_joints import CoupledReadings
+from observer.pose.coupled_joints import fuse
 from observer.pose.forward_model import ForwardModel
+from observer.pose.kalman import PoseFilter
 from tests.haptic_env.test_couplings import coupled
 
 MOTIONS = ("forward_model", "kinematic")
@@ -101,11 +102,12 @@ def test_a_reading_that_was_made_of_the_leaders_is_no_second_one(env, motion):
 def test_readings_are_weighted_by_what_they_tell_of_the_root(env):
     hand = hand_of(env)
     couplings, rng = hand.couplings, np.random.default_rng(1)
-    readings, truth = CoupledReadings(couplings), couplings.follow(hand.rest_pose + 0.1)
+    truth = couplings.follow(hand.rest_pose + 0.1)
     heard = np.ones(hand.joints, dtype=bool)
     off = []
     for _ in range(4000):
-        fused = readings.fuse(truth + 0.05 * rng.standard_normal(hand.joints), heard, hand.rest_pose, 0.05)
+        felt = truth + 0.05 * rng.standard_normal(hand.joints)
+        fused = fuse(couplings, felt, heard, hand.rest_pose, 0.05)
         off.append(fused.angles - truth)
     expected = np.sqrt(np.square(fused.spread).sum(axis=1))
     np.testing.assert_allclose(np.std(off, axis=0), expected, rtol=0.05)
@@ -130,3 +132,15 @@ def test_the_forward_model_moves_what_follows(env):
             np.testing.assert_allclose(
                 found.transition @ way, differences, atol=0.15 * np.abs(differences).max() + 0.01
             )
+
+
+def test_what_a_step_adds_tears_no_joints_apart(env):
+    hand = hand_of(env)
+    pose, joints = PoseFilter(hand, sigma=0.05, motor_noise=0.1, control_hz=50.0, lag=2), hand.joints
+    for _ in range(5):
+        pose.step(np.zeros(joints), hand.rest_pose, np.zeros(len(hand.patches), dtype=bool))
+    follower = int(np.flatnonzero(hand.couplings.follows)[0])
+    apart = np.zeros(len(pose.mean))
+    apart[joints + follower] = 1.0
+    apart[joints + hand.couplings.root[follower]] = -hand.couplings.slopes(pose.angles)[follower]
+    assert apart @ pose.covariance @ apart < 1e-3 * pose.velocity_noise**2
