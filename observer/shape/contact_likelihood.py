@@ -46,7 +46,7 @@ class WeighedTouch(NamedTuple):
         exponent: of its likelihood; likewise.
     """
 
-    contacts: NDArray[np.bool_]
+    contacts: NDArray[np.int8]
     touches: NDArray[np.int64] | int
     exponent: Array | float
 
@@ -91,11 +91,7 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, scratch):
     flesh, silent = felt_gaps(solids, h, skin, link, frame, (contacts, touches), clear, scratch)
     if flesh >= clear:
         return surprise ** (exponent * touches) if touches > 0 else 1.0
-    told, touched, numb = 1.0, clear, skin.numb[link]
-    for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
-        numb |= contacts[patch] < 0
-    if numb:
-        flesh += press + UNFELT * tolerance
+    told, touched = 1.0, clear
     if touches > 0:
         for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
             if contacts[patch] <= 0:
@@ -108,8 +104,12 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, scratch):
                 ratio = (min(gap + press, 0.0) if gap < 0.0 else gap) / tolerance
                 fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
             told *= surprise + (1.0 - surprise) * fit
-    if flesh < min(silent, touched) - THIN and solids.exact[solids.drawn_in[h]]:
-        silent = flesh
+    shallow = min(silent, touched) - THIN
+    if flesh < shallow and solids.exact[solids.drawn_in[h]]:
+        if _numb(skin, link, contacts):
+            flesh += press + UNFELT * tolerance
+        if flesh < shallow:
+            silent = flesh
     ratio = silent / tolerance
     if touches > 0:
         ratio += 1.0 + (press - touched) / tolerance
@@ -117,6 +117,15 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, scratch):
         # A normal's distribution function, nearly.
         told *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
     return told**exponent if told < 1.0 else 1.0
+
+
+@part()
+def _numb(skin, link, contacts):
+    """Whether a link has skin that says nothing."""
+    numb = skin.numb[link]
+    for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+        numb |= contacts[patch] == UNKNOWN
+    return numb
 
 
 @inner(fastmath=True)
