@@ -104,6 +104,7 @@ class LiveMerger:
         self.counts, self._patches, self._measured = Counts(), patches, measured
         self._rate, self._interval = rate, interval
         self._keep = 2.0 * max(BRIDGED / rate, HELD * interval) + LATE
+        self._reach = 1.01 * max(0.5 / rate, HELD * interval)  # s: no touch that is farther from a step counts for it
         self._joints, self._touch = StreamBuffer(joints), StreamBuffer(len(measured))
         self._start: float | None = None
         self._step, self._begun, self._next = 0.0, 0.0, 0
@@ -285,7 +286,7 @@ class LiveMerger:
         near = self._joints.about(time - 2.0 * BRIDGED * self._step, time + 2.0 * BRIDGED * self._step)
         if len(near):
             angles = angles_at(near, steps, self._step)[0]
-        near = self._touch.about(time - about, time + about)
+        near = self._touch.about(time - self._reach, time + self._reach)
         if len(near):
             assert self._start is not None
             told = contacts_at(near, steps, (self._start, self._step), self._interval)[0]
