@@ -65,6 +65,7 @@ def test_beliefs_are_of_now_and_nothing_is_lost(hand: str, steps: int, minutes: 
             assert live.main(given) == 0
         _, _, session, sinks = made[0]
         warm_up(session.slam.hand, observer=session.slam)
+        source.begin()
         ages, before = Ages(), os.times()
         session.run(source, [*sinks, ages], seconds)
         after, late_memory = os.times(), memory()
