@@ -206,7 +206,7 @@ class KinematicPose(FollowsFelt, Gated):
 
     def _start_at(self, felt: Array | None) -> None:
         # It did not move before it was felt.
-        start, spread = (self.hand.rest_pose, ANYWHERE) if felt is None else (felt, self.sigma)
+        start, spread = (self.hand.rest_pose, ANYWHERE) if felt is None else (felt, float(self.sigma))
         along = self.partners.along(start)
         self._bank = FilterBank.at_rest(self._model, along, spread**2, self._start, self.lag, self.apart)
         self.covariance = no_covariance(self.hand.joints, self.lag, self.apart)
