@@ -11,7 +11,6 @@ replayed as if a camera had seen them.
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,25 +19,17 @@ import pytest
 import trimesh
 from scipy import stats
 
-import agents
-from haptic_env import hand_env, registration, shapes
-from haptic_env.recordings import Recording
-from haptic_env.recordings.recording import Track
-from haptic_lab import recorded, replay
-from haptic_lab.exploration.run import begin
-from haptic_lab.exploration.settings import DEFAULTS, ExplorationSettings
+from haptic_env import hand_env
+from haptic_lab import replay
 from haptic_lab.trial import Trial
 from observer import HapticSLAM, ShapePosterior, metrics
+from tests.haptic_lab.recorded_hands import PEOPLE, SIGMA, explored, mesh_of, of_person, people, session
 
-SHARED = Path(__file__).resolve().parents[3] / "shared"
-PEOPLE = {"cube": "cubemedium", "sphere": "spheremedium", "cylinder": "cylinderlarge"}
-SIGMA = 3.0  # degrees
 SEEDS = range(77410, 77422)  # nothing was tuned on them
 FOUR = ("cube", "sphere", "pyramid", "cylinder")
 OTHERS = ("airplane", "mug", "hammer")
 BODIES = ("elephant", "ring", "piggybank")  # as a duck, a torus and a rabbit are: of one size, none of the four
 RING = 0.033, 0.014  # m, radii of the torus
-SECONDS = 2.0  # of an exploration in the simulation
 
 
 class Case(NamedTuple):
@@ -86,54 +77,26 @@ def ring(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def _path(name: str, ring: str) -> str:
-    if name == "ring":
-        return ring
-    return str(SHARED / "objects" / f"{PEOPLE.get(name, name)}.stl")
-
-
-@cache
-def _explored(mesh: str, seed: int) -> Recording:
-    """MyoHand explores a mesh that lies at its grasp centre; only where hand and object were is kept."""
-    env = registration.make(
-        "HapticSLAM/MyoHand-v0", shape=mesh, sigma_deg=SIGMA, episode_seconds=SECONDS, reveal_truth=True
-    )
-    policy, state = agents.make("sweep", env, seed), None
-    observation, info = env.reset(seed=seed)
-    angles, over = [info["truth"]["joint_angles"]], False
-    while not over:
-        torque, state = agents.act(policy, observation, state)
-        observation, _, _, over, info = env.step(torque)
-        angles.append(info["truth"]["joint_angles"])
-    shape, truth, frames = shapes.find(mesh), info["truth"], len(angles)
-    still = np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1))
-    place = np.tile(truth["object_position"] - shape.centre, (frames, 1))
-    time = np.arange(frames) / hand_env(env).control_hz
-    root, held = Track(np.zeros((frames, 3)), still), Track(place, still)
-    return Recording("explored", time, hand_env(env).hand.joint_names, np.array(angles), root, "", held)
+    return ring if name == "ring" else mesh_of(name)
 
 
 def _session(case: Case, ring: str, seed: int) -> replay.ExplorationSession:
     mesh = _path(case.object, ring)
-    if case.hand == "explored":
-        recording = _explored(mesh, seed)
-    else:
-        recording = recorded.load(str(SHARED / "recordings" / f"{PEOPLE[case.hand]}_inspect.npz"), None, None, None)
+    recording = explored(mesh, seed) if case.hand == "explored" else of_person(case.hand)
     among = None if case.among is None else [each if each in FOUR else _path(each, ring) for each in case.among]
-    told = {"env": "HapticSLAM/MyoHand-v0", "shape": mesh, "sigma": SIGMA, "seed": seed, "candidates": among}
-    more = {"seconds": None, "policy": "random_torque", "out": ""}
-    return begin(ExplorationSettings(**(DEFAULTS | told | more)), recording)
+    return session(recording, mesh, among, seed)
 
 
 def _draw(case: Case, ring: str, seed: int) -> Draw:
-    session = _session(case, ring, seed)
-    hand, told = session.hand, {**session.told, "control_hz": hand_env(session.env).control_hz}
-    sure = ShapePosterior(hand, session.candidates, press=replay.FOLLOWED_NAMER["press"])
+    given = _session(case, ring, seed)
+    hand, told = given.hand, {**given.told, "control_hz": hand_env(given.env).control_hz}
+    sure = ShapePosterior(hand, given.candidates, press=replay.FOLLOWED_NAMER["press"])
     observers = {
         "blind": HapticSLAM(hand, SIGMA, particles=1, **told),
         "full": HapticSLAM(hand, SIGMA, particles=1, **told, solids=sure),
-        "doubted": HapticSLAM(hand, SIGMA, particles=1, **told, **session.informed),
+        "doubted": HapticSLAM(hand, SIGMA, particles=1, **told, **given.informed),
     }
-    trial = Trial(session.env, session.policy, observers, session.namer, seed, naming=("doubted",))
+    trial = Trial(given.env, given.policy, observers, given.namer, seed, naming=("doubted",))
     trial.run()
     exploration, traces = trial.finish()
     errors = (
@@ -163,7 +126,6 @@ def _told_of(case: Case, ring: str) -> tuple[np.ndarray, list[str]]:
     return errors, names
 
 
-people = pytest.mark.skipif(not SHARED.exists(), reason="the recordings of people are not here")
 long = [people, pytest.mark.statistical, pytest.mark.timeout(3600)]
 
 
