@@ -91,3 +91,65 @@ def test_what_is_said_of_the_time_of_a_step_is_in_its_file() -> None:
         assert float(slope) == pytest.approx(1e3 * grown, rel=0.05)
     (most,) = re.findall(r"no longer with more patches, up to\s+(\d+)", text)
     assert int(most) == ms["patches"].index.max()
+
+
+RECORDINGS = {"cube": "cubemedium", "sphere": "spheremedium", "cylinder": "cylinderlarge"}
+
+
+class Told:
+    """Lines of a result file, by what they are of."""
+
+    def __init__(self, name: str, *keys: str) -> None:
+        self.lines = pd.read_csv(FILE.parent / f"{name}.csv").set_index([*keys, "observer", "measure"])
+
+    def mean(self, *what: str) -> float:
+        return float(self.lines.loc[what, "mean"])
+
+    def shown(self, *what: str) -> str:
+        """Mean ± 95 %, to two places."""
+        line = self.lines.loc[what]
+        return f"{line['mean']:.2f} ± {line['high'] - line['mean']:.2f}"
+
+    def named(self, *what: str) -> str:
+        line = self.lines.loc[(*what, "shape_posterior_correct")]
+        return f"{round(line['mean'] * line['trials'])} of {line['trials']:.0f}"
+
+
+@pytest.fixture(scope="module")
+def replayed() -> Told:
+    return Told("recordings", "table", "recording")
+
+
+def test_recordings_are_told_as_their_file_has_them(replayed: Told) -> None:
+    rows = documents.table("recordings.md", "object | raw angles | blind | haptic SLAM, lagged | online")
+    assert set(rows) == set(RECORDINGS)
+    for name, (raw, blind, lagged, online, *ratios, named, holds) in rows.items():
+        of = "twenty", RECORDINGS[name]
+        error, each = "pose_error_lagged_deg", ("smoother", "haptic_slam")
+        assert float(raw) == pytest.approx(replayed.mean(*of, "floor", error), abs=0.00501)
+        assert [blind, lagged] == [replayed.shown(*of, who, error) for who in each]
+        assert float(online) == pytest.approx(replayed.mean(*of, "haptic_slam", "pose_error_online_deg"), abs=0.00501)
+        found = [replayed.mean(*of, "floor", error) / replayed.mean(*of, who, error) for who in each]
+        assert list(map(float, ratios)) == pytest.approx(found, abs=0.00501)
+        assert named == replayed.named(*of, "haptic_slam") == replayed.named(*of, "floor")
+        kept = [replayed.mean(*of, "haptic_slam", f"coverage_90{when}") for when in ("", "_lagged")]
+        assert holds == "{:.0f}, {:.0f} %".format(*(100 * each for each in kept))
+
+
+def test_small_objects_are_told_as_their_file_has_them(replayed: Told) -> None:
+    rows = documents.table("recordings.md", "object | F, raw angles | F, haptic SLAM | F, true pose")
+    assert [name.split()[0] for name in rows] == list(RECORDINGS)
+    for name, (raw, slam, ceiling, *named) in rows.items():
+        of, score = ("small", RECORDINGS[name.split()[0]]), "surface_f_score_2"
+        assert [raw, slam] == [replayed.shown(*of, who, score) for who in ("floor", "haptic_slam")]
+        assert float(ceiling) == pytest.approx(replayed.mean(*of, "ceiling", score), abs=0.00501)
+        assert named == [replayed.named(*of, who) for who in ("floor", "haptic_slam")]
+
+
+@pytest.mark.parametrize("folder", ["small", "eight", "twenty"])
+def test_commands_of_recordings_have_the_draws_of_their_file(replayed: Told, folder: str) -> None:
+    (command,) = re.findall(
+        rf"    haptic-slam evaluate (.*--out out/{folder})\n", (ROOT / "docs/recordings.md").read_text()
+    )
+    (trials,) = re.findall(r"--trials (\d+)", command)
+    assert set(replayed.lines.loc[folder]["trials"]) == {int(trials)}
