@@ -25,7 +25,7 @@ from haptic_lab.trial import Trial
 from observer import HapticSLAM, ShapePosterior, metrics
 from tests.haptic_lab.recorded_hands import PEOPLE, SIGMA, explored, mesh_of, of_person, people, session
 
-SEEDS = range(77410, 77418)  # nothing was tuned on them
+SEEDS = range(77410, 77416)  # nothing was tuned on them
 FOUR = ("cube", "sphere", "pyramid", "cylinder")
 OTHERS = ("airplane", "mug", "hammer")
 BODIES = ("elephant", "ring", "piggybank")  # as a duck, a torus and a rabbit are: of one size, none of the four
