@@ -136,7 +136,7 @@ def print_table(path: Path, console: Console) -> None:
             for policy, cells in of_sigma.groupby("policy", sort=False):
                 by = cells.set_index("measure")
                 trials, decided = str(int(by["trials"].max())), f"{by['decided'].iloc[0]:.0%}"
-                told = [cell(by.loc[measure], measure) for measure in COLUMNS]
+                told = [_cell(by.loc[measure], measure) for measure in COLUMNS]
                 result.add_row("all" if np.isnan(sigma) else f"{sigma:g}°", str(policy), trials, *told, decided)
             result.add_section()
         console.print(result)
@@ -186,26 +186,17 @@ def draw(lines: pd.DataFrame) -> Figure:
 
 def _draw_rows(axes: Axes, cells: pd.DataFrame, offset: float, colour: str, label: str) -> None:
     last = cells.loc[np.isfinite(cells["low"]), "low"].max()
-    for place, (_, each) in enumerate(cells.iterrows()):
-        if each["trials"] >= FEW and np.isfinite(each["low"]):
-            high = each["high"] if np.isfinite(each["high"]) else OPEN * last
-            axes.plot([each["low"], high], [place + offset] * 2, color=colour, linewidth=2)
-        if np.isinf(each["value"]):
+    for place, (_, cell) in enumerate(cells.iterrows()):
+        if cell["trials"] >= FEW and np.isfinite(cell["low"]):
+            high = cell["high"] if np.isfinite(cell["high"]) else OPEN * last
+            axes.plot([cell["low"], high], [place + offset] * 2, color=colour, linewidth=2)
+        if np.isinf(cell["value"]):
             axes.text(0.99, place + offset, LATER, color=colour, transform=axes.get_yaxis_transform(), **AT_THE_RIGHT)
     axes.plot(cells["value"], np.arange(len(cells)) + offset, "o", color=colour, markersize=6, label=label)
     axes.axvline(0, color=OUTLINE, linewidth=1)
 
 
-def cell(line: pd.Series, measure: str) -> str:
-    """Write a figure with its interval.
-
-    Args:
-        line: of `compare`.
-        measure: that it is of.
-
-    Returns:
-        The text.
-    """
+def _cell(line: pd.Series, measure: str) -> str:
     if np.isnan(line["value"]):
         return "–"
     if measure == DECISION:

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from haptic_lab.analysis import policy_comparison
 from haptic_lab.tasks import report
 from tests.scripts import documents
 from tests.scripts.documents import ROOT
@@ -199,14 +198,3 @@ def test_tables_of_the_benchmark_are_those_of_their_files(name: str) -> None:
     lines = [line for line in page.splitlines() if line.startswith("| ")]
     assert len(lines) == 1 + told["policy"].nunique()
     assert "\n".join([lines[0], f"|{'---|' * lines[0].count(' | ')}---|", *lines[1:]]) in text
-
-
-def test_the_comparison_of_policies_is_that_of_its_file() -> None:
-    told = pd.read_csv(RESULTS / "policies.csv")
-    rows = documents.rows("policies.md", "σ | policy | trials")
-    assert len(rows) == len(told) / len(policy_comparison.COLUMNS)
-    lines = told.assign(sigma=["all" if np.isnan(each) else f"{each:g}°" for each in told["sigma_deg"]])
-    for sigma, policy, trials, *cells, decided in rows:
-        mine = lines[(lines["sigma"] == sigma) & (lines["policy"] == policy.strip("`"))].set_index("measure")
-        assert cells == [policy_comparison.cell(mine.loc[each], each) for each in policy_comparison.COLUMNS], policy
-        assert (int(trials), decided) == (mine["trials"].max(), f"{mine['decided'].iloc[0]:.0%}")
