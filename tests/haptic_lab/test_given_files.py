@@ -295,5 +295,5 @@ def test_files_are_taken_by_the_endings_that_are_read() -> None:
     assert {*trial_columns.CONTENT, *recordings.column_map.CONTENT} == set(given_files.MAPS)
     assert {*given_files.RECORDING.held} == {*streams.TIMES, f"*{adroit_demonstrations.SUFFIX}"}
     _, keys = sweep_options.make_parser(None)
-    assert {*given_files.CONFIG} == {*keys, *config_files.ALSO}
+    assert {*given_files.CONFIG} == {*keys, *config_files.ALSO}, "a flag of evaluate is a key of its file"
     assert file_contents.BEGIN[".xdf"] == (recordings.xdf.MAGIC,)
