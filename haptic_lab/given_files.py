@@ -42,17 +42,17 @@ class Kind(NamedTuple):
     labelled: bool = False
 
 
-CONFIG = tuple(  # what a sweep is asked for by
-    """
-    ablation attention_seconds believed believed_bias_deg believed_contact_confusion
-    believed_contact_false_alarm believed_contact_miss believed_drift_deg believed_drift_seconds
-    believed_motor_noise believed_patches_dead believed_patches_stuck believed_proportional believed_sigma
-    believed_sigma_deg believed_start_std_deg bias_deg calibration candidates classifiers cluster column columns
-    contact_confusion contact_false_alarm contact_miss courses drift_deg drift_seconds env exemplars first_seed
-    jobs maps_every memory_seconds meshes motor_noise name names_only none objects observers out particles
-    patches_dead patches_stuck policy position_jitter proportional quick recordings repeats rotation_jitter
-    scale seconds shapes sigmas size_jitter standard trial_table trials under unit wrist yaw_jitter
-    """.split()
+CONFIG = (  # what a sweep is asked for by
+    *("ablation", "attention_seconds", "believed", "believed_bias_deg", "believed_contact_confusion"),
+    *("believed_contact_false_alarm", "believed_contact_miss", "believed_drift_deg", "believed_drift_seconds"),
+    *("believed_motor_noise", "believed_patches_dead", "believed_patches_stuck", "believed_proportional"),
+    *("believed_sigma", "believed_sigma_deg", "believed_start_std_deg", "bias_deg", "calibration"),
+    *("candidates", "classifiers", "cluster", "column", "columns", "contact_confusion", "contact_false_alarm"),
+    *("contact_miss", "courses", "drift_deg", "drift_seconds", "env", "exemplars", "first_seed", "jobs"),
+    *("maps_every", "memory_seconds", "meshes", "motor_noise", "name", "names_only", "none", "objects"),
+    *("observers", "out", "particles", "patches_dead", "patches_stuck", "policy", "position_jitter"),
+    *("proportional", "quick", "recordings", "repeats", "rotation_jitter", "scale", "seconds", "shapes"),
+    *("sigmas", "size_jitter", "standard", "trial_table", "trials", "under", "unit", "wrist", "yaw_jitter"),
 )
 MAPS = ("columns", "control_hz", "hand", "joints", "names", "time", "touch", "units")
 COURSES = Kind("courses of belief", (".npz",), ("log_posterior",))
