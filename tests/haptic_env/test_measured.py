@@ -243,6 +243,15 @@ def test_a_file_that_is_cut_short_is_refused(tmp_path: Path, kind: str, share: f
     assert "\n" not in str(told.value)
 
 
+def test_a_recording_that_ends_before_a_stream_begins_is_cut_short(tmp_path: Path) -> None:
+    path, text = measured_files.xdf(tmp_path)
+    content = path.read_bytes()
+    head = content.index(b"<name>skin</name>")
+    path.write_bytes(content[: content.index(b"</desc></info>", head) + 100])
+    with pytest.raises(ValueError, match="cut short: stream 'skin' has no samples and says no end"):
+        read(path, text)
+
+
 @pytest.mark.parametrize("cut", [3, 20, 40])
 def test_a_table_of_text_that_is_cut_short_is_refused_with_its_line(tmp_path: Path, cut: int) -> None:
     path, text = measured_files.csv(tmp_path)
