@@ -179,9 +179,9 @@ def test_at_little_noise_all_name_all(brackets: pd.DataFrame) -> None:
 def test_the_front_door_says_what_the_file_does(brackets: pd.DataFrame) -> None:
     text = (ROOT / "README.md").read_text()
     ((error, share),) = re.findall(r"at σ = 5° a pose error of ([\d.]+) σ and (\d+) % of names after 10 s", text)
-    mine = brackets.loc["all", 5.0, "haptic_slam"]["mean"]
-    assert float(error) == round(mine["pose_error_lagged_deg"] / 5.0, 2)
-    assert float(share) == round(100 * mine["correct_10s"])
+    pose, names = (brackets.loc["all", 5.0, "haptic_slam", each] for each in ("pose_error_lagged_deg", "correct_10s"))
+    assert float(error) == round(pose["mean"] / 5.0, 2)
+    assert float(share) == round(100 * names["mean"])
 
 
 def test_what_is_said_of_calibration_is_in_its_file() -> None:
