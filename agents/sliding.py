@@ -6,7 +6,7 @@ it could turn next it takes the one along which least is known: directions from 
 the episode so far has no occupied voxel, and few touches were felt. It opens where it is held up, and to start anew
 from elsewhere.
 
-Shapes: J joints, F fingers, D directions, M places, W ways.
+Shapes: J joints, F fingers, D directions, M places of which K are asked, W ways, L looks.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from agents.wrist_motion import WristMotion
 from haptic_env import hand_env, validate
 from haptic_env.arrays import Array
 
-LIGHT, HARD, LET_GO = 0.12, 0.5, -0.8  # how fingers press: while they feel contact, while they do not, and open
+LIGHT, HARD, LET_GO = 0.12, 0.8, -0.8  # how fingers press: while they feel contact, while they do not, and open
 CURLED, CURLS, ASIDE = 0.75, 0.15, 0.5  # of the joints' range: how fingers are curled, and how far they wag
 PACES = (0.5, 0.385)  # Hz, at which they do, curled and aside
 SHUT, LOST, REOPENED = 0.5, 0.3, 0.25  # closed so far and untouched for so long (s), a finger opens for so long (s)
 OPENED, CLOSING = 0.5, 0.3  # s: how long the hand opens on its way to elsewhere, and closes there
-HELD_UP, FOR, FREED, AGAIN = 0.25, 0.3, 0.3, 0.2  # rad from its goal, for s: it opens for s, and closes for s
+HELD_UP, FOR, FREED, AGAIN = 0.25, 0.2, 0.2, 0.15  # rad from its goal, for s: it opens for s, and closes for s
 WAYS, ELSEWHERE = 60, 16  # W, and how many other sides they are compared with
 SHORTEST, LONGEST, LOOKS = 0.2, 1.2, 0.15  # rad: of a way, and from one look on it to the next
 ROUNDABOUT, ROOM = 1.5, 0.3  # how much further than the hand turns a joint of the wrist may go, and rad besides
 FARTHEST_TILT = np.deg2rad(140.0)  # of the hand's axis
 LIFTED, SHIFTED, MOST_SHIFTED = 0.02, 0.008, 0.012  # m: along its axis and any way, and on one way at most
-RECENT, SAMPLE, FIRST = 120, 40, 30  # places that tell where it touches, how many are asked, touches before any are
+RECENT, SAMPLE, FIRST = 120, 40, 30  # places that tell where it touches, K that are asked, touches before any are
 ENOUGH, MAPPED, OF_MAP = 4.0, 0.1, 0.6  # touches of a known direction; what is left of a mapped one; the map's part
 AROUND, WIDTH = 0.5, 0.15  # how much what is unknown further on counts, and how far on (1 - cosine)
 WORTH = 0.6  # of what is unknown elsewhere a way must have
@@ -63,6 +63,13 @@ class Way(NamedTuple):
         """Where the hand is after a share of the way: its turn and shift (3,) m."""
         turn = Rotation.from_rotvec(share * self.rotated) * Rotation.from_quat(self.turn)
         return turn, self.shift + share * (self.shifted - self.shift)
+
+    def looks(self) -> tuple[Array, Array]:
+        """Turns (L, 3, 3) and shifts (L, 3) m at places along the way, the last one its end."""
+        count = max(1, int(np.linalg.norm(self.rotated) / LOOKS))
+        share = np.arange(1, count + 1)[:, None] / count
+        turns = Rotation.from_rotvec(share * self.rotated).as_matrix() @ Rotation.from_quat(self.turn).as_matrix()
+        return turns, self.shift + share * (self.shifted - self.shift)
 
     @property
     def now(self) -> tuple[Rotation, Array]:
@@ -176,15 +183,18 @@ class Sliding(Guided):
         places = record.recent(RECENT)
         some = places[self.rng.choice(len(places), SAMPLE)] if len(places) else np.zeros((1, 3))
 
-        def gain(side: tuple[Rotation, Array]) -> float:
-            turn, shift = side
-            return float(unknown[self._recorder.nearest(turn.apply(some) + shift)].mean())
-
-        along = [np.mean([gain(each.at(share)) for share in _shares(each)]) for each in ways]
-        there = [gain(other) for other in others]
-        if along and max(along) >= WORTH * max(there):
-            return ways[int(np.argmax(along))]
-        turn, shift = others[int(np.argmax(there))]
+        sides = [(turn.as_matrix()[None], shift[None]) for turn, shift in others]
+        along = [each.looks() for each in ways]
+        turns, shifts = (np.concatenate(each) for each in zip(*sides, *along, strict=True))
+        seen = np.einsum("lij,kj->lki", turns, some) + shifts[:, None]
+        gain = unknown[self._recorder.nearest(seen)].mean(axis=1)
+        there, on_ways = np.split(gain, [len(others)])
+        if ways:
+            of_way = np.repeat(np.arange(len(ways)), [len(shifts) for _, shifts in along])
+            mean = np.bincount(of_way, on_ways) / np.bincount(of_way)
+            if mean.max() >= WORTH * there.max():
+                return ways[int(mean.argmax())]
+        turn, shift = others[int(there.argmax())]
         still = Way(np.zeros(3), turn.as_quat(), shift, np.zeros(3), shift)
         return self._opened(still, OPENED, CLOSING)
 
@@ -220,9 +230,3 @@ class Sliding(Guided):
             mapped[self._recorder.nearest(occupied - self.hand.grasp_centre)] = MAPPED
         unknown = OF_MAP * mapped + (1.0 - OF_MAP) * np.exp(-record.felt / ENOUGH)
         return np.asarray(unknown + AROUND * (self._near @ unknown))
-
-
-def _shares(way: Way) -> Array:
-    """Of a way, at which one looks what is there."""
-    length = float(np.linalg.norm(way.rotated))
-    return np.linspace(0.0, 1.0, max(2, int(length / LOOKS) + 1))[1:]

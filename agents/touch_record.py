@@ -95,10 +95,10 @@ class TouchRecorder:
         """Find directions.
 
         Args:
-            away: (K, 3) m from the grasp centre.
+            away: (..., 3) m from the grasp centre.
 
         Returns:
-            (K,) the index of the direction in which each lies.
+            (...,) the index of the direction in which each lies.
         """
         distance = np.linalg.norm(away, axis=-1, keepdims=True)
         return np.asarray(self._near.query(away / np.maximum(distance, 1e-9))[1])
