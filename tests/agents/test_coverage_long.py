@@ -22,9 +22,9 @@ from observer.surface.metrics import mesh_score
 from observer.surface_metrics import OCCUPIED, TOUCH_TOLERANCE, surface_places, surface_recall, touched_places
 from observer.swept_volume import posed
 
-pytestmark = pytest.mark.statistical
+pytestmark = [pytest.mark.statistical, pytest.mark.timeout(3600)]
 SIGMA, SECONDS = 3.0, 60.0
-FIRST_SEED = {"coverage": 62000, "sliding": 77010}  # what the policies were made with had seeds from 900000 on
+FIRST_SEED = {"coverage": 77010, "sliding": 77010}  # what the policies were made with had seeds from 900000 on
 TOUCHES = (0, 1, 2, 4, 7, 11, 16, 24, 1000)  # near a place, from one class of places to the next
 
 
@@ -123,7 +123,7 @@ def test_on_average_the_mesh_shares_four_fifths_with_the_object(policy):
 
 
 def test_an_inferred_pose_needs_more_touches_of_a_place_than_the_true_one():
-    all_of = [reached("sliding", shape) for shape in shapes.SHAPES]
+    all_of = [reached("coverage", shape) for shape in shapes.SHAPES]
     touches = np.concatenate([each.touches for each in all_of])
     found = {name: np.concatenate([each.found[name] for each in all_of]) for name in ("slam", "ceiling")}
     shares = []
