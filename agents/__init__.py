@@ -16,7 +16,6 @@ from agents.information_gain import InformationGain
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
 from agents.sb3 import Sb3, Searched, Trained, is_model, load_model
-from agents.sliding import Sliding
 from agents.sweep import Sweep
 from agents.synergy import Synergy
 from haptic_env import validate
@@ -30,7 +29,6 @@ POLICIES: dict[str, type[Policy]] = {
     "random_torque": RandomTorque,
     "sb3": Sb3,
     "searched": Searched,
-    "sliding": Sliding,
     "sweep": Sweep,
     "synergy": Synergy,
     "trained": Trained,

@@ -10,19 +10,21 @@ Shapes: J joints, F fingers, D directions, M places.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from agents.finger_kinematics import FingerKinematics
 from agents.policy import Guided, State
-from agents.touch_record import DIRECTIONS, PLACES, Record, TouchRecorder
 from agents.wrist_motion import WristMotion
 from haptic_env import hand_env, validate
 from haptic_env.arrays import Array
+from haptic_env.shapes.sphere_points import directions
+from observer.kinematics import placed_points, tree_of
 
 OPENING = 0.2  # s: how long the hand opens, and turns, before it grasps anew
 LET_GO = -0.6  # fractions of the torque limits, by which it opens
@@ -30,10 +32,25 @@ PACES = (0.8, 2.0)  # Hz, between which everything moves
 CLAWED, CURLED = 0.4, 0.8  # of the torques that curl a finger: always, so that its tip goes ahead, and back and forth
 ROCKED, TILTED = 0.5, 0.3  # rad: how far the hand turns about its own axis, and about any
 SHIFTED, LIFTED = 0.012, 0.035  # m: how far it is shifted while it is closed, and along its axis from grasp to grasp
+DIRECTIONS, PLACES = 400, 500  # D, M
 CANDIDATES, SAMPLE = 64, 200  # sides that are compared, by how many places
 ENOUGH = 12.0  # touches in a direction: it is then known well
 FAR = 0.1  # what a side loses by each radian that a joint of the wrist is from it
 FIRST = 30  # touches, before which sides are drawn by chance
+
+
+class Record(NamedTuple):
+    """What was touched so far.
+
+    Attributes:
+        felt: (D,) touches in each direction from the grasp centre.
+        places: (M, 3) m, where the skin was when it touched, in the frame of the hand that is turned to its side.
+        touches: how many of these there were; the last M are kept.
+    """
+
+    felt: Array
+    places: Array
+    touches: Array
 
 
 class Coverage(Guided):
@@ -62,9 +79,10 @@ class Coverage(Guided):
         self._opening = OPENING * self._rate
         self._longest = validate.seconds("seconds", seconds) * self._rate + self._opening
         kinematics = FingerKinematics(self.hand)
-        self._wrist, self._recorder = WristMotion(self.hand), TouchRecorder(self.hand)
+        self._wrist, self._tree = WristMotion(self.hand), tree_of(self.hand)
         close, across, curl = kinematics.strokes(self.hand.rest_pose, self.hand.grasp_centre)
         self._strokes = close * kinematics.alone, across, curl
+        self._directions = cKDTree(directions(DIRECTIONS))
         # What moves: about three axes, its own, along three; each finger across and curled.
         self._moving = 7 + 2 * kinematics.fingers
         of_side = (4,), (3,)
@@ -85,12 +103,12 @@ class Coverage(Guided):
         """
         pose = self.belief.joint_angles
         if state is None:
-            record = Record.empty()
+            record = Record(np.zeros(DIRECTIONS), np.zeros((PLACES, 3)), np.array(0))
             step, side, paces, before = np.array(0), self._side(record, pose), self._paces(), pose
         else:
             step, turn, shift, paces, *kept, before = state
             record, side = Record(*kept), (Rotation.from_quat(turn), shift)
-            record = self._recorder.noted(record, side, pose, np.flatnonzero(observation["contacts"]))
+            record = self._noted(record, side, pose, np.flatnonzero(observation["contacts"]))
             if step >= self._longest:
                 step, side, paces = np.array(0), self._side(record, pose), self._paces()
         torque = self._torque(int(step), side, paces, pose, (pose - before) * self._rate)
@@ -121,6 +139,19 @@ class Coverage(Guided):
         """(2, 7 + 2F): pace in Hz and phase in turns of all that moves."""
         return np.stack([self.rng.uniform(*PACES, self._moving), self.rng.random(self._moving)])
 
+    def _noted(self, record: Record, side: tuple[Rotation, Array], pose: Array, patches: NDArray[np.int64]) -> Record:
+        """`record` with what the `patches` feel at `pose` (J,) rad."""
+        if patches.size == 0:
+            return record
+        skin = self.hand.patches
+        away = placed_points(self._tree, pose, skin.position[patches], skin.link[patches]) - self.hand.grasp_centre
+        felt, places = record.felt.copy(), record.places.copy()
+        np.add.at(felt, self._nearest(away), 1.0)
+        turn, shift = side
+        index = (int(record.touches) + np.arange(patches.size)) % PLACES
+        places[index] = turn.inv().apply(away - shift)
+        return Record(felt, places, record.touches + patches.size)
+
     def _side(self, record: Record, pose: Array) -> tuple[Rotation, Array]:
         """From where to grasp next: a turn and a shift (3,) m, the best of some by what is new there and by the way."""
         count = int(record.touches)
@@ -132,7 +163,7 @@ class Coverage(Guided):
         new = np.exp(-record.felt / ENOUGH)
         now = pose[self._wrist.joints]
         gain = [
-            new[self._recorder.nearest(turn.apply(some) + shift)].mean()
+            new[self._nearest(turn.apply(some) + shift)].mean()
             - FAR * float(np.abs(self._wrist.goal(turn, shift) - now).max())
             for turn, shift in candidates
         ]
@@ -141,3 +172,8 @@ class Coverage(Guided):
     def _drawn(self) -> tuple[Rotation, Array]:
         turn = self._wrist.draw(self.rng)
         return turn, turn.apply(self._wrist.axis) * self.rng.uniform(-LIFTED, LIFTED)
+
+    def _nearest(self, away: Array) -> NDArray[np.int64]:
+        """(K,) the directions in which places `away` (K, 3) m from the centre lie."""
+        distance = np.linalg.norm(away, axis=1, keepdims=True)
+        return np.asarray(self._directions.query(away / np.maximum(distance, 1e-9))[1])

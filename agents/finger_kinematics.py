@@ -45,7 +45,6 @@ class FingerKinematics:
     Attributes:
         moves: (F, J): which joints move each finger.
         alone: (F, J): which joints move that finger alone; those of a wrist move several.
-        outer: (F, J): which joints of each finger are in its outer half.
         links: (F, L): the links of each finger; a palm belongs to none.
     """
 
@@ -64,7 +63,7 @@ class FingerKinematics:
         self.alone: NDArray[np.bool_] = self.moves & (self.moves.sum(axis=0) == 1)
         self.links: NDArray[np.bool_] = (moved[None] & self.alone[:, None]).any(axis=2)
         order = np.cumsum(self.alone, axis=1)
-        self.outer = order > 0.5 * order[:, -1:]
+        self._outer = order > 0.5 * order[:, -1:]
 
     @property
     def fingers(self) -> int:
@@ -97,7 +96,7 @@ class FingerKinematics:
         sideways = np.cross(way[each, self._tips], (points - joint)[self._tips])
         sideways /= np.maximum(np.linalg.norm(sideways, axis=1, keepdims=True), LEAST)
         across = np.einsum("fij,fi->fj", tip, sideways) / np.maximum(np.linalg.norm(tip, axis=1), LEAST)
-        return Strokes(close, self.alone * across, self.alone * np.where(self.outer, close, -close))
+        return Strokes(close, self.alone * across, self.alone * np.where(self._outer, close, -close))
 
     def together(self, torques: Array) -> NDArray[np.float32]:
         """Sum the torques of all fingers, averaged where several move a joint.

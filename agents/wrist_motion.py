@@ -76,21 +76,12 @@ class WristMotion:
         """
         while self.free:
             turn = Rotation.from_quat(rng.standard_normal(4))
-            if turn.apply(self.axis) @ self.axis >= np.cos(FARTHEST_TILT) and self.reaches(turn, np.zeros(3)):
+            if turn.apply(self.axis) @ self.axis >= np.cos(FARTHEST_TILT) and self._reaches(turn):
                 return turn
         return Rotation.identity()
 
-    def reaches(self, turn: Rotation, shift: Array) -> bool:
-        """Tell whether the wrist can go to a goal.
-
-        Args:
-            turn: of the hand.
-            shift: (3,) m.
-
-        Returns:
-            Whether it is well within the limits.
-        """
-        return bool((np.abs(self.goal(turn, shift)) <= self._reach).all())
+    def _reaches(self, turn: Rotation) -> bool:
+        return bool((np.abs(self.goal(turn, np.zeros(3))) <= self._reach).all())
 
     def torque(self, goal: Array, angles: Array, velocities: Array) -> NDArray[np.float32]:
         """Tell what moves the wrist to its goal.

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import agents
-from agents import touch_record
+from agents import coverage
 from agents.wrist_motion import FARTHEST_TILT, WristMotion
 from haptic_env import hands
 from observer import HapticSLAM, ObserverWrapper
@@ -111,11 +111,11 @@ def test_coverage_touches_far_more_of_the_surface_than_what_a_fixed_wrist_reache
 def test_the_next_side_is_one_of_which_little_is_known():
     env = gym.make("HapticSLAM/TwoFingerArm-v0", shape="cube")
     policy = agents.make("coverage", ObserverWrapper(env, HapticSLAM(env.unwrapped.hand, particles=1)), seed=0)
-    directions = policy._recorder.directions
+    directions = policy._directions.data
     # All was touched but what lies towards +y, by a skin that lies in the direction of +x of the hand.
     felt = np.where(directions[:, 1] > 0.7, 0.0, 100.0)
-    places = np.tile([0.03, 0.0, 0.0], (touch_record.PLACES, 1))
-    record = touch_record.Record(felt, places, np.array(touch_record.PLACES))
+    places = np.tile([0.03, 0.0, 0.0], (coverage.PLACES, 1))
+    record = coverage.Record(felt, places, np.array(coverage.PLACES))
     chosen = np.array([policy._side(record, env.unwrapped.hand.rest_pose)[0].apply([1.0, 0.0, 0.0]) for _ in range(10)])
     assert chosen[:, 1].mean() > 0.6
     env.close()
@@ -125,19 +125,19 @@ def test_what_was_felt_is_noted_in_its_direction():
     env = gym.make("HapticSLAM/TwoFingerArm-v0", shape="cube")
     hand = env.unwrapped.hand
     policy = agents.make("coverage", ObserverWrapper(env, HapticSLAM(hand, particles=1)), seed=0)
-    nothing = touch_record.Record(
-        np.zeros(touch_record.DIRECTIONS), np.zeros((touch_record.PLACES, 3)), np.array(touch_record.PLACES - 1)
+    nothing = coverage.Record(
+        np.zeros(coverage.DIRECTIONS), np.zeros((coverage.PLACES, 3)), np.array(coverage.PLACES - 1)
     )
     patches = np.array([hand.patches.names.index("index_distal_tip"), hand.patches.names.index("thumb_distal_tip")])
     side = Rotation.identity(), np.array([0.0, 0.0, 0.01])
-    after = policy._recorder.noted(nothing, side, hand.rest_pose, patches)
+    after = policy._noted(nothing, side, hand.rest_pose, patches)
     place, turn = link_frames(tree_of(hand), hand.rest_pose)
     link = hand.patches.link[patches]
     skin = place[link] + np.einsum("kij,kj->ki", turn[link], hand.patches.position[patches])
     assert after.felt.sum() == 2
     for each in skin / np.linalg.norm(skin, axis=1, keepdims=True):
-        assert after.felt[np.argmax(policy._recorder.directions @ each)] == 1
+        assert after.felt[np.argmax(policy._directions.data @ each)] == 1
     np.testing.assert_allclose(after.places[[-1, 0]], skin - [0.0, 0.0, 0.01], atol=1e-12)
     assert not nothing.felt.any(), "what was handed out is not changed"
-    assert policy._recorder.noted(nothing, side, hand.rest_pose, patches[:0]) is nothing
+    assert policy._noted(nothing, side, hand.rest_pose, patches[:0]) is nothing
     env.close()

@@ -1,5 +1,5 @@
-"""How much of an object `sliding` and `coverage` reach in a minute, and the surface that follows, between its brackets;
-and what a touched place needs to be mapped."""
+"""How much of an object `coverage` reaches in a minute, and the surface that follows, between its brackets; and what a
+touched place needs to be mapped."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from observer.swept_volume import posed
 
 pytestmark = [pytest.mark.statistical, pytest.mark.timeout(3600)]
 SIGMA, SECONDS = 3.0, 60.0
-FIRST_SEED = {"coverage": 77010, "sliding": 77010}  # what the policies were made with had seeds from 900000 on
+FIRST_SEED = 77010  # what the policy was made with had seeds from 900000 on
 TOUCHES = (0, 1, 2, 4, 7, 11, 16, 24, 1000)  # near a place, from one class of places to the next
 
 
@@ -66,15 +66,15 @@ def _found(occupancy, grid, places) -> NDArray[np.bool_]:
 
 
 @functools.cache
-def reached(policy: str, shape: str) -> Reached:
+def reached(shape: str) -> Reached:
     """One exploration."""
     env = gym.make(
         "HapticSLAM/TwoFingerArm-v0", shape=shape, sigma_deg=SIGMA, reveal_truth=True, episode_seconds=SECONDS
     )
-    world, seed = env.unwrapped, FIRST_SEED[policy] + list(shapes.SHAPES).index(shape)
+    world, seed = env.unwrapped, FIRST_SEED + list(shapes.SHAPES).index(shape)
     hand = world.hand
     watched = ObserverWrapper(env, HapticSLAM(hand, SIGMA, particles=1))
-    explorer, state = agents.make(policy, watched, seed=seed), None
+    explorer, state = agents.make("coverage", watched, seed=seed), None
     observation, _ = watched.reset(seed=seed)
     floor, ceiling = DeadReckoning(hand, SIGMA), TruePose(hand)
     floor.reset(seed=0)
@@ -100,7 +100,6 @@ def reached(policy: str, shape: str) -> Reached:
     )
     env.close()
     print(
-        policy,
         shape,
         f"touched {result.touched:.2f}",
         *(f"{k} {v:.2f} {result.iou[k]:.2f}" for k, v in result.mapped.items()),
@@ -109,21 +108,19 @@ def reached(policy: str, shape: str) -> Reached:
 
 
 @pytest.mark.parametrize("shape", shapes.SHAPES)
-@pytest.mark.parametrize("policy", FIRST_SEED)
-def test_a_minute_maps_the_object_from_all_sides(policy, shape):
-    scores = reached(policy, shape)
-    assert scores.touched > 0.75
+def test_a_minute_maps_the_object_from_all_sides(shape):
+    scores = reached(shape)
+    assert scores.touched > 0.8
     assert scores.mapped["floor"] + 0.2 < scores.mapped["slam"] <= scores.mapped["ceiling"] + 0.02
     assert scores.iou["floor"] < scores.iou["slam"] < scores.iou["ceiling"]
 
 
-@pytest.mark.parametrize("policy", FIRST_SEED)
-def test_on_average_the_mesh_shares_four_fifths_with_the_object(policy):
-    assert np.mean([reached(policy, shape).iou["slam"] for shape in shapes.SHAPES]) > 0.82
+def test_on_average_the_mesh_shares_four_fifths_with_the_object():
+    assert np.mean([reached(shape).iou["slam"] for shape in shapes.SHAPES]) > 0.82
 
 
 def test_an_inferred_pose_needs_more_touches_of_a_place_than_the_true_one():
-    all_of = [reached("coverage", shape) for shape in shapes.SHAPES]
+    all_of = [reached(shape) for shape in shapes.SHAPES]
     touches = np.concatenate([each.touches for each in all_of])
     found = {name: np.concatenate([each.found[name] for each in all_of]) for name in ("slam", "ceiling")}
     shares = []

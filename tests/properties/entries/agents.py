@@ -129,7 +129,6 @@ KEYWORDS: dict[str, Parameter] = {
     "sd": number(0.1, 3.0),
     "seconds": number(0.05, 2.0),
     "grip": number(0.01, 1.0),
-    "speed": number(0.05, 10.0),
     "objective": name(["class", "map"]),
     "candidates": integer(1, 6),
     "horizon": number(0.1, 1.0),
