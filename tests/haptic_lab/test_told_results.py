@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from haptic_env.shapes import sets
+from haptic_lab.tasks import report
 from tests.scripts import documents
 from tests.scripts.documents import ROOT
 
@@ -70,7 +71,7 @@ def _told(row: pd.Series, share: bool) -> str:
 
 
 def test_what_a_minute_maps_of_twelve_objects_is_that_of_its_file() -> None:
-    file = pd.read_csv(FILE.parent / "coverage.csv")
+    file = pd.read_csv(RESULTS / "coverage.csv")
     text = (ROOT / "docs" / "policies.md").read_text()
     (command,) = re.findall(r"    haptic-slam evaluate (.*--out out/coverage)", text)
     assert "--policy coverage --sigmas 3 --seconds 60 --trials 1 --first-seed 77000 " in command
@@ -215,6 +216,14 @@ def test_at_little_noise_all_name_all(brackets: pd.DataFrame) -> None:
     assert "64 of 64 after 2, 5 and 10 s and by the overlap" in (ROOT / "docs" / "results.md").read_text()
 
 
+def test_the_front_door_says_what_the_file_does(brackets: pd.DataFrame) -> None:
+    text = (ROOT / "README.md").read_text()
+    ((error, share),) = re.findall(r"at σ = 5° a pose error of ([\d.]+) σ and (\d+) % of names after 10 s", text)
+    pose, names = (brackets.loc["all", 5.0, "haptic_slam", each] for each in ("pose_error_lagged_deg", "correct_10s"))
+    assert float(error) == round(pose["mean"] / 5.0, 2)
+    assert float(share) == round(100 * names["mean"])
+
+
 def test_what_is_said_of_calibration_is_in_its_file() -> None:
     told = pd.read_csv(RESULTS / "calibration.csv").set_index(["what", "sigma_deg"])
     text = (ROOT / "docs" / "notes" / "calibration.md").read_text()
@@ -244,12 +253,29 @@ def test_what_is_said_of_calibration_is_in_its_file() -> None:
         assert share == round(100 * row["found"])
 
 
-def test_the_commands_of_the_brackets_are_those_of_the_file(brackets: pd.DataFrame) -> None:
+def test_the_command_of_the_brackets_is_that_of_the_file(brackets: pd.DataFrame) -> None:
     text = (ROOT / "docs" / "results.md").read_text()
     (evaluate,) = re.findall(r"    haptic-slam evaluate (.*--out out/results/trials)", text)
-    (figure,) = re.findall(r"    haptic-slam figures figure6 (.*--out out/results)$", text, flags=re.MULTILINE)
-    for command in (evaluate, figure):
-        for flag in ("--sigmas 1 3 5", "--first-seed 59000", f"--observers {' '.join(OBSERVERS)}"):
-            assert flag in command
+    for flag in ("--sigmas 1 3 5", "--first-seed 59000", f"--observers {' '.join(OBSERVERS)}"):
+        assert flag in evaluate
     assert "--trials 16" in evaluate
     assert set(brackets.index.get_level_values("sigma_deg")) == {1.0, 3.0, 5.0}
+
+
+TASKS = {  # of a file of docs/results: the flags of the command that wrote it
+    "benchmark_name": "--tasks Name --worlds 8 --steps 4000 --out out/name",
+    "benchmark_unknown": "--tasks NameUnknown --worlds 3 --steps 4000 --policies random_torque enclosure "
+    "contour_following --out out/unknown",
+}
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_tables_of_the_benchmark_are_those_of_their_files(name: str) -> None:
+    told = pd.read_csv(RESULTS / f"{name}.csv")
+    command = f"haptic-slam benchmark {TASKS[name]}"
+    text = (ROOT / "docs" / "benchmark.md").read_text()
+    assert f"    {command}\n" in text
+    page = report.page(told, command, int(TASKS[name].split("--steps ")[1].split()[0]), {})
+    lines = [line for line in page.splitlines() if line.startswith("| ")]
+    assert len(lines) == 1 + told["policy"].nunique()
+    assert "\n".join([lines[0], f"|{'---|' * lines[0].count(' | ')}---|", *lines[1:]]) in text
