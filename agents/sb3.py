@@ -11,9 +11,11 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents import network
+from agents import network, rhythm
+from agents.kept_arrays import restored
 from agents.network import Network
 from agents.policy import Guided, Policy, Remembered, State
+from agents.rhythm import Rhythm
 from agents.saved_model import WHY, SavedModel
 from agents.space_difference import difference
 from haptic_env import hand_of, validate
@@ -95,8 +97,10 @@ class Sb3(Guided):
             noise = model.log_std if model.noise == "lasting" else None
             lasting = noise.shape if isinstance(noise, np.ndarray) else None
             self.remembers = ((), (self.joints,), *[model.memory] * 2, lasting)
+        elif isinstance(model, Rhythm):
+            self.remembers = ((), (self.joints,), *model.remembers)
         self._hold = 1 if env.has_wrapper_attr("held") else model.told.get("hold", 1)
-        self._instead = model.instead if isinstance(model, Network) else None
+        self._instead = None if isinstance(model, SavedModel) else model.instead
         self._episode = 0 if self._instead is None else int(self.rng.integers(len(self._instead.shown)))
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
@@ -162,6 +166,12 @@ class Searched(Trained):
     shipped = FOLDER / "searched.npz"
 
 
+class Reflexes(Trained):
+    """The model that ships of the preset `reflexes`: a rhythm that touch changes, its gains found by a search."""
+
+    shipped = FOLDER / "reflexes.npz"
+
+
 def is_model(name: object) -> bool:
     """Tell whether a name is the path of a model, by how it ends, rather than the name of a policy.
 
@@ -174,7 +184,9 @@ def is_model(name: object) -> bool:
     return isinstance(name, str | os.PathLike) and Path(name).suffix in (WEIGHTS, SAVED)
 
 
-def load_model(path: str | os.PathLike[str], normalize: Any = None, *, trust: bool = False) -> Network | SavedModel:
+def load_model(
+    path: str | os.PathLike[str], normalize: Any = None, *, trust: bool = False
+) -> Network | Rhythm | SavedModel:
     """Read a model.
 
     Args:
@@ -200,4 +212,21 @@ def load_model(path: str | os.PathLike[str], normalize: Any = None, *, trust: bo
         return SavedModel(Path(path), normalize)
     if normalize is not None:
         raise ValueError(f"normalize is for a {SAVED} file; {str(path)!r} holds its own statistics if it has any")
-    return network.read(Path(path))
+    return read_model(Path(path))
+
+
+def read_model(path: Path) -> Network | Rhythm:
+    """Read a file that runs nothing.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        The model.
+
+    Raises:
+        ValueError: for a file of none.
+    """
+    kinds: dict[str, Any] = {network.KIND: network.restore, rhythm.KIND: rhythm.restore}
+    model: Network | Rhythm = restored(path, kinds)[0]
+    return model

@@ -58,11 +58,11 @@ def test_weights_of_zero_are_the_sweep(hand, before):
     sweep = SweepingMotion(flexion=0.4, sideways=0.7)
     made = weights(hand, *before, "rhythm", sweep=sweep)
     told = BeliefFeatures(hand, LABELS, 10.0, 50.0, [*before, "rhythm"]).space.shape[0]
-    assert made.matrix(np.zeros(made.size)).shape[1] == 1 + told
+    assert made.candidate(np.zeros(made.size)).shape[1] == 1 + told
     for seconds in (0.0, 0.3, 2.9, 7.7):
         turns = [2 * np.pi * hz * seconds for hz in CLOCKS_HZ]
         clocks = [wave(turn) for turn in turns for wave in (np.sin, np.cos)]
-        matrix = made.matrix(np.zeros(made.size))
+        matrix = made.candidate(np.zeros(made.size))
         shown = np.concatenate([np.full(matrix.shape[1] - 1 - len(clocks), 0.5), clocks])
         expected = sweep.torques(np.array([seconds]), hand)[0]
         np.testing.assert_allclose(matrix[:, 0] + matrix[:, 1:] @ shown, expected, atol=1e-6)
@@ -73,7 +73,7 @@ def test_weights_of_zero_are_the_sweep(hand, before):
 def test_fingers_share_their_weights_and_are_mirrored(hand):
     """What the thumb does about what it feels, the index does about the same, its abductor the other way."""
     made = weights(hand, "contacts")
-    matrix = made.matrix(np.random.default_rng(0).standard_normal(made.size))
+    matrix = made.candidate(np.random.default_rng(0).standard_normal(made.size))
     patch = {name: 1 + column for column, name in enumerate(hand.patches.names)}
     mirrored = {"left": "right", "right": "left"}
     for name in hand.patches.names:
