@@ -169,6 +169,7 @@ class Searched(Trained):
 class Reflexes(Trained):
     """The model that ships of the preset `reflexes`: a rhythm that touch changes, its gains found by a search."""
 
+    asks_shape = False
     shipped = FOLDER / "reflexes.npz"
 
 
