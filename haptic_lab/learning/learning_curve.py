@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -70,7 +71,7 @@ def draw_touched(path: Path, steps: Array, touched: Array, longest: float, best:
         figure.savefig(place, dpi=110)
 
 
-def _curve(axes: Axes, at: Array, values: Array, best: int) -> None:
+def _curve(axes: Axes, at: NDArray[Any], values: NDArray[Any], best: int) -> None:
     """Means over K explorations of (E, K), with intervals."""
     mean = values.mean(axis=1)
     error = 1.96 * values.std(axis=1) / np.sqrt(values.shape[1])

@@ -305,29 +305,29 @@ def test_weights_of_zero_are_the_rhythm_that_a_preset_begins_with(hand):
 
 
 def test_what_is_touched_is_counted_where_it_is_touched():
-    """Against the places of `metrics.touched_places`, and never where nothing is touched."""
-    preset = presets.read("reflexes")
-    covering = Covering(replace(preset.world, seconds=1.5), held_out=False)
-    touched = []
-    of_step = covering._touched
-    covering._touched = lambda *given: touched.append((of_step(*given), *given)) or touched[-1][0]
-    env = hand_env(covering._env)
-    rhythm = RhythmGains(env.hand, features_of_contacts(env.hand), preset.rhythm, {"seconds": 0.04}).candidate(
-        np.zeros(len(GAINS))
-    )
+    """Against the places of `metrics.touched_places`; a hand that stays open touches less."""
+    world = replace(presets.read("reflexes").world, seconds=1.5)
+    covering = Covering(world, held_out=False)
+    env, touched, given = hand_env(covering._env), covering._touched, []
+    take = touched.take
+    touched.take = lambda *each: given.append(each) or take(*each)
+    made = RhythmGains(env.hand, features_of_contacts(env.hand), gains_of({}), {"seconds": 0.04})
+    rhythm = made.candidate(np.zeros(made.size))
     share, decisions = covering.play(rhythm, 900_000)
     assert 0.0 < share < 1.0
-    assert decisions == len(touched) == 38
-    places = np.concatenate([each for each, _, _ in touched])
-    assert np.abs(env.solid.signed_distance(places)).max() <= metrics.TOUCH_TOLERANCE
-    expected = metrics.touched_places(
-        env.hand, [q for _, q, _ in touched], [c for _, _, c in touched], env.solid, spacing=0.004
-    )
+    assert decisions == len(given) == 38
+    places, solid = np.concatenate(touched.places), env.solid
+    assert np.abs(solid.signed_distance(places)).max() <= metrics.TOUCH_TOLERANCE
+    angles, contacts = ([each[index] for each in given] for index in (0, 1))
+    expected = metrics.touched_places(env.hand, angles, contacts, solid, spacing=0.004)
     assert cKDTree(places).query(expected)[0].max() < 1e-9
-    again = Covering(replace(preset.world, seconds=1.5), held_out=False).play(rhythm, 900_000)
-    assert again == (share, decisions)
-    closed = replace(rhythm, gains=gains_of({"flexion": -1.0, "opening": 0.0, "sideways": 0.0, "curl_drift": 0.0}))
-    assert covering.play(closed, 900_000)[0] < share, "a hand that stays open touches less"
+    touched.places = 8 * [metrics.surface_places(solid, touched._grid)]
+    assert touched.share(solid) == 1.0
+    touched.places = 4 * [metrics.surface_places(solid, touched._grid)[:1]]
+    assert 0.0 < touched.share(solid) < 0.05
+    assert Covering(world, held_out=False).play(rhythm, 900_000) == (share, decisions)
+    still = replace(rhythm, gains=gains_of({"flexion": -1.0, "opening": 0.0, "sideways": 0.0, "curl_drift": 0.0}))
+    assert covering.play(still, 900_000)[0] < share
 
 
 def features_of_contacts(hand) -> BeliefFeatures:
