@@ -28,6 +28,7 @@ UNTOLD = (
     "environment, or with entries="
 )
 WEIGHTS, SAVED = ".npz", ".zip"
+FELT = ["contacts"]
 
 
 class Sb3(Guided):
@@ -78,7 +79,11 @@ class Sb3(Guided):
         entries = model.told.get("entries", [])
         spaces = {"action": (model.action_space, env.action_space)}
         self._model, self._features = model, None
-        if entries and model.observation_space != env.observation_space:
+        self._felt = entries == FELT and isinstance(env.observation_space, gym.spaces.Dict)
+        if self._felt:  # which no observer need tell of
+            Policy.__init__(self, env, seed)
+            spaces["observation"] = (model.observation_space, features_of(env, entries).space)
+        elif entries and model.observation_space != env.observation_space:
             super().__init__(env, seed)
             self._features = features_of(env, entries)
             spaces["observation"] = (model.observation_space, self._features.space)
@@ -120,7 +125,9 @@ class Sb3(Guided):
         step, held, *memory = (np.zeros((), dtype=np.int64), None) if state is None else state
         assert step is not None
         if int(step) % self._hold == 0:
-            if self._features is not None:
+            if self._felt:
+                observation = np.asarray(observation["contacts"], np.float32)
+            elif self._features is not None:
                 posterior = self.shape.posterior if tell_names(self._features.entries) else None
                 observation = self._features.vector(self.belief, observation["contacts"], posterior, int(step))
             if self._instead is not None:
@@ -167,9 +174,12 @@ class Searched(Trained):
 
 
 class Reflexes(Trained):
-    """The model that ships of the preset `reflexes`: a rhythm that touch changes, its gains found by a search."""
+    """The model that ships of the preset `reflexes`: a rhythm that touch changes, its gains found by a search.
 
-    asks_shape = False
+    It reads contacts alone, and needs no observer.
+    """
+
+    guided = asks_shape = False
     shipped = FOLDER / "reflexes.npz"
 
 

@@ -142,8 +142,7 @@ def _columns(entry: str, hand: Hand, labels: int) -> Sequence[list[Part]]:
         order, group = _order(hand.link_group), hand.link_group.tolist()
         links = hand.patches.link.tolist()
         return [_touch(name, group[link], order[link]) for name, link in zip(hand.patches.names, links, strict=True)]
-    clocks = 2 * len(CLOCKS_HZ)
-    width = {"names": labels, "time": 1, "rhythm": clocks, "names_rhythm": labels * clocks}[entry]
+    width = {"names": labels, "time": 1, "rhythm": 2 * len(CLOCKS_HZ)}[entry]
     return [[Part(None, f"{entry} {index}", 1.0)] for index in range(width)]
 
 

@@ -147,3 +147,22 @@ def test_a_numb_one_acts_as_if_it_touched_nothing(tmp_path, hand):
             commanded.append(torque)
         assert np.array_equal(commanded[::2], expected) == same
         np.testing.assert_array_equal(commanded[::2], commanded[1::2])
+
+
+def test_what_ships_needs_no_observer_and_acts_for_several_environments():
+    env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", episode_seconds=1.0)
+    hand = env.unwrapped.hand
+    alone = agents.make("reflexes", env, seed=0)
+    guided = agents.make("reflexes", ObserverWrapper(env, PoseOnly(hand)), seed=1)
+    states = [None, None]
+    stacked = None
+    observation, _ = env.reset(seed=0)
+    for _ in range(50):
+        first, states[0] = alone.predict(observation, states[0])
+        second, states[1] = guided.predict(observation, states[1])
+        both = {name: np.stack([each, each]) for name, each in observation.items()}
+        several, stacked = alone.predict(both, stacked)
+        np.testing.assert_array_equal(first, second)
+        np.testing.assert_array_equal([first, first], several)
+        observation, *_ = env.step(first)
+    assert observation["contacts"].any()

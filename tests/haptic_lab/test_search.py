@@ -60,7 +60,7 @@ def weights(hand, *entries: str, sweep: SweepingMotion | None = None) -> FingerW
     return FingerWeights(hand, BeliefFeatures(hand, LABELS, 10.0, 50.0, entries), len(LABELS), sweep)
 
 
-@pytest.mark.parametrize("before", [(), ("names",), ("contacts", "time", "pose"), ("names_rhythm",)])
+@pytest.mark.parametrize("before", [(), ("names",), ("contacts", "time", "pose")])
 def test_weights_of_zero_are_the_sweep(hand, before):
     sweep = SweepingMotion(flexion=0.4, sideways=0.7)
     made = weights(hand, *before, "rhythm", sweep=sweep)
