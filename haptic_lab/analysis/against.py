@@ -18,8 +18,9 @@ from haptic_lab.conditions import factors_in
 from haptic_lab.style import OBSERVER_NAMES
 from observer import metrics
 
-LESS = ("pose_error", "_ece", "_brier", "_log_loss", "time_to_decision")  # is better, of measures that are called so
-MORE = ("f_score", "precision", "recall", "surface_coverage", "step_accuracy", "correct")
+# Parts of the names of measures of which less is better, or more.
+LESS = ("pose_error", "_ece", "_brier", "_log_loss", "time_to_decision", "mesh_chamfer")
+MORE = ("f_score", "precision", "recall", "surface_coverage", "step_accuracy", "correct", "mesh_iou", "mesh_normal")
 VERDICTS = {1: "better", 0: "undecided", -1: "worse"}  # by the side of 0, and which way is better
 RESAMPLES = 2000
 HALVES = (0.025, 0.975)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -112,19 +112,22 @@ def save_picture(summary: pd.DataFrame, namers: Sequence[str], chance: float, fo
         figure.savefig(place)
 
 
-def print_report(lines: pd.DataFrame, console: Console, names_first: bool = False) -> None:
-    """Print the measures of `TITLES`, a table each, the observers side by side.
+def print_report(
+    lines: pd.DataFrame, console: Console, names_first: bool = False, titles: Mapping[str, str] = TITLES
+) -> None:
+    """Print measures, a table each, the observers side by side.
 
     Args:
         lines: what `summarise` returns.
         console: to print to.
         names_first: whether what is named comes before poses and maps.
+        titles: of the measures that are printed, in their order.
     """
-    order = sorted(TITLES, key=lambda measure: "correct" not in measure) if names_first else TITLES
+    order = sorted(titles, key=lambda measure: "correct" not in measure) if names_first else titles
     for measure in order:
         mine = lines[lines["measure"] == measure]
         if len(mine) and mine["trials"].max() > 0:
-            console.print(_table(mine, measure, TITLES[measure]))
+            console.print(_table(mine, measure, titles[measure]))
 
 
 def draw(summary: pd.DataFrame, namers: Sequence[str], chance: float) -> Figure:

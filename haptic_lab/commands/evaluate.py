@@ -24,6 +24,8 @@ from haptic_lab.people.studies.naming import name_objects
 from haptic_lab.style import styled
 from haptic_lab.sweeps.driver import WIDTH, run, sweep
 from haptic_lab.sweeps.measures import MEASURES
+from haptic_lab.sweeps.meshes import MESHES
+from haptic_lab.sweeps.meshes import TITLES as OF_MESHES
 from haptic_lab.sweeps.options import check, open_results
 from haptic_lab.sweeps.plan import SweepPlan
 from haptic_lab.sweeps.results import Results
@@ -73,7 +75,7 @@ def report(plan: SweepPlan, results: Results, console: Console) -> None:
     combinations = list(parts(all_rows))
     for name, rows in combinations:
         of_novelty = [novelty.summarise(rows)] if settings.none else []
-        told = (*MEASURES, *(("new_correct",) if settings.none else ()))
+        told = (*MEASURES, *(MESHES if settings.meshes else ()), *(("new_correct",) if settings.none else ()))
         summaries.append(pd.concat([summarise(rows, told, settings.namers), *of_novelty]))
         if len(combinations) > MOST_PARTS:
             continue
@@ -86,6 +88,8 @@ def report(plan: SweepPlan, results: Results, console: Console) -> None:
         else:
             save_picture(summaries[-1], settings.namers, chance, folder)
             print_report(summaries[-1], console, names_first=plan.cells is not None or bool(settings.names_only))
+            if settings.meshes:
+                print_report(summaries[-1], console, titles=OF_MESHES)
             names = ["evaluate.png"]
         if settings.maps_every is not None:
             lines = through_time.curves(rows, settings.classifiers, settings.maps_every)
@@ -101,7 +105,7 @@ def report(plan: SweepPlan, results: Results, console: Console) -> None:
             policy_comparison.print_table(folder / "policies.csv", console)
     write_csv(table.parent / "summary.csv", pd.concat(summaries))
     if FLOOR in {*all_rows["observer"]} and all_rows["observer"].nunique() > 1 and len(combinations) <= MOST_PARTS:
-        gaps = against.compare(all_rows, [*MEASURES, *(f"{namer}_correct" for namer in settings.namers)])
+        gaps = against.compare(all_rows, [*MEASURES, *MESHES, *(f"{namer}_correct" for namer in settings.namers)])
         write_csv(table.parent / AGAINST, gaps)
         against.print_table(gaps, console)
         written.append(AGAINST)

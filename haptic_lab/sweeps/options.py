@@ -216,6 +216,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
     )
     soon = "they also name the map in hindsight each so many seconds: how soon each is right"
     add("--maps-every", type=float, metavar="SECONDS", help=f"{soon} (default: only the last)")
+    add("--meshes", action=switch, default=False, help="also how much of the surface is known, and how well meshes fit")
     add("--size-jitter", type=float, default=0.0, help="how the object's size varies, a fraction (default 0)")
     add("--position-jitter", type=float, default=0.0, help="how far it is off the grasp centre, in m (default 0)")
     add("--yaw-jitter", type=float, default=0.0, help="how far it is turned, in degrees (default 0)")

@@ -17,6 +17,7 @@ import agents
 from agents.sb3 import Sb3
 from haptic_env import hand_env, hand_of, registration, shapes, validate
 from haptic_env.extras import how_to_install
+from haptic_env.shapes import triangles
 from haptic_lab.conditions import CONTACTS, FACTORS, RECORDED, Condition, check_contacts, check_policy
 from haptic_lab.exploration.learnt import refuse_varied
 from haptic_lab.exploration.playing import refuse_wrist
@@ -99,9 +100,8 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     told["shapes"] = expanded(shapes.SHAPES if named is None else named, trust=given.trust)
     if given.candidates is not None:
         told["among"] = expanded(given.candidates, trust=given.trust)
-    told["none"], told["courses"], told["names_only"] = (
-        value or None for value in (given.none, given.courses, given.names_only)
-    )
+    for name in ("none", "courses", "names_only", "meshes"):
+        told[name] = getattr(given, name) or None
     _check_names_only(given)
     held: dict[str, str] = {}
     if given.recordings is not None:
@@ -143,6 +143,8 @@ def planned(given: argparse.Namespace) -> SweepPlan:
     validate.integer("--jobs", given.jobs, 1, 1024)
     if given.ablation and FULL not in given.observers:
         raise ValueError(f"--ablation compares with {FULL}, which is not among --observers")
+    if settings.meshes:
+        _check_meshes()
     if given.cluster is not None and importlib.util.find_spec("distributed") is None:
         raise ValueError(f"--cluster needs dask.distributed, which is not installed: {how_to_install('cluster')}")
     for policy in policies:
@@ -176,11 +178,19 @@ def _check_names_only(given: argparse.Namespace) -> None:
     if not given.names_only:
         return
     of_maps = {"--classifiers": given.classifiers, "--ablation": given.ablation, "--calibration": given.calibration}
-    of_maps["--maps-every"] = given.maps_every
+    of_maps |= {"--maps-every": given.maps_every, "--meshes": given.meshes}
     for flag in [flag for flag, value in of_maps.items() if value]:
         raise ValueError(f"--names-only makes no maps, which {flag} is about")
     if given.recordings is not None:
         raise ValueError("--names-only is for hands that explore: the pose of a recording's is found with its map")
+
+
+def _check_meshes() -> None:
+    """Raise `ValueError` where what draws meshes is not installed."""
+    try:
+        triangles.check()
+    except ImportError as error:
+        raise ValueError(f"--meshes: {error}") from error
 
 
 def _check_recorded(given: argparse.Namespace) -> None:

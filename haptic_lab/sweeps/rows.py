@@ -17,6 +17,7 @@ from haptic_lab.records import BeliefTrace
 from haptic_lab.replay import SIMULATED
 from haptic_lab.sweeps import log_courses
 from haptic_lab.sweeps.measures import COURSES, HISTOGRAMS, MEASURES, OF_MAPS
+from haptic_lab.sweeps.meshes import MESHES
 from haptic_lab.sweeps.provenance import versions
 from haptic_lab.sweeps.results import KEY, TEXTS, listed
 from haptic_lab.sweeps.tasks import STREAM, SweepSettings, SweepTask
@@ -122,7 +123,8 @@ def columns(settings: SweepSettings) -> tuple[list[str], list[str]]:
     """
     correct = [f"{namer}_correct" for namer in settings.namers]
     novelty = NOVELTY if settings.none else ()
-    numbers = [*MEASURES, *(f"p_{label}" for label in settings.labels), *correct, *novelty]
+    meshes = MESHES if settings.meshes else ()
+    numbers = [*MEASURES, *meshes, *(f"p_{label}" for label in settings.labels), *correct, *novelty]
     keys = [name for name in KEY if name not in TEXTS]
     courses = (*COURSES, *_map_courses(settings), *([log_courses.COLUMN] if settings.courses else []))
     return [*KEY, *numbers, *HISTOGRAMS, *courses, *settings.namers, *constants(settings)], [*numbers, *keys]

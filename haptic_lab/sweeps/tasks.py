@@ -57,6 +57,7 @@ class SweepSettings(Believed):
         names_only: whether observers only name the object, and map nothing; None: not, of which no table tells.
         wrist: how the hand is held; None: as it usually is, of which no table tells.
         maps_every: s from one map that classifiers name to the next; None: the last alone, of which no table tells.
+        meshes: whether the mesh of each belief is judged; None: not, of which no table tells.
 
     Raises:
         ValueError: for a value out of its range.
@@ -85,6 +86,7 @@ class SweepSettings(Believed):
     names_only: bool | None = None
     wrist: str | None = None
     maps_every: float | None = None
+    meshes: bool | None = None
 
     def __post_init__(self) -> None:
         registration.check("--env", self.env)

@@ -16,6 +16,7 @@ from haptic_lab.limits import plain
 from haptic_lab.records import BeliefTrace, Exploration
 from haptic_lab.sweeps import log_courses, replayed
 from haptic_lab.sweeps.measures import GroundTruth, measures_of
+from haptic_lab.sweeps.meshes import measures_of_mesh
 from haptic_lab.sweeps.rows import Exemplars, row_of
 from haptic_lab.sweeps.tasks import SweepSettings, SweepTask
 from haptic_lab.trial import TRUE_POSE, Trial, guided, make_observers
@@ -181,7 +182,13 @@ def run_trials(bundle: Sequence[SweepTask], *exemplars: Exemplars) -> list[list[
     """
     exploration, traces = explore(bundle, naming=True)
     ground_truth = GroundTruth.of(exploration, next(iter(traces[bundle[0]].values())).belief.grid)
-    return rows_of(bundle, exemplars, exploration, traces, lambda trace: measures_of(exploration, ground_truth, trace))
+    meshes = bundle[0].settings.meshes
+
+    def measure(trace: BeliefTrace) -> dict[str, Any]:
+        row = measures_of(exploration, ground_truth, trace)
+        return row | measures_of_mesh(trace, exploration.solid, ground_truth) if meshes else row
+
+    return rows_of(bundle, exemplars, exploration, traces, measure)
 
 
 def rows_of(
