@@ -10,8 +10,9 @@ import pytest
 
 import agents
 from agents.rhythm import GAINS, Rhythm, gains_of, rhythm_for
-from agents.sb3 import read_model
+from agents.sb3 import SHIPPED, read_model
 from agents.sweep import SweepingMotion
+from haptic_lab.learning import presets
 from observer import BeliefFeatures, ObserverWrapper, PoseOnly, ShapePosterior
 
 RNG = np.random.default_rng(0)
@@ -166,3 +167,13 @@ def test_what_ships_needs_no_observer_and_acts_for_several_environments():
         np.testing.assert_array_equal([first, first], several)
         observation, *_ = env.step(first)
     assert observation["contacts"].any()
+
+
+def test_what_ships_is_small_and_of_its_preset():
+    preset = presets.read("reflexes")
+    made = read_model(SHIPPED.parent / "reflexes.npz")
+    assert isinstance(made, Rhythm)
+    assert (SHIPPED.parent / "reflexes.npz").stat().st_size < 20_000
+    assert made.told == {"env": preset.world.env, "entries": list(preset.world.observation), "hold": preset.world.hold}
+    assert made.gains == gains_of(made.gains)
+    assert made.gains != preset.rhythm, "something was learnt"
