@@ -13,7 +13,7 @@ from haptic_lab.learning.explored import DomainRandomisation, unobserved
 from observer import HapticSLAM, ObserverWrapper, metrics
 
 POLICIES = ("sweep", "enclosure", "random_torque", "reflexes")
-WORLDS, FIRST_SEED = 20, 77_200
+WORLDS, FIRST_SEED = 8, 77_200
 HOLD = 2
 
 
