@@ -13,7 +13,6 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 
 from agents.policy import Policy, State
 from haptic_env import hand_env, validate
@@ -74,6 +73,8 @@ def _smooth(angles: Array, rate: float) -> Array:
     """Without what is faster than people move, and without delay."""
     if rate <= 2.0 * FASTEST or len(angles) < 20:
         return angles
+    from scipy.signal import butter, sosfiltfilt  # which takes a quarter of a second to import
+
     return np.asarray(sosfiltfilt(butter(2, FASTEST, fs=rate, output="sos"), angles, axis=0))
 
 

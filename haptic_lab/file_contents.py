@@ -42,6 +42,25 @@ def held(path: Path) -> Collection[str] | None:
     return None
 
 
+def unknown(source: str, there: Collection[str], known: Collection[str]) -> str | None:
+    """Look for a key that is none.
+
+    Args:
+        source: of the keys, for the message.
+        there: the keys.
+        known: those that may be there.
+
+    Returns:
+        What to say of the first; None: all may be there.
+    """
+    try:
+        for each in there:
+            validate.choice("key", each, known)
+    except ValueError as error:
+        return f"{source}: {error}"
+    return None
+
+
 def _toml(path: Path) -> Collection[str]:
     try:
         return reading.toml(path)

@@ -8,7 +8,8 @@ is whatever else a file may have wrong in it.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,7 +26,8 @@ class Kind(NamedTuple):
     Attributes:
         what: it is called.
         endings: of its name; none: it is a folder.
-        held: keys, arrays or columns of which each such file has one at least.
+        held: keys, arrays or columns of which each such file has one at least; `*` stands for any letters.
+        known: keys that it may have; none: any.
         named: whether a name may stand in its place.
         several: whether its flag takes more than one.
         labelled: whether it is told as NAME=FILE.
@@ -34,23 +36,39 @@ class Kind(NamedTuple):
     what: str
     endings: tuple[str, ...]
     held: tuple[str, ...] = ()
+    known: tuple[str, ...] = ()
     named: bool = True
     several: bool = False
     labelled: bool = False
 
 
+CONFIG = (  # what a sweep is asked for by
+    *("ablation", "attention_seconds", "believed", "believed_bias_deg", "believed_contact_confusion"),
+    *("believed_contact_false_alarm", "believed_contact_miss", "believed_drift_deg", "believed_drift_seconds"),
+    *("believed_motor_noise", "believed_patches_dead", "believed_patches_stuck", "believed_proportional"),
+    *("believed_sigma", "believed_sigma_deg", "believed_start_std_deg", "bias_deg", "calibration"),
+    *("candidates", "classifiers", "cluster", "column", "columns", "contact_confusion", "contact_false_alarm"),
+    *("contact_miss", "courses", "drift_deg", "drift_seconds", "env", "exemplars", "first_seed", "jobs"),
+    *("maps_every", "memory_seconds", "meshes", "motor_noise", "name", "names_only", "none", "objects"),
+    *("observers", "out", "particles", "patches_dead", "patches_stuck", "policy", "position_jitter"),
+    *("proportional", "quick", "recordings", "repeats", "rotation_jitter", "scale", "seconds", "shapes"),
+    *("sigmas", "size_jitter", "standard", "trial_table", "trials", "under", "unit", "wrist", "yaw_jitter"),
+)
 MAPS = ("columns", "control_hz", "hand", "joints", "names", "time", "touch", "units")
 COURSES = Kind("courses of belief", (".npz",), ("log_posterior",))
 HAND = Kind("hand", TOML, ("model",))
 FOLDER = Kind("folder", ())
 POLICY = Kind("policy", (".npz", ".zip"), ("description",))
-RECORDING = Kind("recording", (*TABLES, ".npz", ".parquet", ".txt", ".xdf", ".zarr", ".zip"), named=False)
+TIMES = ("time", "timestamp", "timestamps", "t")
+RECORDING = Kind(  # where no map says what its columns mean; `_obs` are demonstrations
+    "recording", (*TABLES, ".npz", ".parquet", ".txt", ".xdf", ".zarr", ".zip"), (*TIMES, "*_obs"), named=False
+)
 SHAPE = Kind("shape", (*MESHES, *TOML), ("objects",))  # a set of them, where it is TOML
 TRIALS = Kind("table of trials", TABLES, ("response",))
 FLAGS = {
     "--candidates": SHAPE._replace(several=True),
     "--columns": Kind("map of columns", TOML, MAPS, named=False),
-    "--config": Kind("configuration", TOML, named=False),
+    "--config": Kind("configuration", TOML, known=CONFIG, named=False),
     "--courses": COURSES,
     "--env": HAND,
     "--glove-calibration": Kind("calibration of a glove", TOML, ("sensors",), named=False),
@@ -85,7 +103,8 @@ ALONE = {  # of a command, what is told without a flag
     "study": Kind("study", TOML, ("title",)),
 }
 WRITTEN = "--mesh"  # where there is no such file, or beside --shape
-RENAMING = frozenset(("--column", "--columns"))  # say what the columns of tables are called
+RENAMED = (RECORDING.what, TRIALS.what)
+RENAMING = frozenset(("--column", "--columns"))  # say what their columns are called
 
 
 def first_wrong(command: str, arguments: Sequence[str]) -> str | None:
@@ -100,7 +119,7 @@ def first_wrong(command: str, arguments: Sequence[str]) -> str | None:
     """
     flags = {each.partition("=")[0] for each in arguments if each.startswith("--")}
     for flag, value, kind, surely in _values(command, arguments):
-        if kind.endings == TABLES and flags & RENAMING:
+        if kind.what in RENAMED and flags & RENAMING:
             kind = kind._replace(held=())
         path = os.path.expanduser(value)
         if not os.path.lexists(path) and kind.labelled:
@@ -152,7 +171,16 @@ def _wrong(value: str, path: str, kind: Kind, surely: bool) -> str | None:
         return f"{value!r} cannot be read: {error.strerror or error}"
     except ValueError as error:
         return f"{value!r} {error}"
-    if there is None or not surely or not kind.held or not {*kind.held}.isdisjoint(there):
+    if there is None or not surely:
+        return None
+    if kind.known:
+        return file_contents.unknown(value, there, kind.known)
+    if not kind.held or _holds(there, kind.held):
         return None
     instead = f"; it has {', '.join(there)}" if there else ", it is empty"
     return f"{value!r} is no {kind.what}: it has no {' or '.join(kind.held)}{instead}"
+
+
+def _holds(there: Collection[str], patterns: Collection[str]) -> bool:
+    """Whether any of the names is one that is looked for."""
+    return any(fnmatchcase(name, pattern) for name in there for pattern in patterns)

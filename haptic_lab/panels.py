@@ -87,7 +87,14 @@ def draw_map(
 
 
 def draw_sides(
-    panel: Any, occupancy: Array, grid: Grid, solid: Solid | None, hand: Hand, angles: Any, root: Pose | None = None
+    panel: Any,
+    occupancy: Array,
+    grid: Grid,
+    solid: Solid | None,
+    hand: Hand,
+    angles: Any,
+    root: Pose | None = None,
+    outline: str = "the true shape",
 ) -> None:
     """Draw the map from all `SIDES`, and what its colours mean.
 
@@ -99,13 +106,14 @@ def draw_sides(
         hand: that is drawn.
         angles: (J,) rad, its pose.
         root: where the hand as a whole is, if it moves.
+        outline: what the object is called.
     """
     sides = panel.subplots(1, len(SIDES))
     panel.figure.draw_without_rendering()  # the hand's lines need the size of the panels
     for axes, side in zip(sides, SIDES, strict=True):
         image = draw_map(axes, occupancy, grid, solid, side, hand, angles, root)
     panel.colorbar(image, ax=sides, label="probability that it is solid", shrink=0.75, aspect=25)
-    true = [] if solid is None else [Line2D([], [], color=OUTLINE, linewidth=1.8, label="the true shape")]
+    true = [] if solid is None else [Line2D([], [], color=OUTLINE, linewidth=1.8, label=outline)]
     colours = [
         Patch(color=OCCUPANCY(0.6), label="probably solid"),
         Patch(color=FREE, label="probably empty"),
@@ -154,7 +162,9 @@ def label_time(axes: Axes, seconds: Array, title: str, what: str, top: float, co
     axes.legend(loc="upper left", ncols=columns, fontsize=8, frameon=True, framealpha=0.9, edgecolor="none")
 
 
-def draw_posterior(axes: Axes, seconds: Array, posterior: Array, labels: Sequence[str], truth: str) -> None:
+def draw_posterior(
+    axes: Axes, seconds: Array, posterior: Array, labels: Sequence[str], truth: str, really: str = "the truth"
+) -> None:
     """Draw the posterior of the name through time.
 
     Args:
@@ -163,16 +173,17 @@ def draw_posterior(axes: Axes, seconds: Array, posterior: Array, labels: Sequenc
         posterior: (T, C).
         labels: (C,).
         truth: the label whose curve is the thick one.
+        really: what is said of it.
     """
     colours, titles = colours_of(labels), titles_of(labels)
     for column, label in enumerate(labels):
-        really, title = label == truth, as_drawn(titles[label])
+        thick, title = label == truth, as_drawn(titles[label])
         axes.plot(
             seconds,
             posterior[:, column],
             color=colours[label],
-            linewidth=2.5 if really else 1.2,
-            label=f"{title} (the truth)" if really else title,
+            linewidth=2.5 if thick else 1.2,
+            label=f"{title} ({really})" if thick else title,
         )
     axes.axhline(0.95, color="#777777", linewidth=0.8, linestyle=":")
     axes.set(title="What the object is", xlabel="time (s)", ylabel="posterior", ylim=(0, 1.02), xlim=(0, seconds[-1]))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import io
+import logging
 import os
 import re
 import signal
 import sys
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -131,8 +133,23 @@ def program(main: Callable[[], int]) -> NoReturn:
         # A terminal that knows no σ shall not end what it is told about, and a pipe is to have each line as it comes.
         sys.stdout.reconfigure(errors="replace", line_buffering=True)
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    with _told_plainly():
+        try:
+            sys.exit(main())
+        except KeyboardInterrupt:
+            sys.stderr.write(f"{Path(sys.argv[0]).name}: stopped\n")
+            sys.exit(130)
+
+
+@contextmanager
+def _told_plainly() -> Iterator[None]:
+    """Say what takes long as it is: a library may have told logging to put the names of level and logger before it."""
+    log, handler = logging.getLogger("haptic_slam"), logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    log.addHandler(handler)
+    log.propagate = False
     try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        sys.stderr.write(f"{Path(sys.argv[0]).name}: stopped\n")
-        sys.exit(130)
+        yield
+    finally:
+        log.propagate = True
+        log.removeHandler(handler)

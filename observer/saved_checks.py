@@ -177,11 +177,11 @@ def _pose(pose: Any) -> None:
         array("pose._contacts", pose._contacts, BOOL, (patches,))
         array("pose.doubted", pose.doubted, BOOL, (patches,))
     if isinstance(pose, KinematicPose):
-        many = pose.partners.count, len(pose.smooth.speeds)
-        array("pose._level", pose._level, REAL, many)
-        record("pose._moments", pose._moments, LaggedMoments)
-        for name, each in LaggedMoments.zero(many, pose.lag, pose.apart)._asdict().items():
-            array(f"pose._moments.{name}", getattr(pose._moments, name), REAL, each.shape)
+        bank = pose._bank
+        array("pose._bank.level", bank.level, REAL, bank._log_prior.shape)
+        record("pose._bank.moments", bank.moments, LaggedMoments)
+        for name, each in bank._ahead._asdict().items():
+            array(f"pose._bank.moments.{name}", getattr(bank.moments, name), REAL, each.shape)
         array("pose.partners._advantage", pose.partners._advantage, REAL, pose.partners._first.shape)
     if hasattr(pose, "_unfelt"):
         array("pose._unfelt", pose._unfelt, REAL, (size,))

@@ -33,6 +33,7 @@ from observer.novelty import LinkHistory, MapNovelty
 from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose.coupled_motion import CoupledKinematicPose
 from observer.pose.delta_pose import DeltaPose
+from observer.pose.filter_bank import FilterBank
 from observer.pose.found_sigma import FoundSigma
 from observer.pose.gating import Gate
 from observer.pose.joint_pairs import JointPairs
@@ -49,12 +50,13 @@ from observer.shape.posterior import ShapePosterior
 from observer.state import FilterState, Waiting
 from observer.surface.touches import TouchingLink, TouchRecorder
 
-FORMAT = 2  # of the files: another one wherever the state of a trial, or what is made of it, changes
+FORMAT = 3  # of the files: another one wherever the state of a trial, or what is made of it, changes
 GAUSSIAN = ("mean", "covariance", "log_evidence", "_gate")
 CHANGED: dict[type, tuple[str, ...]] = {
     PoseFilter: (*GAUSSIAN, "_contacts", "doubted", "_finds", "_found"),
     DeltaPose: GAUSSIAN,
-    **dict.fromkeys((KinematicPose, CoupledKinematicPose), (*GAUSSIAN, "_level", "_moments", "partners")),
+    **dict.fromkeys((KinematicPose, CoupledKinematicPose), (*GAUSSIAN, "_bank", "partners")),
+    FilterBank: ("level", "moments"),
     RawAngles: ("mean", "covariance", "sigma", "_unfelt"),
     Gate: ("sigma", "set_aside", "_row", "_last"),
     FoundSigma: ("shape", "rate"),

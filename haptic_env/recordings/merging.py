@@ -5,6 +5,7 @@ Shapes: T samples, K steps, J joints, P patches. Seconds. NaN: not measured.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -133,6 +134,58 @@ def angles_at(samples: Samples, steps: Array, step: float | None = None) -> Arra
         told[exact] = value[near[exact]]
         result[:, joints] = told
     return result
+
+
+def angles_of_one(samples: Samples, at: float, step: float) -> Array:
+    """Tell where joints were at a single step: as `angles_at`, bit for bit, in a fraction of the time.
+
+    Args:
+        samples: of angles (T, J) rad.
+        at: s, of the step.
+        step: s, from one to the next.
+
+    Returns:
+        (J,) rad; NaN where a joint was not measured.
+    """
+    value, last = samples.values, len(samples) - 1
+    if last < 0 or not np.isfinite(value).all():
+        return np.asarray(angles_at(samples, np.array([at]), step)[0])
+    time = samples.time.tolist()
+    before = min(max(bisect_left(time, at), 1), max(last, 1)) - 1
+    after = min(before + 1, last)
+    near = after if abs(time[after] - at) < abs(at - time[before]) else before
+    away = abs(time[near] - at)
+    if away <= SAME * step:
+        return np.array(value[near])
+    if time[near] < at and away <= CLOSE * step:
+        before, after = near, max(near - 1, 0)
+        gap = time[before] - time[after]
+        share = away / gap if 0.0 < gap <= BRIDGED * step else 0.0
+        return np.asarray(value[before] + share * (value[before] - value[after]))
+    gap = time[after] - time[before]
+    if time[before] <= at <= time[after] and 0.0 < gap <= BRIDGED * step:
+        return np.asarray(value[before] + (at - time[before]) / gap * (value[after] - value[before]))
+    return np.array(value[near]) if away <= 0.5 * step else np.full(value.shape[1], np.nan)
+
+
+def contacts_of_one(samples: Samples, at: float, grid: tuple[float, float], interval: float) -> Array:
+    """Tell what was touched at a single step: as `contacts_at`, bit for bit, in a fraction of the time.
+
+    Args:
+        samples: of contacts (T, P), 0 or 1.
+        at: s, of the step.
+        grid: s, when the first of all steps is, and from one to the next.
+        interval: s, from one sample to the next, usually.
+
+    Returns:
+        (P,), 0 or 1; NaN where a patch was not measured.
+    """
+    first, step = grid
+    this = round((at - first) / step)
+    rows = [k for k, time in enumerate(samples.time.tolist()) if round((time - first) / step) == this]
+    if rows and np.isfinite(samples.values).all():
+        return np.asarray(samples.values[rows[0] : rows[-1] + 1].max(axis=0))
+    return np.asarray(contacts_at(samples, np.array([at]), grid, interval)[0])
 
 
 def contacts_at(

@@ -51,6 +51,10 @@ def read(path: Path, part: str | None) -> Streams:
         raise ValueError(f"{path}: not a whole XDF file ({type(error).__name__}: {error})") from error
     finally:
         talks.disabled = usual
+    for each in found:
+        if not len(each["time_stamps"]) and _said(each) is None:
+            name = str(_first(each["info"], "name"))
+            raise ValueError(f"{path}: cut short: stream {name!r} has no samples and says no end")
     numbers = [each for each in found if isinstance(each["time_series"], np.ndarray) and each["time_series"].size]
     if not numbers:
         raise ValueError(f"{path}: none of its {len(found)} streams has numbers; is the file cut short?")
@@ -63,12 +67,17 @@ def _stream(path: Path, found: Mapping[str, Any]) -> Stream:
     values = np.asarray(found["time_series"], dtype=np.float64).reshape(len(found["time_stamps"]), -1)
     if values.shape[1] != count:
         raise ValueError(f"{path}: stream {name!r} has {values.shape[1]} columns, but says {count}")
-    told = _first(_first({"info": [found.get("footer", {}).get("info", {})]}, "info"), "sample_count")
+    told = _said(found)
     if told is None or int(told) != len(values):
         ended = "says no end" if told is None else f"says that it has {told}"
         raise ValueError(f"{path}: cut short: stream {name!r} has {len(values)} samples and {ended}")
     labels = _labels(info, values.shape[1])
     return Stream(name, labels or tuple(f"{name}[{c}]" for c in range(values.shape[1])), values, found["time_stamps"])
+
+
+def _said(found: Mapping[str, Any]) -> Any:
+    """How many samples a stream says at its end that it has; None where it says no end."""
+    return _first(found.get("footer", {}).get("info", {}), "sample_count")
 
 
 def _first(table: Any, name: str) -> Any:

@@ -16,6 +16,7 @@ from pathlib import Path
 from joblib import cpu_count
 
 from haptic_env import validate
+from haptic_env.extras import how_to_install
 from haptic_lab.files import write_table, write_text
 from haptic_lab.folder_lock import check_configuration, claimed
 from haptic_lab.style import styled
@@ -86,8 +87,7 @@ def parse(arguments: list[str] | None) -> tuple[Benchmark, argparse.Namespace]:
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing and set(plan.policies) & set(LEARNERS):
         parser.error(
-            f"{', '.join(LEARNERS)} need {', '.join(missing)}: pip install 'haptic-slam[train]', or name other "
-            "--policies"
+            f"{', '.join(LEARNERS)} need {', '.join(missing)}: {how_to_install('train')}, or name other --policies"
         )
     return plan, given
 

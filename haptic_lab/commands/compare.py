@@ -54,7 +54,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         table = options.read_table(given)
         ranges = options.ranges_of(given)
         courses = options.read_courses(given.courses, given.observer, given.standard)
-        given.models = [options.model_of(each, courses, ranges, given.standard) for each in given.models]
+        given.models = [options.model_of(each, courses, ranges, given.standard, offered=ASKED) for each in given.models]
         check_models(given.models)
         given.tables = options.by_subject(table, given.models)
         given.asked = sorted(set(table["seconds"]))

@@ -55,7 +55,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         for power in given.power:
             validate.number("--power", power, 0.5, 0.999)
         courses, ranges = options.read_courses(given.courses, given.observer), options.ranges_of(given)
-        given.models = [options.model_of(each, courses, ranges) for each in given.models]
+        given.models = [options.model_of(each, courses, ranges, offered=ASKED) for each in given.models]
         check_models(given.models)
         given.seconds = options.seconds_of(given.seconds, courses)
     except (ValueError, OSError) as error:

@@ -26,6 +26,7 @@ from haptic_lab.folder_lock import made
 from haptic_lab.style import OCCUPANCY, styled
 from haptic_lab.terminal import Parser, as_path
 from haptic_lab.trial import Trial, make_observers
+from haptic_lab.worlds import HANDS_OR_IDS, environment
 from observer import Belief, metrics
 
 EXAMPLE = "example: haptic-slam picture-recording --recording inspect.npz --mesh cube.stl --at 0.8 1.3 2"
@@ -52,6 +53,7 @@ def main(arguments: list[str] | None = None) -> int:
     add = parser.add_argument
     add("--recording", required=True, metavar="FILE", help="motion capture, .npz")
     add("--mesh", "--shape", required=True, metavar="FILE", help="the object that was held")
+    add("--hand", help=f"whose joints it has: {HANDS_OR_IDS} (default: the one that has them)")
     add("--at", nargs="+", type=float, default=[0.8, 1.3, 2.0], help="moments, s (default 0.8 1.3 2)")
     add("--sigma", type=float, default=3.0, help="noise of the felt joint angles, SD in degrees (default 3)")
     add("--seed", type=int, default=0, help="of the noise (default 0)")
@@ -67,7 +69,8 @@ def main(arguments: list[str] | None = None) -> int:
         recording = recorded.load(given.recording, None, None, None)
         if not isinstance(recording, Recording):
             parser.error(f"{given.recording}: the recording does not say where the hand and the object were")
-        told = {"env": recorded.environment_of(recording), "shape": given.mesh, "sigma": given.sigma}
+        env = recorded.environment_of(recording) if given.hand is None else environment(given.hand)
+        told = {"env": env, "shape": given.mesh, "sigma": given.sigma}
         more: dict[str, Any] = {"seconds": None, "policy": "random_torque", "out": given.out, "seed": given.seed}
         settings = ExplorationSettings(**{**DEFAULTS, **told, **more})
         session = replay.session(settings, recording, render_mode="rgb_array")

@@ -26,7 +26,7 @@ from haptic_lab.learning import presets
 from haptic_lab.learning.interrupt import InterruptGuard
 from haptic_lab.learning.presets import Preset
 from haptic_lab.terminal import Parser, as_path, make_console, tell_error
-from haptic_lab.worlds import SETS, expanded, named_or_set, typed_shape
+from haptic_lab.worlds import HANDS_OR_IDS, SETS, environment, expanded, named_or_set, typed_shape
 
 EXAMPLE = """examples: haptic-slam train --preset trained --out out/trained
           haptic-slam train --preset sac --steps 200000 --seed 3 --out out/sac
@@ -63,6 +63,7 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     explored = "what is explored, and the candidates, shapes or sets (default: the preset's, the four shapes)"
     add("--shapes", nargs="+", type=typed_shape, metavar="SHAPE", help=explored)
     add("--objects", type=as_path, metavar="SET", help=f"or all objects of a set: {SETS}")
+    add("--env", "--hand", help=f"{HANDS_OR_IDS} (default: the preset's)")
     add("--wrist", help="of its hand, as explore's (default: the preset's)")
     conditions.add_flags(add, "of its world, as the environment's; the observer is told", ": the preset's")
     believed.add_flags(add)
@@ -74,7 +75,8 @@ def parse(arguments: list[str] | None) -> tuple[Preset, argparse.Namespace]:
     try:
         validate.integer("--jobs", given.jobs, 1, 1024)
         preset = presets.read(given.preset)
-        world = replace(preset.world, **_given(given, (*presets.NOISES, "wrist")), **_explored(given))
+        given.env = None if given.env is None else environment(given.env)
+        world = replace(preset.world, **_given(given, (*presets.NOISES, "env", "wrist")), **_explored(given))
         preset = replace(preset, world=world, **_given(given, ("steps", "seed", "envs")))
     except ValueError as error:
         parser.error(str(error))

@@ -39,7 +39,10 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
     parts: Any = figure.subfigures(2, 1, height_ratios=(1.45, 1))
     above, below = parts
     root, angles = None if exploration.roots is None else exploration.roots[-1], slam.joint_angles[-1]
-    draw_sides(above, belief.occupancy, belief.grid, exploration.solid, exploration.hand, angles, root)
+    truth, simulated = object_of(summary)
+    # What a glove's hand touched nobody knows: nothing that is only simulated is called true.
+    outline, really = ("what touch is simulated with", "simulated") if simulated else ("the true shape", "the truth")
+    draw_sides(above, belief.occupancy, belief.grid, exploration.solid, exploration.hand, angles, root, outline)
     left, right, *more = below.subplots(1, 2 + also, width_ratios=(1, 1, *[0.8] * also))
     errors = {
         "raw angles": (metrics.pose_error_deg(exploration.felt_angles, exploration.true_angles), OBSERVER_COLOURS[RAW]),
@@ -49,8 +52,7 @@ def picture(path: Path, exploration: Exploration, traces: dict[str, BeliefTrace]
         ),
     }
     draw_pose_error(left, exploration.seconds, errors, exploration.contacts.any(axis=1), settings["sigma"])
-    truth, simulated = object_of(summary)
-    draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, truth)
+    draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, truth, really)
     if found:
         offsets.draw(more[0], found)
     if lying:

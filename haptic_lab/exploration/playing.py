@@ -46,19 +46,6 @@ def _names_in(recording: Recording) -> list[str]:
     return [name for name in names if isinstance(name, str)]
 
 
-def refuse_policy(given: Mapping[str, Any]) -> None:
-    """Refuse a policy where the hand does what was recorded.
-
-    Args:
-        given: the flags.
-
-    Raises:
-        ValueError: for one.
-    """
-    if given["policy"] is not None:
-        raise ValueError(f"--policy {given['policy']}: a recording is replayed as it moved; take --policy out")
-
-
 def refuse_noise(given: Mapping[str, Any]) -> None:
     """Refuse noise where all that was felt is in a recording.
 
@@ -77,14 +64,16 @@ def refuse_noise(given: Mapping[str, Any]) -> None:
             )
 
 
-def refuse_wrist(given: Mapping[str, Any]) -> None:
-    """Refuse a wrist where a recording tells how the hand moved.
+def refuse_exploring(given: Mapping[str, Any]) -> None:
+    """Refuse what moves a hand that explores, where the hand does what was recorded.
 
     Args:
         given: the flags.
 
     Raises:
-        ValueError: for one.
+        ValueError: for a wrist, and a policy.
     """
     if given["wrist"] is not None:
         raise ValueError("--wrist is for a hand that explores, and a recording tells how its hand moved")
+    if given["policy"] is not None:
+        raise ValueError(f"--policy {given['policy']}: a recording is replayed as it moved; take --policy out")

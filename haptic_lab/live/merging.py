@@ -10,15 +10,15 @@ Shapes: T samples, J joints, P patches, M of them measured. Seconds. NaN: not me
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
-from haptic_env.recordings.merging import BRIDGED, CLOSE, HELD, LATE, SAME, angles_at, contacts_at
+from haptic_env.recordings.merging import BRIDGED, CLOSE, HELD, LATE, SAME, angles_of_one, contacts_of_one
 from haptic_lab.live.buffer import StreamBuffer
+from haptic_lab.live.counts import Counts
 from haptic_lab.live.torques import HeldTorques
 
 PATIENCE = 0.25  # s
@@ -41,35 +41,6 @@ class LiveStep(NamedTuple):
     joint_angles: Array
     contacts: Array
     torques: Array | None = None
-
-
-@dataclass
-class Counts:
-    """What became of samples.
-
-    Attributes:
-        joints: that came.
-        touch: that came.
-        torques: that came.
-        late: that came when their step was told.
-        repeated: with the time stamp of another.
-        refused: numbers that no joint, or no contact, can have.
-        clock_steps: how often a clock has stepped.
-        steps: that were told.
-        joints_missing: steps without the angle of some joint.
-        touch_missing: steps without any touch.
-    """
-
-    joints: int = 0
-    touch: int = 0
-    torques: int = 0
-    late: int = 0
-    repeated: int = 0
-    refused: int = 0
-    clock_steps: int = 0
-    steps: int = 0
-    joints_missing: int = 0
-    touch_missing: int = 0
 
 
 class LiveMerger:
@@ -104,6 +75,7 @@ class LiveMerger:
         self.counts, self._patches, self._measured = Counts(), patches, measured
         self._rate, self._interval = rate, interval
         self._keep = 2.0 * max(BRIDGED / rate, HELD * interval) + LATE
+        self._reach = 1.01 * max(0.5 / rate, HELD * interval)  # s: no touch that is farther from a step counts for it
         self._joints, self._touch = StreamBuffer(joints), StreamBuffer(len(measured))
         self._start: float | None = None
         self._step, self._begun, self._next = 0.0, 0.0, 0
@@ -264,9 +236,12 @@ class LiveMerger:
     def _joints_told(self, time: float) -> bool:
         """Whether no sample of joints can change a step: each joint has one at it or after it."""
         # Clocks are corrected by some 0.1 ms: a step would else wait for the sample after its own.
-        if self._joints.newest > time + BRIDGED * self._step:
+        newest, close = self._joints.newest, time - CLOSE * self._step
+        if newest > time + BRIDGED * self._step:
             return True
-        after = int(np.searchsorted(self._joints.time, time - CLOSE * self._step))
+        if newest >= close and np.isfinite(self._joints.values[-1]).all():
+            return True
+        after = int(np.searchsorted(self._joints.time, close))
         return bool(np.isfinite(self._joints.values[after:]).any(axis=0).all())
 
     def _touch_told(self, time: float) -> bool:
@@ -279,16 +254,14 @@ class LiveMerger:
         return self.torques is None or not self._next or self.torques.told(time)
 
     def _tell(self, time: float) -> LiveStep:
-        steps = np.array([time])
         about = self._keep
-        angles, contacts = np.full(self._joints.values.shape[1], np.nan), np.full(self._patches, np.nan)
+        contacts = np.full(self._patches, np.nan)
         near = self._joints.about(time - 2.0 * BRIDGED * self._step, time + 2.0 * BRIDGED * self._step)
-        if len(near):
-            angles = angles_at(near, steps, self._step)[0]
-        near = self._touch.about(time - about, time + about)
+        angles = angles_of_one(near, time, self._step)
+        near = self._touch.about(time - self._reach, time + self._reach)
         if len(near):
             assert self._start is not None
-            told = contacts_at(near, steps, (self._start, self._step), self._interval)[0]
+            told = contacts_of_one(near, time, (self._start, self._step), self._interval)
             contacts[self._measured] = np.where(self._carried, 1.0, told)
         self._carried[:] = False
         torques = None

@@ -214,8 +214,8 @@ class LiveSession:
             step: what was felt.
             sinks: to which it is told.
         """
-        self.record.add(step)
-        if self.told is None:
+        first, self.told = self.told is None, None  # whose map nobody asked for: the step need not compute it
+        if first:
             belief = self.slam.reset(self._seed, step.joint_angles)
             posterior = self.namer.reset(self._seed)
         else:
@@ -224,6 +224,8 @@ class LiveSession:
         self.told = Told(step.time, belief, self.namer.labels, posterior, entropy(posterior))
         for sink in sinks:
             sink.tell(self.told)
+        self.record.add(step)
+        self.slam.anticipate()  # what can be done of the next step before its samples come
 
     def _warn(self, now: float, begun: float) -> None:
         """Tell of streams that do not come, or come no more, and of clocks that step."""

@@ -217,7 +217,14 @@ def ranges_of(given: argparse.Namespace) -> dict[str, tuple[float, float]]:
     return found
 
 
-def model_of(text: str, courses: Courses, ranges: dict[str, tuple[float, float]], standard: str | None = None) -> Model:
+def model_of(
+    text: str,
+    courses: Courses,
+    ranges: dict[str, tuple[float, float]],
+    standard: str | None = None,
+    *,
+    offered: Collection[str] = tuple(MODELS),
+) -> Model:
     """Make the model that a command was told.
 
     Args:
@@ -225,6 +232,7 @@ def model_of(text: str, courses: Courses, ranges: dict[str, tuple[float, float]]
         courses: of the models.
         ranges: of parameters, those that the model finds; of the others they are not heeded.
         standard: as of `read_courses`.
+        offered: names of models that make sense of the command, for messages.
 
     Returns:
         The model.
@@ -234,9 +242,9 @@ def model_of(text: str, courses: Courses, ranges: dict[str, tuple[float, float]]
         OSError: likewise.
     """
     name, equals, path = text.partition("=")
-    kind = "ideal" if equals else validate.choice("model", text, MODELS)
+    kind = "ideal" if equals else text if text in MODELS else validate.choice("model", text, offered)
     if equals and (not name.strip() or not path.strip()):
-        raise ValueError(f"model must be one of {', '.join(MODELS)}, or like floor=FILE, got {validate.shown(text)}")
+        raise ValueError(f"model must be one of {', '.join(offered)}, or like floor=FILE, got {validate.shown(text)}")
     other = read_courses(path, name, standard) if equals else courses
     mine = {key: value for key, value in ranges.items() if key in MODELS[kind]}
     return Model(name, other, MODELS[kind], mine)

@@ -20,7 +20,7 @@ from haptic_env.extras import how_to_install
 from haptic_env.shapes import triangles
 from haptic_lab.conditions import CONTACTS, FACTORS, RECORDED, Condition, check_contacts, check_policy
 from haptic_lab.exploration.learnt import refuse_varied
-from haptic_lab.exploration.playing import refuse_wrist
+from haptic_lab.exploration.playing import refuse_exploring
 from haptic_lab.possible import DOUBT
 from haptic_lab.sweeps import replayed, trial_tables
 from haptic_lab.sweeps.tasks import SweepSettings
@@ -199,7 +199,7 @@ def _check_recorded(given: argparse.Namespace) -> None:
         raise ValueError("--objects is for explorations: say what was held in --recordings by --shapes, in their order")
     if given.policy != [Condition.policy]:
         raise ValueError("--policy is for hands that explore, and --recordings tell how theirs moved")
-    refuse_wrist(vars(given))
+    refuse_exploring({"wrist": given.wrist, "policy": None})
     if given.classifiers:
         raise ValueError("--classifiers learn from explorations, of which --recordings have none")
     refuse_varied(vars(given))

@@ -15,6 +15,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from threadpoolctl import threadpool_limits
+
 from haptic_lab.processes import end_with_parent
 from haptic_lab.view.history import History
 from haptic_lab.view.options import ViewOptions
@@ -26,7 +28,8 @@ if TYPE_CHECKING:
     from haptic_lab.view.encoding import Encoder
     from haptic_lab.view.moment import Moment
 
-NICE, POLITE = 5, 15  # how much all that is drawn lets others go first, and surfaces do
+NICE, POLITE = 10, 15  # how much all that is drawn lets others go first, and surfaces do
+RESTS = 2.0  # times as long as a surface took to draw nothing is done for the next one, where nobody waits for it
 KEPT = 20  # surfaces that may wait to be drawn for a file
 OFTEN = 0.1  # s, from telling how many are left to telling it again
 LAST = 3.0  # s that browsers have to take what is left
@@ -49,6 +52,7 @@ def run(pipe: Connection, listener: socket.socket | None, options: ViewOptions) 
         server = PageServer(listener, options.token, history)
         threading.Thread(target=server.serve_forever, daemon=True).start()
     importlib.import_module("haptic_lab.view.encoding")  # takes seconds, in which the observer is made ready
+    threadpool_limits(1)  # those of BLAS spin while they wait for each other, on the observer's core
     drawer = Drawer(history, 0 if options.html is None else KEPT)
     while True:
         try:
@@ -166,7 +170,7 @@ class Drawer:
                 if self._waiting.qsize() <= self._behind:
                     assert self._encoder is not None
                     self.history.add("surface", self._encoder.surface(moment))
-                    time.sleep(time.monotonic() - begun if polite else 0.0)
+                    time.sleep(RESTS * (time.monotonic() - begun) if polite else 0.0)
             except Exception:  # one that cannot be drawn is left out, and those behind it are drawn
                 continue
             finally:

@@ -20,7 +20,7 @@ from observer.surface.touches import TouchingLink, TouchLog
 
 FRAMES_PER_SECOND = 25.0  # of the exploration's own time
 MAP_SECONDS, SURFACE_SECONDS = 0.4, 1.0  # between two of them
-RESTS = (0.01, 0.1, 2.0)  # s of the clock between two frames, maps, surfaces that are watched
+RESTS = (0.03, 0.2, 2.0)  # s of the clock between two frames, maps, surfaces that are watched
 SURE, UNKNOWN = 254, 255  # of a voxel in a byte: that it is solid for certain, and that nothing is known
 
 

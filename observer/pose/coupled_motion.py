@@ -26,7 +26,7 @@ class CoupledKinematicPose(KinematicPose):
             felt = np.where(fused.heard, fused.angles, felt)
         super().reset(felt)
 
-    def _take(self, joint_angles: Array, heard: Heard | None, mixed: LaggedMoments) -> Array:
+    def _take(self, joint_angles: Array, heard: Heard | None) -> tuple[Array, LaggedMoments]:
         joints, couplings = self.hand.joints, self.hand.couplings
         told, angles, anew = np.ones(joints, dtype=bool), joint_angles, np.zeros(joints, dtype=bool)
         if heard is not None:
@@ -35,8 +35,9 @@ class CoupledKinematicPose(KinematicPose):
         fused = fuse(couplings, angles, told, self.mean[:joints], self.sigma)
         variance = np.square(self.partners.along(fused.spread)).sum(axis=1)
         known = Heard(fused.angles, np.flatnonzero(fused.heard), anew & fused.heard)
-        return self.partners.without(self._turn_without(known, variance, mixed), ~couplings.follows)
+        log_density, moments = self._take_some(known, variance)
+        return self.partners.without(log_density, ~couplings.follows), moments
 
-    def _combine(self, mixed: LaggedMoments) -> None:
-        super()._combine(mixed)
+    def _combine(self, moments: LaggedMoments) -> None:
+        super()._combine(moments)
         place(self.hand.couplings, self.mean, self.covariance)

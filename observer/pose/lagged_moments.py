@@ -38,19 +38,20 @@ class LaggedMoments(NamedTuple):
     bands: Array
 
     @classmethod
-    def zero(cls, many: tuple[int, ...], lag: int, apart: int) -> Self:
+    def zero(cls, many: tuple[int, ...], lag: int, apart: int, wide: int = 1) -> Self:
         """Make room.
 
         Args:
             many: how many Gaussians, axis by axis.
             lag: T.
             apart: A.
+            wide: W, of which the same numbers lie side by side, W of the first number and then W of the second.
 
         Returns:
-            All zero.
+            All zero; the last axis W times as long.
         """
-        size = PRESENT + lag
-        return cls(np.zeros((*many, size)), np.zeros((*many, PRESENT, size)), np.zeros((*many, 1 + apart, lag)))
+        now, past = wide * (PRESENT + lag), wide * lag
+        return cls(np.zeros((*many, now)), np.zeros((*many, PRESENT, now)), np.zeros((*many, 1 + apart, past)))
 
 
 @inner()
@@ -111,22 +112,6 @@ def _halves(first, second, target):
     """Do target = ½ first + ½ second: all (M,)."""
     for i in range(len(target)):
         target[i] = 0.5 * (first[i] + second[i])
-
-
-@kernel()
-def over_levels(level, moments, mixed):
-    """Find the moments of each direction, whatever its level.
-
-    Args:
-        level: (C, M) probability of each level.
-        moments: `LaggedMoments` of the state at each level, C by M.
-        mixed: `LaggedMoments` of C, filled.
-    """
-    means, rows, bands = moments
-    about = np.empty((2, means.shape[2]))
-    for c in range(len(level)):
-        parts = LaggedMoments(means[c], rows[c], bands[c])
-        mix(level[c], parts, about, LaggedMoments(mixed.mean[c], mixed.rows[c], mixed.bands[c]))
 
 
 @kernel()

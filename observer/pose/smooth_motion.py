@@ -26,10 +26,11 @@ from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from observer.pose.angle_noise import AngleNoise, FollowsFelt
+from observer.pose.filter_bank import FilterBank
 from observer.pose.gating import Gate, Gated, Heard
-from observer.pose.interacting_models import JumpMarkovModel, turn
+from observer.pose.interacting_models import JumpMarkovModel
 from observer.pose.joint_pairs import JointPairs
-from observer.pose.lagged_moments import PRESENT, LaggedMoments, no_covariance, over_levels, spread_out
+from observer.pose.lagged_moments import PRESENT, LaggedMoments, no_covariance, spread_out
 
 NOTHING = 1e8  # rad²: variance of a reading that tells of nothing
 ANYWHERE = 2.0  # rad: SD of where a joint is before it was felt
@@ -204,20 +205,16 @@ class KinematicPose(FollowsFelt, Gated):
         self._start_at(None if felt is None else self._gate.at_first(felt))
 
     def _start_at(self, felt: Array | None) -> None:
-        levels, count, present = len(self.smooth.speeds), self.partners.count, np.arange(1, PRESENT)
-        self._level = np.full((count, levels), 1.0 / levels)
-        # It did not move before it was felt: all angles of the past are that of now.
-        start, spread = (self.hand.rest_pose, ANYWHERE) if felt is None else (felt, self.sigma)
-        self._moments = LaggedMoments.zero((count, levels), self.lag, self.apart)
-        means, rows, bands = self._moments
-        means[:] = self.partners.along(start)[:, None, None]
-        rows[:, :, 0] = bands[:] = spread**2
-        means[:, :, present] = rows[:, :, 0, present] = 0.0
-        rows[:, :, present, present] = self._start
+        # It did not move before it was felt.
+        start, spread = (self.hand.rest_pose, ANYWHERE) if felt is None else (felt, float(self.sigma))
+        along = self.partners.along(start)
+        self._bank = FilterBank.at_rest(self._model, along, spread**2, self._start, self.lag, self.apart)
         self.covariance = no_covariance(self.hand.joints, self.lag, self.apart)
-        mixed = LaggedMoments.zero((count,), self.lag, self.apart)
-        over_levels(self._level, self._moments, mixed)
-        self._combine(mixed)
+        self._combine(self._bank.over_levels())
+
+    def expect(self) -> None:
+        """Do what the next step does before anything is felt at it, while there is time; else the step does it."""
+        self._bank.expect()
 
     def step(self, torque: Array, joint_angles: Array, contacts: NDArray[np.bool_]) -> None:
         """Move on by one control step.
@@ -229,47 +226,41 @@ class KinematicPose(FollowsFelt, Gated):
         """
         joints, before = self.hand.joints, self.log_evidence
         heard = self._gate.judge(joint_angles, self.mean[:joints], self.covariance.diagonal()[:joints])
-        mixed = LaggedMoments.zero((self.partners.count,), self.lag, self.apart)
-        log_density = self._take(joint_angles, heard, mixed)
+        log_density, moments = self._take(joint_angles, heard)
         self.log_evidence += float(log_density[:joints].sum())
         if np.isfinite(log_density).all():  # else the filter is lost, and nobody's partner known by it
             self.partners.learn(log_density)
-        self._combine(mixed)
+        self._combine(moments)
         if self._gate.lost(self.mean, self.covariance, PRESENT * joints):
             self.log_evidence = before  # what it said of this step may be no number
             self._start_at(self._gate.at_first(joint_angles))
 
-    def _take(self, joint_angles: Array, heard: Heard | None, mixed: LaggedMoments) -> Array:
-        """Move on by a step, fill the `mixed` moments of the directions; the log density (C,) of what is felt."""
+    def _take(self, joint_angles: Array, heard: Heard | None) -> tuple[Array, LaggedMoments]:
+        """Move on by a step; the log density (C,) of what is felt, and the moments of the directions."""
         if heard is not None:
-            return self._turn_without(heard, self.sigma**2, mixed)
-        return self._turn(self.partners.along(joint_angles), np.full(self.partners.count, self.sigma**2), mixed)
+            return self._take_some(heard, self.sigma**2)
+        return self._bank.step(self.partners.along(joint_angles), np.full(self.partners.count, self.sigma**2))
 
-    def _turn(self, along: Array, variance: Array, mixed: LaggedMoments) -> Array:
-        """Take in what is felt `along` each direction (C,), fill their `mixed` moments; its log density (C,)."""
-        log_density = np.empty(self.partners.count)
-        turn(self._level, self._moments, self._model, along, variance, log_density, mixed)
-        return log_density
-
-    def _turn_without(self, heard: Heard, variance: float | Array, mixed: LaggedMoments) -> Array:
+    def _take_some(self, heard: Heard, variance: float | Array) -> tuple[Array, LaggedMoments]:
         """Move on by a step in which some joints are not heard, and so no direction that they have a part in.
 
         Args:
             heard: those that are.
             variance: rad², of what is heard along each direction (C,), or of all.
-            mixed: moments of the directions, filled.
 
         Returns:
-            The log density (C,) of what is heard, which says nothing of partners that are not.
+            The log density (C,) of what is heard, which says nothing of partners that are not, and the moments of the
+            directions.
         """
         joints = self.hand.joints
         told = np.isin(np.arange(joints), heard.joints)
         along = self.partners.along(np.where(told, heard.angles, self.mean[:joints]))
-        wrong = np.where(heard.anew, heard.angles - self.mean[:joints], 0.0)
-        self._moments.rows[:, :, 0, 0] += self.partners.along_squares(wrong**2)[:, None]
+        if heard.anew.any():
+            wrong = np.where(heard.anew, heard.angles - self.mean[:joints], 0.0)
+            self._bank.widen(self.partners.along_squares(wrong**2))
         variance = np.where(self.partners.all_of(told), variance, NOTHING)
-        log_density = self._turn(along, variance, mixed)
-        return self.partners.without(log_density, told)
+        log_density, moments = self._bank.step(along, variance)
+        return self.partners.without(log_density, told), moments
 
     def lagged(self, steps: int) -> slice:
         """Tell where `mean` keeps the angles of a step.
@@ -283,10 +274,10 @@ class KinematicPose(FollowsFelt, Gated):
         first = 0 if steps == 0 else (PRESENT - 1 + steps) * self.hand.joints
         return slice(first, first + self.hand.joints)
 
-    def _combine(self, mixed: LaggedMoments) -> None:
-        """One Gaussian over all joints with the mean and covariance of what the directions, `mixed`, say of each."""
+    def _combine(self, moments: LaggedMoments) -> None:
+        """One Gaussian over all joints with the mean and covariance of what the directions, `moments`, say of each."""
         self.mean = np.empty(len(self.covariance))
-        spread_out(self.partners.of_joints(mixed), self._lasting, self.mean, self.covariance)
+        spread_out(self.partners.of_joints(moments), self._lasting, self.mean, self.covariance)
 
     def _of_offsets(self) -> Array:
         """(1 + T, J) rad²: what felt angles have in common by their offsets, by the steps between them."""

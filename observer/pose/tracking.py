@@ -15,6 +15,7 @@ from haptic_env.hand import Hand
 from observer import compiling, edge
 from observer.contacts.contact_filter import ContactFilter
 from observer.pose.kalman import PoseFilter
+from observer.pose.smooth_motion import KinematicPose
 from observer.pose.source import PoseSource
 
 if TYPE_CHECKING:
@@ -87,6 +88,14 @@ class TracksPose:
     def patch_reliability(self) -> Array:
         """(P,) probability that each patch works; 1 where nothing else is believed."""
         return np.ones(len(self.hand.patches)) if self._reports is None else self._reports.reliability
+
+    def anticipate(self) -> None:
+        """Do of the next step what needs nothing that is measured at it, while there is time; else `step` does it.
+
+        Only `motion="kinematic"` has such a part. What is believed is the same, bit for bit, and so is what is saved.
+        """
+        if isinstance(self.pose, KinematicPose):
+            self.pose.expect()
 
     def _begin(self, joint_angles: ArrayLike | None) -> None:
         """Start a trial, with `joint_angles` (J,) rad felt at the reset."""

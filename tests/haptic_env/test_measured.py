@@ -13,7 +13,15 @@ import numpy as np
 import pytest
 
 from haptic_env import hands, recordings
-from haptic_env.recordings.merging import Samples, angles_at, contacts_at, in_order, longest_run
+from haptic_env.recordings.merging import (
+    Samples,
+    angles_at,
+    angles_of_one,
+    contacts_at,
+    contacts_of_one,
+    in_order,
+    longest_run,
+)
 from tests.haptic_env import measured_files
 from tests.haptic_env.measured_files import FRAMES, MAKERS, PARTS, made
 
@@ -235,6 +243,15 @@ def test_a_file_that_is_cut_short_is_refused(tmp_path: Path, kind: str, share: f
     assert "\n" not in str(told.value)
 
 
+def test_a_recording_that_ends_before_a_stream_begins_is_cut_short(tmp_path: Path) -> None:
+    path, text = measured_files.xdf(tmp_path)
+    content = path.read_bytes()
+    head = content.index(b"<name>skin</name>")
+    path.write_bytes(content[: content.index(b"</desc></info>", head) + 100])
+    with pytest.raises(ValueError, match="cut short: stream 'skin' has no samples and says no end"):
+        read(path, text)
+
+
 @pytest.mark.parametrize("cut", [3, 20, 40])
 def test_a_table_of_text_that_is_cut_short_is_refused_with_its_line(tmp_path: Path, cut: int) -> None:
     path, text = measured_files.csv(tmp_path)
@@ -303,3 +320,21 @@ def test_the_map_says_which_part_of_a_stream_is_which_patch(tmp_path: Path) -> N
     assert np.isnan(told.contacts[:, 1]).all()
     with pytest.raises(ValueError, match=re.escape("column of touch right_tactile_data_glove[40:60] is not there")):
         read(path, text.replace("[0:20]", "[40:60]"), "1")
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_one_step_is_merged_as_all_are(seed):
+    rng, step = np.random.default_rng(seed), 0.02
+    count = int(rng.integers(0, 8))
+    time = np.sort(np.round(rng.uniform(-3.0, 3.0, count) * rng.choice([1.0, 4.0]), int(rng.integers(1, 5))) * step)
+    time = np.unique(time + rng.choice([0.0, 1e-6 * step, -0.01 * step]))
+    values, touched = rng.standard_normal((len(time), 3)), rng.integers(0, 2, (len(time), 4)).astype(float)
+    if seed % 4 == 3:
+        values[rng.random(values.shape) < 0.3], touched[rng.random(touched.shape) < 0.3] = np.nan, np.nan
+    joints, touch = Samples(time, values), Samples(time, touched)
+    for at in step * np.array([0.0, 1.0, -1.0, 7.0]):
+        one = np.array([at])
+        np.testing.assert_array_equal(angles_of_one(joints, at, step), angles_at(joints, one, step)[0])
+        grid = -3.0 * step, step
+        expected = contacts_at(touch, one, grid, 0.7 * step)[0]
+        np.testing.assert_array_equal(contacts_of_one(touch, at, grid, 0.7 * step), expected)

@@ -87,8 +87,8 @@ def test_palmar_sides_face_the_grasp_centre(made):
 
 
 @pytest.mark.parametrize("lattice", [True, False])
-def test_it_explores_and_an_observer_with_defaults_follows(lattice, tmp_path):
-    path = GRIPPER / "gripper.toml" if lattice else gripper(tmp_path, (LATTICE, ""), more=taxels())
+def test_it_explores_and_an_observer_with_defaults_follows(lattice):
+    path = GRIPPER / ("gripper.toml" if lattice else "taxels.toml")
     env = gym.make("HapticSLAM/Explore-v0", hand=str(path), shape="cube", reveal_truth=True)
     hand = hand_of(env)
     observer, policy, state = HapticSLAM(hand, 3.0, particles=20), agents.make("random_torque", env, seed=0), None

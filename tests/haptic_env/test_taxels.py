@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from typing import Any
 
 import mujoco
@@ -15,14 +16,23 @@ from haptic_env.neighbours import neighbours
 from observer import HapticSLAM
 from observer.maps.capsules import body_of, ringing
 from observer.shape.skin import skin_of
-from tests.haptic_env.own_hands import gripper, taxels
+from tests.haptic_env.own_hands import GRIPPER, gripper, taxels
 from tests.haptic_env.test_own_hand import LATTICE
 
 
 @pytest.fixture
-def hand(tmp_path) -> Hand:
+def hand() -> Hand:
     """The gripper with three taxels on each fingertip."""
-    return hands.make(gripper(tmp_path, (LATTICE, ""), more=taxels()))
+    return hands.make(GRIPPER / "taxels.toml")
+
+
+def test_the_example_is_the_gripper_with_taxels_in_place_of_its_patches(hand, tmp_path):
+    mine = tomllib.loads((GRIPPER / "taxels.toml").read_text())
+    plain = tomllib.loads((GRIPPER / "gripper.toml").read_text())
+    del plain["patches"]
+    assert {key: value for key, value in mine.items() if key != "taxel"} == plain
+    same = hands.make(gripper(tmp_path, (LATTICE, ""), more=taxels()))
+    np.testing.assert_array_equal(hand.patches.position, same.patches.position)
 
 
 def test_patches_are_the_taxels_in_the_order_of_links(hand):

@@ -16,10 +16,13 @@ import pytest
 
 import agents
 from haptic_env import hands, mesh_formats, recordings, shapes
+from haptic_env.recordings import adroit_demonstrations, streams
 from haptic_lab import cli, file_contents, given_files, without_computing
 from haptic_lab.learning import presets
 from haptic_lab.people import courses, options, trial_columns, trials
 from haptic_lab.people.studies import presets as studies
+from haptic_lab.sweeps import config_files
+from haptic_lab.sweeps import options as sweep_options
 from tests.haptic_env import meshes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -49,14 +52,21 @@ WRONG = [  # of each kind of file one that is none
     ("demo", "--policy picture.png", "--policy: 'picture.png' is no policy: "),
     ("learn", "thing --shape text.stl", "--shape: 'text.stl' cannot be read, "),
     ("replay", "empty.npz", "'empty.npz' cannot be read: not a whole .npz file"),
+    (
+        "replay",
+        "other.npz",
+        "'other.npz' is no recording: it has no time or timestamp or timestamps or t or *_obs; it h",
+    ),
+    ("explore", "--recording other.csv", "--recording: 'other.csv' is no recording: it has no time or timestamp or "),
     ("replay", "text.txt", "'text.txt' is no recording of a glove: it begins with 'nothing to be read'"),
     ("replay", "text.xdf", "'text.xdf' is no xdf file: it does not begin as one"),
     ("replay", "text.parquet", "'text.parquet' is no parquet file: it does not begin as one"),
     ("replay", "text.zip", "'text.zip' is no zip file: it does not begin as one"),
     ("live", "--udp 5005 --columns empty.toml", "--columns: 'empty.toml' is no map of columns: it has no columns"),
     ("evaluate", "--recordings text.npz --shapes cube", "--recordings: 'text.npz' cannot be read: "),
-    ("evaluate", "--recordings a.csv empty.csv", "--recordings: 'empty.csv' is empty"),
+    ("evaluate", "--recordings joints.csv empty.csv", "--recordings: 'empty.csv' is empty"),
     ("evaluate", "--config text.toml", "--config: 'text.toml' is no TOML file: "),
+    ("evaluate", "--config other.toml", "--config: other.toml: unknown key 'a{b}'; choose from ablation, "),
     ("evaluate", "--shapes cube picture.png", "--shapes: 'picture.png' is no shape: "),
     ("check-hand", "control.toml", "'control.toml' is no hand: it has no model; it has '\\x1b[2J'"),
     ("evaluate", "--trial-table other.csv", "--trial-table: 'other.csv' is no table of trials: it has no response; i"),
@@ -110,6 +120,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "control.toml").write_text('"\\u001b[2J" = 1')
     (place / "other.csv").write_text("one,two\n1,2\n")
     (place / "a.csv").write_text("subject,object,response,seconds\n1,cube,cube,2\n")
+    (place / "joints.csv").write_text("t,index_mcp\n0,0\n")
     (place / "a.txt").write_text("2013 1 1 0 0 0.0 1 0 0\n")
     np.savez(place / "other.npz", **{"a{b}": np.zeros(3)})
     (place / "folder.npz").mkdir()
@@ -183,8 +194,11 @@ def test_a_file_that_is_not_there_is_told_before_the_command_is_loaded(
         ("explore", "--shape there.stl"),
         ("explore", "--shape large.stl"),
         ("explore", "--shape cube"),  # a file of that name is none
-        ("replay", "--hand adroit there.csv"),
-        ("replay", "--policy sweep there.csv"),  # which may be the recording
+        ("replay", "--hand adroit joints.csv"),
+        ("replay", "--hand adroit other.csv --columns map.toml"),
+        ("replay", "--part p p.npz"),
+        ("evaluate", "--config sweep.toml"),
+        ("replay", "--policy sweep joints.csv"),  # which may be the recording
         ("live", "no.npz"),
         ("people", "example"),
         ("people", "other.csv --column response=two"),
@@ -209,13 +223,17 @@ def test_what_may_be_right_is_left_to_the_command(
     Path("results").mkdir()
     Path("there.csv").write_text("subject,object,response,seconds\n1,cube,cube,2\n")
     Path("other.csv").write_text("one,two\n1,2\n")
+    Path("joints.csv").write_text("t,index_mcp\n0,0\n")
+    Path("map.toml").write_text('hand = "adroit"\n')
+    Path("sweep.toml").write_text("repeats = 3\n")
+    np.savez("p.npz", p_obs=np.zeros(3))
     Path("large.npz").write_bytes(bytes(given_files.LARGEST + 1))
     Path("large.stl").write_bytes(bytes(given_files.LARGEST_MESH + 1))
     Path("nothing.zip").write_bytes(b"PK\x05\x06" + bytes(18))
     Path("tabs.tsv").write_text("subject\tresponse\n1\tcube\n")
     Path("semicolons.csv").write_text("subject;response\n1;cube\n")
     Path("quoted.csv").write_text('"subject","response"\n"1","cube"\n')
-    np.savez("sigma=3.npz", a=np.zeros(3))
+    np.savez("sigma=3.npz", time=np.zeros(3))
     assert given_files.first_wrong(command, flags.split()) is None
 
 
@@ -275,4 +293,7 @@ def test_files_are_taken_by_the_endings_that_are_read() -> None:
     assert set(given_files.MESHES) == set(mesh_formats.READERS)
     assert set(given_files.TABLES) == set(trials.SEPARATORS)
     assert {*trial_columns.CONTENT, *recordings.column_map.CONTENT} == set(given_files.MAPS)
+    assert {*given_files.RECORDING.held} == {*streams.TIMES, f"*{adroit_demonstrations.SUFFIX}"}
+    _, keys = sweep_options.make_parser(None)
+    assert {*given_files.CONFIG} == {*keys, *config_files.ALSO}, "a flag of evaluate is a key of its file"
     assert file_contents.BEGIN[".xdf"] == (recordings.xdf.MAGIC,)

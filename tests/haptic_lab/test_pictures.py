@@ -19,6 +19,7 @@ from haptic_lab.analysis.statistics import FEW
 from haptic_lab.commands import scaling
 from haptic_lab.conditions import FACTORS, Condition
 from haptic_lab.figures import figure2, figure4, figure6, time_course
+from haptic_lab.style import OBSERVER_NAMES
 from haptic_lab.sweeps.measures import AFTER_SECONDS
 
 CONDITION = {name: getattr(Condition(sigma_deg=3.0), name) for name in FACTORS}
@@ -149,6 +150,17 @@ def test_figure_6_says_what_it_has_too_little_of() -> None:
     assert figure6.MISSING in words(paper)
     assert "too few" in title(figure)
     assert all(intervals(each) == 0 for each in figure.axes)
+
+
+@pytest.mark.parametrize("count", [1, 9])
+def test_figure_6_has_one_row_where_no_map_was_named_by_one_that_was_learnt(count: int) -> None:
+    figure, panels = panels_of(trials(count, (1.0, 5.0)).drop(columns="nearest_neighbour_correct"))
+    assert [each.get_title() for each in panels] == [f"shapes known,\nafter {after} s" for after in AFTER_SECONDS]
+    (row,) = figure.subfigs
+    (legend,) = row.legends
+    assert {each.get_text() for each in legend.get_texts()} == {OBSERVER_NAMES[name] for name in OBSERVERS}
+    assert figure.get_figheight() < panels_of(trials(count, (1.0, 5.0)))[0].get_figheight()
+    assert [intervals(each) > 0 for each in panels] == [count >= FEW] * len(panels)
 
 
 def test_figure_6_asks_for_names_when_there_are_some() -> None:

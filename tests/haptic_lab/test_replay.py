@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from haptic_env import recordings, shapes
 from haptic_env.recordings import ObserverInputs, Recording
@@ -97,12 +99,30 @@ def test_motion_capture_is_followed_and_played_back(tmp_path: Path, captured: st
     same_beliefs(tmp_path / "a", tmp_path / "b")
 
 
-def test_a_recording_without_an_object_drives_the_hand(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+@pytest.fixture
+def written(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What stands in figures that are saved."""
+    texts: list[str] = []
+    save = Figure.savefig
+
+    def keep(figure: Figure, *place: Any, **more: Any) -> None:
+        texts.extend(each.get_text() for each in figure.findobj(Text))
+        save(figure, *place, **more)
+
+    monkeypatch.setattr(Figure, "savefig", keep)
+    return texts
+
+
+def test_a_recording_without_an_object_drives_the_hand(
+    tmp_path: Path, capsys: pytest.CaptureFixture, written: list[str]
+) -> None:
     whole = closing()
     alone = Recording("made", whole.time, whole.joint_names, whole.joint_angles)
     recordings.write(tmp_path / "alone.npz", alone)
     summary = run(tmp_path / "a", "--recording", str(tmp_path / "alone.npz"), "--shape", "sphere", drawn=True)
     told = capsys.readouterr().out
+    assert {"what touch is simulated with", "sphere (simulated)"} <= set(written)
+    assert not [each for each in written if "tru" in each]
     assert summary["explored_seconds"] == pytest.approx(0.5 + 39 * 0.02, abs=0.03)
     with np.load(tmp_path / "a" / "explore.npz") as trace:
         assert trace["torques"].any()

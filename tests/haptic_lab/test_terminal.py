@@ -55,6 +55,15 @@ def test_without_any_output_it_ends_as_it_would() -> None:
     assert run(SPEAK, closed=True).returncode == 2
 
 
+def test_what_takes_long_is_said_as_it_is() -> None:
+    ended = run(
+        "import logging\nfrom haptic_env import notice\nfrom haptic_lab.terminal import program\n"
+        "logging.basicConfig()\nprogram(lambda: notice.tell('Waiting for σ', 0, 3) or 0)",
+        PYTHONIOENCODING="utf-8",
+    )
+    assert (ended.returncode, ended.stderr.decode()) == (0, "Waiting for σ: 3\n")
+
+
 def test_names_are_shown_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdout", io.StringIO())
     console, table = make_console(120), Table(ODD)

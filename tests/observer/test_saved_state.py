@@ -69,6 +69,29 @@ def test_it_goes_on_as_the_original(tmp_path, trial, bits, settings, steps):
     assert bits(one.reset(seed=1)) == bits(twin.reset(seed=1))
 
 
+@pytest.mark.filterwarnings("ignore:joint .* was felt")
+def test_what_was_done_of_the_next_step_is_not_missed(tmp_path, trial, bits):
+    """Of one that is saved between the halves of a step, of a gap, of a spike, and of a sigma that is set between."""
+    one, other = (HapticSLAM(trial.hand, particles=5, motion="kinematic", bias_deg=1.0) for _ in range(2))
+    for each in (one, other):
+        each.anticipate()  # outside a trial: nothing that a trial would keep
+        each.reset(seed=5, joint_angles=trial.felt[0])
+    for k, (torque, felt, contacts) in enumerate(_turns(trial, 0, 50)):
+        if k in (12, 30):
+            other.save(tmp_path / "state.npz")
+            other = HapticSLAM.load(tmp_path / "state.npz")
+        angles = np.array(felt, dtype=float)
+        if k in (8, 9, 21):
+            angles[:] = np.nan
+        if 24 <= k < 32:  # after some spikes that agree with each other the filter is wrong, and not they
+            angles[0] += 2.0
+        if k == 35:
+            one.sigma_deg = other.sigma_deg = 5.0
+        assert bits(one.step(torque, angles, contacts)) == bits(other.step(torque, angles, contacts)), k
+        if k % 3:
+            other.anticipate()
+
+
 @pytest.mark.parametrize("name", ["kalman", "white", "ceiling", "paper"])
 def test_those_of_other_names_too(tmp_path, trial, bits, name):
     observer = _before(trial, make_observer(name, trial.hand, 3.0, 4), 20)
@@ -218,8 +241,13 @@ def test_what_is_no_observer_is_told(tmp_path, trial):
     assert [each.name for each in tmp_path.iterdir()] == ["other.npz"]
 
 
+ANEW = {"pose._bank._ahead", "pose._bank._log_prior", "pose._bank._expected"}  # room for what the next step makes anew
+
+
 def _same(name: str, one: Any, other: Any) -> int:
     """Compare all that objects are made of, whether it is listed as changed or not; how many numbers were compared."""
+    if name in ANEW:
+        return 0
     if isinstance(one, np.ndarray):
         np.testing.assert_array_equal(one, other, err_msg=name)
         return one.size

@@ -10,15 +10,14 @@ from haptic_env import hands
 from haptic_lab.commands import check_hand, explore
 from haptic_lab.hand_check.listing import joint_table
 from haptic_lab.sweeps.tasks import files_of
-from tests.haptic_env.own_hands import GRIPPER, gripper, taxels
-from tests.haptic_env.test_own_hand import LATTICE
+from tests.haptic_env.own_hands import GRIPPER, gripper
 
 HAND = str(GRIPPER / "gripper.toml")
 
 
 @pytest.mark.parametrize("lattice", [True, False])
 def test_it_lists_and_draws(lattice, tmp_path, capsys):
-    path = HAND if lattice else str(gripper(tmp_path, (LATTICE, ""), more=taxels()))
+    path = HAND if lattice else str(GRIPPER / "taxels.toml")
     assert check_hand.main([path, "--out", str(tmp_path / "out")]) == 0
     told = capsys.readouterr().out
     assert "left_close" in told

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from haptic_env import recordings
+from haptic_env import hands, recordings
 from haptic_env.recordings import Recording
+from haptic_env.recordings.recording import Track
 from haptic_lab.commands import picture_recording
 from tests.haptic_env.movements import closing
+from tests.haptic_env.own_hands import GRIPPER
 from tests.haptic_env.test_rendering import offscreen  # noqa: F401 - skips where nothing can be drawn
 
 
@@ -32,6 +34,21 @@ def test_touching_patches_and_touched_voxels_are_seen(captured: Path, tmp_path: 
     before, after = lit[: height // 2, : width // 2], lit[: height // 2, width // 2 :]
     assert before.sum() == 0
     assert after.sum() > 10
+
+
+def test_a_hand_of_ones_own_is_drawn_and_told_by_its_file(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
+    gripper = str(GRIPPER / "gripper.toml")
+    hand, time = hands.make(gripper), 0.02 * np.arange(20)
+    still = Track(np.zeros((20, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (20, 1)))
+    angles = hand.rest_pose + 0.5 * time[:, None]
+    recordings.write(tmp_path / "its.npz", Recording("made", time, hand.joint_names, angles, still, "", still))
+    files = ["--recording", str(tmp_path / "its.npz"), "--shape", "cube", "--out", str(tmp_path / "seen.png")]
+    assert picture_recording.main([*files, "--at", "0.1", "--hand", gripper]) == 0
+    assert imread(tmp_path / "seen.png").std() > 0.05
+    for more, told in ([], "say which it is by --hand"), (["--hand", "paw"], "unknown --hand or --env 'paw'"):
+        with pytest.raises(SystemExit):
+            picture_recording.main([*files, *more])
+        assert told in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -192,6 +192,19 @@ def test_a_checkpoint_cut_short_is_recognised(finished, tmp_path, damage, capsys
     assert not broken.exists()
 
 
+def test_any_hand_is_trained(tmp_path, capsys):
+    hand = str(Path(__file__).parents[2] / "examples" / "gripper" / "gripper.toml")
+    assert run(preset(tmp_path, steps=20), tmp_path / "out", "--hand", hand) == 0
+    env = gym.make("HapticSLAM/Explore-v0", hand=hand, episode_seconds=0.2)
+    believed = ObserverWrapper(env, HapticSLAM(env.unwrapped.hand, particles=1), ShapePosterior(env.unwrapped.hand))
+    policy = agents.make("sb3", believed, seed=0, path=str(tmp_path / "out" / "model.npz"))
+    observation, _ = believed.reset(seed=0)
+    assert agents.act(policy, observation, None)[0].shape == (9,)
+    with pytest.raises(SystemExit):
+        train.main(["--hand", "paw"])
+    assert "unknown --hand or --env 'paw'" in capsys.readouterr().err
+
+
 def test_a_folder_holds_one_run(finished, tmp_path, capsys):
     with pytest.raises(SystemExit) as error:
         run(preset(tmp_path), finished, "--seed", "4")

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import os
 import uuid
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import psutil
@@ -15,7 +18,8 @@ import pytest
 
 from haptic_lab.commands import live
 from haptic_lab.live import lsl
-from haptic_lab.live.session import Chunk, Told
+from haptic_lab.live.merging import LiveStep
+from haptic_lab.live.session import Chunk, LiveSession, Sink, Told
 from observer import warm_up
 from tests.haptic_lab.live.streams import Played, moving
 from tests.haptic_lab.live.test_live import session
@@ -47,6 +51,43 @@ class Ages:
         pass
 
 
+class Budget:
+    """Where the age of a belief comes from: ms after the time of its step until a thing was done, or that it took."""
+
+    def __init__(self, session: LiveSession, clock: Callable[[], float]) -> None:
+        self.clock, self.since = clock, defaultdict[str, list[float]](list)
+        self.took, self.read = defaultdict[str, list[float]](list), dict[str, float]()
+        self.take, self.observe = session.take, session.observe
+        session.take, session.observe = self.taken, self.observed  # type: ignore[method-assign]
+        for name, each in (("the pose", session.slam.pose), ("the observer", session.slam), ("names", session.namer)):
+            self.time(name, each, "update" if name == "names" else "step")
+        self.time("of the next step, beforehand", session.slam, "anticipate")
+
+    def time(self, name: str, of: Any, method: str) -> None:
+        call = getattr(of, method)
+
+        def timed(*arguments: Any) -> Any:
+            begun = self.clock()
+            result = call(*arguments)
+            self.took[name].append(self.clock() - begun)
+            return result
+
+        setattr(of, method, timed)
+
+    def taken(self, chunk: Chunk, arrival: float) -> None:
+        self.read["joints read" if chunk.stream.endswith("joints") else "touch read"] = self.clock()
+        self.take(chunk, arrival)
+
+    def observed(self, step: LiveStep, sinks: Sequence[Sink]) -> None:
+        for name, when in {**self.read, "merged": self.clock()}.items():
+            self.since[name].append(when - step.time)
+        self.observe(step, sinks)
+
+    def __str__(self) -> str:
+        of = lambda told: ", ".join(f"{name} {1e3 * np.median(each[500:]):.2f}" for name, each in told.items())  # noqa: E731
+        return f"ms after its samples were taken: {of(self.since)}; ms that it takes: {of(self.took)}"
+
+
 @pytest.mark.statistical
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize(("steps", "minutes"), [(50, 1), (100, 1), (50, 10), (100, 10)])
@@ -65,7 +106,9 @@ def test_beliefs_are_of_now_and_nothing_is_lost(hand: str, steps: int, minutes: 
             assert live.main(given) == 0
         _, _, session, sinks = made[0]
         warm_up(session.slam.hand, observer=session.slam)
+        source.begin()
         ages, before = Ages(), os.times()
+        budget = Budget(session, ages.clock)
         session.run(source, [*sinks, ages], seconds)
         after, late_memory = os.times(), memory()
         source.close()
@@ -73,6 +116,7 @@ def test_beliefs_are_of_now_and_nothing_is_lost(hand: str, steps: int, minutes: 
     median, most = np.quantile(late, (0.5, 0.99))
     busy = (after.user + after.system - before.user - before.system) / seconds
     print(f"\n{steps} steps a second: age of a belief: median {median:.1f} ms, p99 {most:.1f} ms of {len(late)}")
+    print(budget)
     print(f"a step takes {1e3 * session.pace.seconds:.1f} ms by the clock; at most {session.pace.most:.2f} s behind")
     print(f"{session.merger.counts}; {ages.early:.0f} MiB after 20 s, {late_memory:.0f} MiB at the end")
     print(f"{busy:.0%} of a core; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")

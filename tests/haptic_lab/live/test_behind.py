@@ -46,6 +46,9 @@ class Slow:
     def step(self, *_: Any) -> Any:
         self.clock.now += self.seconds
 
+    def anticipate(self) -> None:
+        pass
+
     def update(self, belief: Any) -> Any:
         return np.ones(1)
 

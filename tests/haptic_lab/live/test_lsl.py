@@ -21,6 +21,7 @@ from haptic_env import hands
 from haptic_lab.commands import live
 from haptic_lab.live import lsl
 from haptic_lab.live.session import LiveSession
+from observer import warm_up
 from tests.haptic_lab.live.streams import Kept
 
 pytest.importorskip("mne_lsl")
@@ -53,6 +54,7 @@ def session(name: str, *more: str) -> tuple:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(live, "_run", lambda *all_: made.append(all_) or 0)
         assert live.main(["--lsl-in", f"{name}_joints", f"{name}_touch", "--lsl-out", name, *FEW, *more]) == 0
+    warm_up(made[0][2].slam.hand, observer=made[0][2].slam)  # as the command does
     return made[0][1:]
 
 

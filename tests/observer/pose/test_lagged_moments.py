@@ -7,9 +7,11 @@ import pytest
 
 from observer.gaussian import mixture
 from observer.pose.angle_noise import AngleNoise
-from observer.pose.interacting_models import LEAST, JumpMarkovModel, turn
+from observer.pose.filter_bank import FilterBank
+from observer.pose.interacting_models import LEAST, JumpMarkovModel
 from observer.pose.joint_pairs import JointPairs
-from observer.pose.lagged_moments import PRESENT, LaggedMoments, no_covariance, over_levels, spread_out
+from observer.pose.lagged_moments import PRESENT, LaggedMoments, no_covariance, spread_out
+from observer.pose.plain_loops import WIDE
 from observer.pose.smooth_motion import KinematicPose, SmoothMotion
 from tests.observer.hands import pointer
 
@@ -60,6 +62,15 @@ def kept_of(covariance, apart: int):
     return covariance[..., :PRESENT, :], bands
 
 
+def side_by_side(target, values) -> None:
+    """Fill `target` (B, M, …, K·W) with `values` (C, M, …, K): those of W directions by each other, then the next K."""
+    levels = values.shape[1]
+    every = np.zeros((len(target) * WIDE, levels, *values.shape[2:]))
+    every[: len(values)] = values
+    blocks = np.moveaxis(every.reshape(len(target), WIDE, levels, *values.shape[2:]), 1, -1)
+    target[:] = blocks.reshape(target.shape)
+
+
 @pytest.mark.parametrize(("lag", "apart"), [(1, 0), (2, 1), (6, 1), (6, 3), (6, 5)])
 def test_a_filter_of_few_covariances_is_the_one_of_all(lag, apart):
     smooth, pairs, rng = SmoothMotion(), JointPairs(JOINTS, 0.8, 0.4), np.random.default_rng(0)
@@ -69,22 +80,46 @@ def test_a_filter_of_few_covariances_is_the_one_of_all(lag, apart):
     means = rng.standard_normal((count, levels, size))
     root = rng.standard_normal((count, levels, size, size))
     whole = Whole(model, rng.dirichlet(np.ones(levels), count), means, root @ np.swapaxes(root, 2, 3))
-    moments = LaggedMoments.zero((count, levels), lag, apart)
-    moments.mean[:] = means
-    moments.rows[:], moments.bands[:] = kept_of(whole.covariances, apart)
-    level = whole.level.copy()
-    of_directions, same = (LaggedMoments.zero((count,), lag, apart) for _ in range(2))
+    bank = FilterBank.at_rest(model, np.zeros(count), 1.0, np.ones((levels, 2)), lag, apart)
+    side_by_side(bank.level, whole.level)
+    for target, values in zip(bank.moments, (means, *kept_of(whole.covariances, apart)), strict=True):
+        side_by_side(target, values)
     for step in range(12):
         felt, variance = rng.standard_normal(count), np.full(count, 1e8 if step == 5 else 0.01)
-        log_density = np.empty(count)
-        turn(level, moments, model, felt, variance, log_density, of_directions)
+        if step % 3 == 1:
+            bank.expect()
+        if step == 7:
+            bank.widen(np.arange(count))
+            whole.covariances[:, :, 0, 0] += np.arange(count)[:, None]
+        log_density, of_directions = bank.step(felt, variance)
         np.testing.assert_allclose(log_density, whole.turn(felt, variance), atol=1e-9)
-        np.testing.assert_allclose(level, whole.level, atol=1e-11)
-    over_levels(level, moments, same)
+        np.testing.assert_allclose(bank.level.swapaxes(1, 2).reshape(-1, levels)[:count], whole.level, atol=1e-11)
     mean, covariance = mixture(whole.level, whole.means, whole.covariances)
-    for found, again, expected in zip(of_directions, same, (mean, *kept_of(covariance, apart)), strict=True):
-        np.testing.assert_allclose(found, expected, atol=1e-10)
+    expected = mean, *kept_of(covariance, apart)
+    for found, again, of in zip(of_directions, bank.over_levels(), expected, strict=True):
+        np.testing.assert_allclose(found, of, atol=1e-10)
         np.testing.assert_array_equal(found, again)
+
+
+@pytest.mark.parametrize("count", [1, 15, 16, 17, 64])
+def test_what_is_expected_beforehand_changes_no_bit(count):
+    smooth, rng = SmoothMotion(), np.random.default_rng(0)
+    noise = np.square(smooth.speeds)[:, None, None] * smooth.noise(STEP)
+    model = JumpMarkovModel(smooth.switching(STEP), smooth.transition(STEP), noise)
+    present = np.ones((len(smooth.speeds), 2))
+    one, other = (FilterBank.at_rest(model, np.zeros(count), 0.01, present, 4, 1) for _ in range(2))
+    for step in range(20):
+        felt, variance = rng.standard_normal(count), rng.uniform(0.01, 0.1, count)
+        if rng.random() < 0.7:
+            other.expect()
+            other.expect()
+        if step % 4 == 3:  # what was expected was of what is no longer believed
+            for each in (one, other):
+                each.widen(np.full(count, 0.5))
+        (density, moments), (same_density, same) = (each.step(felt, variance) for each in (one, other))
+        np.testing.assert_array_equal(density, same_density)
+        for found, again in zip((one.level, *one.moments, *moments), (other.level, *other.moments, *same), strict=True):
+            np.testing.assert_array_equal(found, again)
 
 
 def test_joints_are_the_mixture_of_what_their_partners_say():
