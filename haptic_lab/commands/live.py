@@ -96,7 +96,7 @@ def main(arguments: list[str] | None = None) -> int:
             tell_error(str(error))
             return 2
         if viewer is not None:
-            sinks.append(ViewSink(viewer, session.slam, session.namer.labels, console))
+            sinks.append(ViewSink(viewer, session.slam, session.namer.labels, console, lambda: session.told))
         code = _run(given, source, session, sinks)
         if viewer is not None and not session.stop:
             viewer.stay(console)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from rich.console import Console
 
 from haptic_lab.live.session import Told
@@ -14,7 +16,14 @@ from observer import HapticSLAM
 class ViewSink:
     """Takes in what is believed at every step, and shows some of it."""
 
-    def __init__(self, viewer: Viewer, slam: HapticSLAM, labels: tuple[str, ...], console: Console) -> None:
+    def __init__(
+        self,
+        viewer: Viewer,
+        slam: HapticSLAM,
+        labels: tuple[str, ...],
+        console: Console,
+        last: Callable[[], Told | None],
+    ) -> None:
         """Begin.
 
         Args:
@@ -22,10 +31,10 @@ class ViewSink:
             slam: the observer.
             labels: what the object may be.
             console: says what was written in the end.
+            last: gives what was told last: it is not held here, for then each step would compute its map.
         """
-        self._viewer, self._console = viewer, console
+        self._viewer, self._console, self._last = viewer, console, last
         self._step = -1  # the first that is told is the reset
-        self._told: Told | None = None
         title = f"Live: hand {slam.hand.name.replace('_', ' ')}"
         viewer.begin(Setting(title, slam.hand, slam.grid, labels, slam.n_particles, slam.control_hz, None))
 
@@ -36,17 +45,14 @@ class ViewSink:
             told: of the next step.
         """
         self._step += 1
-        if self._step == 0:
-            return
-        self._told = None  # its map would be computed just before it changes, though nobody asked for it
-        if self._viewer.wants(self._step):
+        if self._step > 0 and self._viewer.wants(self._step):
             self._viewer.show(self._step, told.belief, told.posterior)
-        self._told = told
 
     def close(self) -> None:
         """Show how it ended."""
-        if self._told is None:
-            self._viewer.finish("over: nothing was told", self._console)
+        told = self._last()
+        if told is None or self._step < 1:
+            self._viewer.finish("over: nothing was told" if self._step < 1 else "over", self._console)
             return
-        self._viewer.show(self._step, self._told.belief, self._told.posterior, whole=True)
-        self._viewer.finish(verdict(self._told.posterior, self._told.labels), self._console)
+        self._viewer.show(self._step, told.belief, told.posterior, whole=True)
+        self._viewer.finish(verdict(told.posterior, told.labels), self._console)

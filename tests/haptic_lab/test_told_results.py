@@ -176,6 +176,14 @@ def test_at_little_noise_all_name_all(brackets: pd.DataFrame) -> None:
     assert "64 of 64 after 2, 5 and 10 s and by the overlap" in (ROOT / "docs" / "results.md").read_text()
 
 
+def test_the_front_door_says_what_the_file_does(brackets: pd.DataFrame) -> None:
+    text = (ROOT / "README.md").read_text()
+    ((error, share),) = re.findall(r"at σ = 5° a pose error of ([\d.]+) σ and (\d+) % of names after 10 s", text)
+    pose, names = (brackets.loc["all", 5.0, "haptic_slam", each] for each in ("pose_error_lagged_deg", "correct_10s"))
+    assert float(error) == round(pose["mean"] / 5.0, 2)
+    assert float(share) == round(100 * names["mean"])
+
+
 def test_what_is_said_of_calibration_is_in_its_file() -> None:
     told = pd.read_csv(RESULTS / "calibration.csv").set_index(["what", "sigma_deg"])
     text = (ROOT / "docs" / "notes" / "calibration.md").read_text()

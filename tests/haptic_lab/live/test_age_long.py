@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import uuid
-from collections import defaultdict
+from collections import defaultdict, deque
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -55,8 +55,9 @@ class Budget:
     """Where the age of a belief comes from: ms after the time of its step until a thing was done, or that it took."""
 
     def __init__(self, session: LiveSession, clock: Callable[[], float]) -> None:
-        self.clock, self.since = clock, defaultdict[str, list[float]](list)
-        self.took, self.read = defaultdict[str, list[float]](list), dict[str, float]()
+        lately = lambda: deque[float](maxlen=3000)  # noqa: E731 - so that it takes no memory of its own
+        self.clock, self.since, self.took = clock, defaultdict(lately), defaultdict(lately)
+        self.read: dict[str, float] = {}
         self.take, self.observe = session.take, session.observe
         session.take, session.observe = self.taken, self.observed  # type: ignore[method-assign]
         for name, each in (("the pose", session.slam.pose), ("the observer", session.slam), ("names", session.namer)):
@@ -84,7 +85,7 @@ class Budget:
         self.observe(step, sinks)
 
     def __str__(self) -> str:
-        of = lambda told: ", ".join(f"{name} {1e3 * np.median(each[500:]):.2f}" for name, each in told.items())  # noqa: E731
+        of = lambda told: ", ".join(f"{name} {1e3 * np.median(each):.2f}" for name, each in told.items())  # noqa: E731
         return f"ms after its samples were taken: {of(self.since)}; ms that it takes: {of(self.took)}"
 
 

@@ -377,3 +377,23 @@ def test_ctrl_c_ends_it_and_what_was_recorded_is_written(tmp_path, hand):
     with np.load(tmp_path / "a.npz") as content:
         assert len(content["time"]) >= 58
     assert HapticSLAM.load(tmp_path / "state.npz").particle_maps.shape[0] == 5
+
+
+def test_no_belief_is_held_while_the_next_one_is_found():
+    """Its map would be computed just before it changes, though nobody asks for it."""
+    source, made = session()
+    source.close()
+    time_, angles, contacts = moving(made.slam.hand, 40)
+    step, held = made.slam.step, []
+
+    def stepped(*told):
+        held.append(made.told)
+        return step(*told)
+
+    made.slam.step = stepped
+    source = Played(iter([Chunk(kind, time_, each)] for kind, each in (("joints", angles), ("contacts", contacts))))
+    source.session = made
+    made.run(source, [])
+    assert len(held) == 39
+    assert held == [None] * 39
+    assert made.told is not None

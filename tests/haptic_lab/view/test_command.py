@@ -207,11 +207,13 @@ def test_a_live_session_is_shown(shown: Shown) -> None:
     finished: list[str] = []
     direct.finish = lambda told, _: finished.append(told)  # type: ignore[attr-defined]
     slam = HapticSLAM(shown.setting.hand, sigma_deg=3.0, particles=5)
-    sink = ViewSink(direct, slam, ("cube", "sphere"), console)  # type: ignore[arg-type]
+    last: list[Told] = []
+    sink = ViewSink(direct, slam, ("cube", "sphere"), console, lambda: last[-1])  # type: ignore[arg-type]
     belief = slam.reset(seed=900001)
     for step in range(51):
         posterior = np.array([0.25, 0.75]) if step else np.array([0.5, 0.5])
-        sink.tell(Told(0.02 * step, belief, ("cube", "sphere"), posterior, 1.0))
+        last[:] = [Told(0.02 * step, belief, ("cube", "sphere"), posterior, 1.0)]
+        sink.tell(last[0])
         belief = slam.step(np.zeros(8), shown.setting.hand.rest_pose, np.arange(50) == 7)
     sink.close()
     assert [each.step for each in direct.moments] == [*range(2, 51, 2), 50]
