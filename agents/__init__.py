@@ -15,7 +15,7 @@ from agents.exporting import export
 from agents.information_gain import InformationGain
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
-from agents.sb3 import Sb3, Searched, Trained, is_model, load_model
+from agents.sb3 import Reflexes, Sb3, Searched, Trained, is_model, load_model
 from agents.sweep import Sweep
 from agents.synergy import Synergy
 from haptic_env import validate
@@ -27,6 +27,7 @@ POLICIES: dict[str, type[Policy]] = {
     "enclosure": Enclosure,
     "information_gain": InformationGain,
     "random_torque": RandomTorque,
+    "reflexes": Reflexes,
     "sb3": Sb3,
     "searched": Searched,
     "sweep": Sweep,

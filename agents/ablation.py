@@ -15,9 +15,8 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents import network
 from agents.instead import Instead
-from agents.sb3 import Sb3
+from agents.sb3 import Sb3, read_model
 from haptic_env import validate
 from haptic_env.files import atomic
 from observer.wrappers.belief_observation import BeliefObservation, features_of, labels_of
@@ -52,7 +51,7 @@ def ablate(
     if target.suffix != ".npz":
         raise ValueError(f"to must end in .npz, got {str(target)!r}")
     validate.integer("episodes", episodes, 0, 1000)
-    model = network.read(Path(source))
+    model = read_model(Path(source))
     seen = list(model.told.get("entries", []))
     blind = [validate.choice("entry that the model sees", entry, seen) for entry in validate.names("entries", entries)]
     watched = BeliefObservation(env, seen)

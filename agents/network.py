@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 
 from agents import spaces_json
 from agents.instead import Instead, instead
+from agents.kept_arrays import KeptArrays, restored
 from agents.layers import ACTIVATIONS, Array, Cell, Layer, times
 from agents.normalization import Normalization
-from agents.training import MOST_HELD
-from haptic_env import readable, reading, validate
+from agents.training import checked_training
+from haptic_env import readable, validate
 
 Memory = tuple[NDArray[Any] | None, ...]
 KIND, VERSION = "haptic-slam policy", 1
 NOISES = ("none", "constant", "by state", "lasting")
-LARGEST = 256 * reading.MIB
 LEAST_LOG_STD, MOST_LOG_STD = -20.0, 2.0  # of the noise that the state decides (Haarnoja et al. 2018, SAC)
 
 
@@ -173,27 +173,6 @@ class Network:
             np.savez(file, allow_pickle=False, **arrays)
 
 
-class _Arrays:
-    """The arrays of a file, each taken once, with the shape that it must have."""
-
-    def __init__(self, found: Mapping[str, NDArray[Any]]) -> None:
-        self.left = dict(found)
-
-    def take(self, name: str, *shape: int | None, dtype: type = np.float32) -> NDArray[Any]:
-        array = self.left.pop(name, None)
-        if array is None:
-            raise ValueError(f"it lacks {name!r}")
-        fits = array.ndim == len(shape) and all(n in (None, m) for n, m in zip(shape, array.shape, strict=True))
-        if array.dtype.kind != "f" or not fits or not np.isfinite(array).all():
-            wanted = tuple("any" if each is None else each for each in shape)
-            raise ValueError(f"{name!r} must be finite numbers of shape {wanted}, got {array.dtype} {array.shape}")
-        return array.astype(dtype)
-
-    def layer(self, name: str, inputs: int, outputs: int | None = None) -> Layer:
-        weight = self.take(f"{name}.weight", outputs, inputs)
-        return Layer(weight, self.take(f"{name}.bias", len(weight)))
-
-
 def read(path: Path) -> Network:
     """Read a network from a file; runs nothing.
 
@@ -206,7 +185,7 @@ def read(path: Path) -> Network:
     Raises:
         ValueError: for a file that is none, or not whole.
     """
-    return _read(path)[0]
+    return restored(path, {KIND: restore})[0]
 
 
 def describe(path: Path) -> dict[str, Any]:
@@ -221,28 +200,22 @@ def describe(path: Path) -> dict[str, Any]:
     Raises:
         ValueError: as `read`.
     """
-    return _read(path)[1]
+    return restored(path, {KIND: restore})[1]
 
 
-def _read(path: Path) -> tuple[Network, dict[str, Any]]:
-    """The network of a file, and its description."""
-    try:
-        found = dict(reading.npz(path, LARGEST))
-    except OSError as error:
-        raise ValueError(f"{path} cannot be read: {error}") from error
-    try:
-        if "description" not in found:
-            raise ValueError(f"it has no description; it holds {validate.listed(found) or 'nothing'}")
-        told = json.loads(str(found.pop("description")))
-        if not isinstance(told, dict) or (told.get("kind"), told.get("version")) != (KIND, VERSION):
-            raise ValueError(f"its description is not of a {KIND} of version {VERSION}")
-        return _restore(told, _Arrays(found)), told
-    except (ValueError, TypeError, KeyError, RecursionError) as error:
-        told_in_a_line = " ".join(str(error).split())
-        raise ValueError(f"{path} is no policy that `agents.export` has written: {told_in_a_line}") from error
+def restore(told: dict[str, Any], arrays: KeptArrays) -> Network:
+    """Make the network that a file holds.
 
+    Args:
+        told: the description of the file.
+        arrays: of the file.
 
-def _restore(told: dict[str, Any], arrays: _Arrays) -> Network:
+    Returns:
+        The network.
+
+    Raises:
+        ValueError: for what is none.
+    """
     observation, action = (spaces_json.restore(told[name], name) for name in ("observation", "action"))
     if not isinstance(action, gym.spaces.Box):
         raise ValueError(f"the action must be a Box, got {action}")
@@ -250,18 +223,18 @@ def _restore(told: dict[str, Any], arrays: _Arrays) -> Network:
     cells: list[Cell] = []
     for index in range(validate.integer("cells", told["cells"], 0, 100)):
         memory = cells[0].fed_back.weight.shape[1] if cells else len(arrays.left[f"cell.{index}.given.bias"]) // 4
-        given = arrays.layer(f"cell.{index}.given", width, 4 * memory)
-        cells.append(Cell(given, arrays.layer(f"cell.{index}.fed_back", memory, 4 * memory)))
+        given = _layer(arrays, f"cell.{index}.given", width, 4 * memory)
+        cells.append(Cell(given, _layer(arrays, f"cell.{index}.fed_back", memory, 4 * memory)))
         width = memory
     hidden = []
     for index, name in enumerate(told["activations"]):
-        layer = arrays.layer(f"hidden.{index}", width)
+        layer = _layer(arrays, f"hidden.{index}", width)
         hidden.append((layer, validate.choice("activation", name, ACTIVATIONS)))
         width = len(layer.bias)
-    mean, noise = arrays.layer("mean", width, joints), validate.choice("noise", told["noise"], NOISES)
+    mean, noise = _layer(arrays, "mean", width, joints), validate.choice("noise", told["noise"], NOISES)
     log_std: Layer | Array | None = None
     if noise == "by state":
-        log_std = arrays.layer("log_std", width, joints)
+        log_std = _layer(arrays, "log_std", width, joints)
     elif noise != "none":
         log_std = arrays.take("log_std", *((width,) if noise == "lasting" else ()), joints)
     most = told["most_mean"]
@@ -277,16 +250,11 @@ def _restore(told: dict[str, Any], arrays: _Arrays) -> Network:
         tuple(cells),
         None if most is None else validate.number("most_mean", most, above=0.0),
         None if normalization is None else Normalization.restore(normalization, observation, arrays.take),
-        _training(told["told"]),
+        checked_training(told["told"]),
         None if "instead" not in told else instead(told["instead"], gym.spaces.flatdim(observation), arrays.take),
     )
 
 
-def _training(told: Any) -> dict[str, Any]:
-    """How it was trained: entries of the belief that it saw (none: what is felt), and steps that it holds an action."""
-    if not isinstance(told, dict):
-        raise ValueError(f"how it was trained must be a table, got {told!r}")
-    if not all(isinstance(each, str) for each in told.get("entries", [])):
-        raise ValueError(f"entries must be names, got {told['entries']!r}")
-    validate.integer("hold", told.get("hold", 1), 1, MOST_HELD)
-    return told
+def _layer(arrays: KeptArrays, name: str, inputs: int, outputs: int | None = None) -> Layer:
+    weight = arrays.take(f"{name}.weight", outputs, inputs)
+    return Layer(weight, arrays.take(f"{name}.bias", len(weight)))

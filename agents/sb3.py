@@ -11,9 +11,11 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents import network
+from agents import network, rhythm
+from agents.kept_arrays import restored
 from agents.network import Network
 from agents.policy import Guided, Policy, Remembered, State
+from agents.rhythm import Rhythm
 from agents.saved_model import WHY, SavedModel
 from agents.space_difference import difference
 from haptic_env import hand_of, validate
@@ -26,6 +28,7 @@ UNTOLD = (
     "environment, or with entries="
 )
 WEIGHTS, SAVED = ".npz", ".zip"
+FELT = ["contacts"]
 
 
 class Sb3(Guided):
@@ -76,7 +79,11 @@ class Sb3(Guided):
         entries = model.told.get("entries", [])
         spaces = {"action": (model.action_space, env.action_space)}
         self._model, self._features = model, None
-        if entries and model.observation_space != env.observation_space:
+        self._felt = entries == FELT and isinstance(env.observation_space, gym.spaces.Dict)
+        if self._felt:  # which no observer need tell of
+            Policy.__init__(self, env, seed)
+            spaces["observation"] = (model.observation_space, features_of(env, entries).space)
+        elif entries and model.observation_space != env.observation_space:
             super().__init__(env, seed)
             self._features = features_of(env, entries)
             spaces["observation"] = (model.observation_space, self._features.space)
@@ -95,8 +102,10 @@ class Sb3(Guided):
             noise = model.log_std if model.noise == "lasting" else None
             lasting = noise.shape if isinstance(noise, np.ndarray) else None
             self.remembers = ((), (self.joints,), *[model.memory] * 2, lasting)
+        elif isinstance(model, Rhythm):
+            self.remembers = ((), (self.joints,), *model.remembers)
         self._hold = 1 if env.has_wrapper_attr("held") else model.told.get("hold", 1)
-        self._instead = model.instead if isinstance(model, Network) else None
+        self._instead = None if isinstance(model, SavedModel) else model.instead
         self._episode = 0 if self._instead is None else int(self.rng.integers(len(self._instead.shown)))
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
@@ -116,7 +125,9 @@ class Sb3(Guided):
         step, held, *memory = (np.zeros((), dtype=np.int64), None) if state is None else state
         assert step is not None
         if int(step) % self._hold == 0:
-            if self._features is not None:
+            if self._felt:
+                observation = np.asarray(observation["contacts"], np.float32)
+            elif self._features is not None:
                 posterior = self.shape.posterior if tell_names(self._features.entries) else None
                 observation = self._features.vector(self.belief, observation["contacts"], posterior, int(step))
             if self._instead is not None:
@@ -162,6 +173,16 @@ class Searched(Trained):
     shipped = FOLDER / "searched.npz"
 
 
+class Reflexes(Trained):
+    """The model that ships of the preset `reflexes`: a rhythm that touch changes, its gains found by a search.
+
+    It reads contacts alone, and needs no observer.
+    """
+
+    guided = asks_shape = False
+    shipped = FOLDER / "reflexes.npz"
+
+
 def is_model(name: object) -> bool:
     """Tell whether a name is the path of a model, by how it ends, rather than the name of a policy.
 
@@ -174,7 +195,9 @@ def is_model(name: object) -> bool:
     return isinstance(name, str | os.PathLike) and Path(name).suffix in (WEIGHTS, SAVED)
 
 
-def load_model(path: str | os.PathLike[str], normalize: Any = None, *, trust: bool = False) -> Network | SavedModel:
+def load_model(
+    path: str | os.PathLike[str], normalize: Any = None, *, trust: bool = False
+) -> Network | Rhythm | SavedModel:
     """Read a model.
 
     Args:
@@ -200,4 +223,21 @@ def load_model(path: str | os.PathLike[str], normalize: Any = None, *, trust: bo
         return SavedModel(Path(path), normalize)
     if normalize is not None:
         raise ValueError(f"normalize is for a {SAVED} file; {str(path)!r} holds its own statistics if it has any")
-    return network.read(Path(path))
+    return read_model(Path(path))
+
+
+def read_model(path: Path) -> Network | Rhythm:
+    """Read a file that runs nothing.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        The model.
+
+    Raises:
+        ValueError: for a file of none.
+    """
+    kinds: dict[str, Any] = {network.KIND: network.restore, rhythm.KIND: rhythm.restore}
+    model: Network | Rhythm = restored(path, kinds)[0]
+    return model

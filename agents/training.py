@@ -45,6 +45,26 @@ def training_of(model: Any, entries: Sequence[str] | None = None, hold: int | No
     return told
 
 
+def checked_training(told: Any) -> dict[str, Any]:
+    """Check what a file says of how its model was trained.
+
+    Args:
+        told: of the file.
+
+    Returns:
+        The same: "entries" of the belief that it saw (none: what is felt), and "hold", the steps of an action.
+
+    Raises:
+        ValueError: where it says something else.
+    """
+    if not isinstance(told, dict):
+        raise ValueError(f"how it was trained must be a table, got {told!r}")
+    if not all(isinstance(each, str) for each in told.get("entries", [])):
+        raise ValueError(f"entries must be names, got {told['entries']!r}")
+    validate.integer("hold", told.get("hold", 1), 1, MOST_HELD)
+    return told
+
+
 def of_spaces(observation: gym.Space[Any], action: gym.Space[Any]) -> dict[str, Any]:
     """Say what spaces know of how a model was trained, also those that Stable-Baselines3 saves with it.
 

@@ -28,7 +28,7 @@ def choice(what: str, value: Any, valid: Collection[str]) -> str:
         return value
     near = difflib.get_close_matches(value[:QUOTED], valid, n=1) if isinstance(value, str) else []
     hint = f" (did you mean {near[0]!r}?)" if near else ""
-    raise ValueError(f"unknown {what} {shown(value)}{hint}; choose from {', '.join(sorted(valid))}")
+    raise ValueError(f"unknown {what} {shown(value)}{hint}; choose from {', '.join(sorted(valid)) or 'none at all'}")
 
 
 def names(what: str, value: Any) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from haptic_lab.benchmarks.table import BenchRow, number, spread
 from haptic_lab.learning.batched import ThreadedVectorEnv
 from haptic_lab.learning.explored import explored, unobserved
 from haptic_lab.learning.presets import TrainingWorld
-from haptic_lab.tasks.registry import OF_NAMES
+from haptic_lab.tasks.registry import SHOWN
 from observer import ObserverWrapper, PoseOnly, ShapePosterior
 
 EVALUATION: dict[str, Any] = {"variants": 240, "stride": 3, "temper": 0.07}  # its posterior; a world has training's
@@ -68,7 +68,7 @@ def belief_steps(env_id: str, count: int, decisions: int, seed: int, threads: in
         that one takes, which other work on the machine changes less.
     """
     # No episode ends in the middle.
-    never: dict[str, Any] = {"threshold": 1.0, "seconds": 600.0, "observation": OF_NAMES}
+    never: dict[str, Any] = {"threshold": 1.0, "seconds": 600.0, "observation": SHOWN}
     world = TrainingWorld(env=env_id, **never, **EVALUATION)
     physics = partial(_held, world)
     training = partial(explored, TrainingWorld(env=env_id, **never))

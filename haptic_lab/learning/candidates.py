@@ -12,14 +12,17 @@ from typing import Any, NamedTuple
 import gymnasium as gym
 import numpy as np
 
+from agents.rhythm import Memory, Rhythm
 from haptic_env import hand_env
 from haptic_env.arrays import Array
+from haptic_lab.learning.covering import Covering
 from haptic_lab.learning.explored import explored
-from haptic_lab.learning.presets import TrainingWorld
+from haptic_lab.learning.presets import MAP, TrainingWorld
 from haptic_lab.processes import end_with_parent
 from observer.wrappers.belief_observation import labels_of
 
-Pair = tuple[Array, int]
+Candidate = Array | Rhythm
+Pair = tuple[Candidate, int]
 SURE, MOST = 0.95, 1.0 - 1e-6
 SOFTNESS = 1.5  # nats
 
@@ -28,10 +31,10 @@ class Outcome(NamedTuple):
     """What an exploration came to.
 
     Attributes:
-        doubt: s, how long the truth was in doubt.
-        reward: of it, nats.
+        doubt: s, how long the truth was in doubt; of a map the share of the surface that it lacks.
+        reward: of it, nats; of a map the share of the surface that was touched.
         decisions: that it took.
-        right: whether it ended with the right name the most probable.
+        right: whether it ended with the right name the most probable; never, of a map.
     """
 
     doubt: float
@@ -41,7 +44,7 @@ class Outcome(NamedTuple):
 
 
 class Judge:
-    """Explorations of candidates: linear policies, (J, 1 + D) the constant first.
+    """Explorations of candidates: linear policies, (J, 1 + D) the constant first, or rhythms.
 
     Seeds that follow each other have the shapes of the world in turn, so that each is explored as often.
     """
@@ -87,9 +90,17 @@ class _Player:
     def __init__(self, world: TrainingWorld) -> None:
         self._world = world
         self._env: dict[bool, gym.Env[Any, Any]] = {}
+        self._covering: dict[bool, Covering] = {}
+        self._rng = np.random.default_rng(0)  # which no candidate asks
 
     def play(self, held_out: bool, pair: Pair) -> Outcome:
-        matrix, seed = pair
+        candidate, seed = pair
+        if self._world.task == MAP:
+            assert isinstance(candidate, Rhythm)
+            if held_out not in self._covering:
+                self._covering[held_out] = Covering(self._world, held_out)
+            covered, decisions = self._covering[held_out].play(candidate, seed)
+            return Outcome(1.0 - covered, covered, decisions, False)
         if held_out not in self._env:
             self._env[held_out] = explored(self._world, held_out)
         env = self._env[held_out]
@@ -100,8 +111,12 @@ class _Player:
         doubt, total, decisions, over, terminated = 0.0, 0.0, 0, False, False
         seconds = self._world.hold / base.control_hz
         info: dict[str, Any] = {}
+        memory: Memory = ()
         while not over:
-            torque = np.clip(matrix[:, 0] + matrix[:, 1:] @ observation, -1.0, 1.0).astype(np.float32)
+            if isinstance(candidate, Rhythm):
+                torque, memory = candidate.predict(observation, memory, decisions == 0, True, self._rng)
+            else:
+                torque = np.clip(candidate[:, 0] + candidate[:, 1:] @ observation, -1.0, 1.0).astype(np.float32)
             observation, reward, terminated, truncated, info = env.step(torque)
             total, decisions, over = total + float(reward), decisions + 1, terminated or truncated
             told += float(reward) + self._world.price * seconds

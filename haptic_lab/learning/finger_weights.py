@@ -85,7 +85,7 @@ class FingerWeights:
             self._begin[:, clocks] = _as_weights(sweep, hand)
         self._space = features.space
 
-    def matrix(self, weights: ArrayLike) -> Array:
+    def candidate(self, weights: ArrayLike) -> Array:
         """Spread the weights over the joints.
 
         Args:
@@ -108,7 +108,7 @@ class FingerWeights:
         Returns:
             The policy.
         """
-        matrix = self.matrix(weights).astype(np.float32)
+        matrix = self.candidate(weights).astype(np.float32)
         action = gym.spaces.Box(-1.0, 1.0, (len(matrix),), np.float32)
         mean = Layer(np.ascontiguousarray(matrix[:, 1:]), matrix[:, 0].copy())
         return Network(self._space, action, (), mean, squash=False, told=told)
@@ -142,8 +142,7 @@ def _columns(entry: str, hand: Hand, labels: int) -> Sequence[list[Part]]:
         order, group = _order(hand.link_group), hand.link_group.tolist()
         links = hand.patches.link.tolist()
         return [_touch(name, group[link], order[link]) for name, link in zip(hand.patches.names, links, strict=True)]
-    clocks = 2 * len(CLOCKS_HZ)
-    width = {"names": labels, "time": 1, "rhythm": clocks, "names_rhythm": labels * clocks}[entry]
+    width = {"names": labels, "time": 1, "rhythm": 2 * len(CLOCKS_HZ)}[entry]
     return [[Part(None, f"{entry} {index}", 1.0)] for index in range(width)]
 
 

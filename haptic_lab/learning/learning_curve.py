@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -33,20 +35,48 @@ def draw(
     upper, lower = figure.subplots(2, 1, sharex=True)
     at = steps / 1e3
     for axes, values, scale in ((upper, rewards, 1.0), (lower, decided, 100.0)):
-        mean = scale * values.mean(axis=1)
-        error = 1.96 * scale * values.std(axis=1) / np.sqrt(values.shape[1])
-        axes.fill_between(at, mean - error, mean + error, color=BETTER, alpha=0.2, lw=0, label="95 % interval")
-        axes.plot(at, mean, color=BETTER, marker="o", ms=4)
-        axes.plot(at[best], mean[best], "o", ms=11, mfc="none", mec="black", label="kept")
-        axes.grid(alpha=0.3)
-        axes.spines[["top", "right"]].set_visible(False)
+        _curve(axes, at, scale * values, best)
     upper.set_ylabel("reward of an exploration (nats)")
     upper.legend(frameon=False, loc="lower right")
     lower.set(
         ylabel=f"sure and right within {longest:g} s (%)", ylim=(0, 100), xlabel="thousand steps of the environment"
     )
     figure.suptitle(
-        f"Learning to decide: {values.shape[1]} explorations of sizes not trained with", fontsize=11, fontweight="bold"
+        f"Learning to decide: {rewards.shape[1]} explorations of sizes not trained with", fontsize=11, fontweight="bold"
     )
     with atomic(path) as place:
         figure.savefig(place, dpi=110)
+
+
+@styled
+def draw_touched(path: Path, steps: Array, touched: Array, longest: float, best: int) -> None:
+    """Draw how much of a surface was touched in E evaluations, over the same K explorations.
+
+    Args:
+        path: of the picture.
+        steps: (E,) of the environment, before each evaluation.
+        touched: (E, K) shares.
+        longest: s, of an exploration.
+        best: index of the evaluation whose model is kept.
+    """
+    figure = Figure(figsize=(7.0, 3.4), layout="constrained")
+    axes = figure.subplots()
+    _curve(axes, steps / 1e3, 100.0 * touched, best)
+    axes.set(ylabel=f"surface touched in {longest:g} s (%)", xlabel="thousand steps of the environment")
+    axes.legend(frameon=False, loc="lower right")
+    figure.suptitle(
+        f"Learning to touch: {touched.shape[1]} explorations of sizes not trained with", fontsize=11, fontweight="bold"
+    )
+    with atomic(path) as place:
+        figure.savefig(place, dpi=110)
+
+
+def _curve(axes: Axes, at: NDArray[Any], values: NDArray[Any], best: int) -> None:
+    """Means over K explorations of (E, K), with intervals."""
+    mean = values.mean(axis=1)
+    error = 1.96 * values.std(axis=1) / np.sqrt(values.shape[1])
+    axes.fill_between(at, mean - error, mean + error, color=BETTER, alpha=0.2, lw=0, label="95 % interval")
+    axes.plot(at, mean, color=BETTER, marker="o", ms=4)
+    axes.plot(at[best], mean[best], "o", ms=11, mfc="none", mec="black", label="kept")
+    axes.grid(alpha=0.3)
+    axes.spines[["top", "right"]].set_visible(False)

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from agents.rhythm import GAINS, gains_of
 from haptic_env import readable, reading, registration, rotation, shapes, validate
 from haptic_lab import conditions, faults, toml_presets
 from haptic_lab.believed import BELIEVED, Believed
@@ -21,6 +22,7 @@ FOLDER = Path(__file__).parent / "presets"
 SEARCH = "CMA-ES"
 ALGORITHMS = ("PPO", "SAC", "RecurrentPPO", SEARCH)
 RAW = "raw"
+FELT = ("contacts",)  # which a rhythm reads
 TASKS = NAME, MAP = "name", "map"
 FOUR = tuple(shapes.SHAPES)
 SEARCHED = tuple(entry for entry in ENTRIES if entry not in OF_MAPS)  # whose voxels would be too many weights
@@ -163,6 +165,7 @@ class Preset:
         learner: keyword arguments of the algorithm, as Stable-Baselines3 has them.
         world: in which it learns.
         sweep: what it begins with; None: with what chance has put into the network.
+        rhythm: gains of `agents.rhythm` that are searched, as they begin, by name; None: weights are.
         seed: of everything random.
         steps: of the environment, in all.
         envs: side by side.
@@ -178,6 +181,7 @@ class Preset:
     learner: Mapping[str, Any]
     world: TrainingWorld = field(default_factory=TrainingWorld)
     sweep: SweepingMotion | None = None
+    rhythm: Mapping[str, float] | None = None
     seed: int = 0
     steps: int = 1_000_000
     envs: int = 8
@@ -197,10 +201,21 @@ class Preset:
         validate.integer("envs", self.envs, 1, 1024)
         validate.integer("episodes", self.episodes, 1, 1_000_000)
         options.check(self.algorithm, self.learner, raw=self.world.observation == (RAW,))
-        if self.algorithm == SEARCH:
-            validate.choice(f"task, for {SEARCH},", self.world.task, (NAME,))
+        if self.rhythm is not None:
+            self._check_rhythm()
+        elif self.algorithm == SEARCH:
+            validate.choice(f"task, for {SEARCH} without [rhythm],", self.world.task, (NAME,))
             for entry in self.world.observation:
                 validate.choice(f"entry of observation, for {SEARCH},", entry, SEARCHED)
+
+    def _check_rhythm(self) -> None:
+        if self.algorithm != SEARCH:
+            raise ValueError(f"[rhythm] is for {SEARCH}, not for {self.algorithm}")
+        if self.sweep is not None:
+            raise ValueError("[rhythm] begins as the sweep by itself, and stands without [sweep]")
+        if self.world.observation != FELT:
+            raise ValueError(f"observation must be contacts, for [rhythm], got {', '.join(self.world.observation)}")
+        object.__setattr__(self, "rhythm", gains_of(self.rhythm or {}, "key of [rhythm]"))
 
 
 def configuration(preset: Preset) -> dict[str, Any]:
@@ -216,7 +231,10 @@ def configuration(preset: Preset) -> dict[str, Any]:
     usual = asdict(TrainingWorld())
     later = (*NOISES, "shapes", "rotation_jitter", "task", "wrist")
     world = {name: value for name, value in asdict(preset.world).items() if name not in later or value != usual[name]}
-    return json.loads(json.dumps({**asdict(preset), "world": world, "steps": None}))
+    told = {**asdict(preset), "world": world, "steps": None}
+    if preset.rhythm is None:
+        told.pop("rhythm")
+    return json.loads(json.dumps(told))
 
 
 def names() -> list[str]:
@@ -245,18 +263,19 @@ def read(name: str) -> Preset:
         content = reading.toml(path)
     except (OSError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from error
-    world, sweep = content.pop("world", {}), content.pop("sweep", None)
+    world, sweep, rhythm = content.pop("world", {}), content.pop("sweep", None), content.get("rhythm", {})
     swept = {} if sweep is None else sweep
     tables = (
         ("key", content, Preset),
         ("key of [world]", world, TrainingWorld),
         ("key of [sweep]", swept, SweepingMotion),
+        ("key of [rhythm]", rhythm, None),
     )
     for what, given, made in tables:
         if not isinstance(given, dict):
             raise ValueError(f"{what.removeprefix('key of ')} in {path} must be a table, got {given!r}")
         for key in given:
-            validate.choice(f"{what} in {path}", key, [each.name for each in fields(made)])
+            validate.choice(f"{what} in {path}", key, GAINS if made is None else [each.name for each in fields(made)])
     for key in ("algorithm", "learner"):
         if key not in content:
             raise ValueError(f"{path} must set {key}")

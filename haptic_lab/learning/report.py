@@ -14,8 +14,8 @@ from haptic_env import hand_env
 from haptic_lab.files import write_json
 from haptic_lab.learning.evaluation import EVALUATIONS, read_evaluations
 from haptic_lab.learning.explored import unobserved
-from haptic_lab.learning.learning_curve import draw
-from haptic_lab.learning.presets import Preset
+from haptic_lab.learning.learning_curve import draw, draw_touched
+from haptic_lab.learning.presets import MAP, Preset
 from haptic_lab.sweeps.provenance import versions
 
 
@@ -50,16 +50,17 @@ def report(
         decisions, rewards, lengths, right = read_evaluations(out / EVALUATIONS).values()
         evaluated, seconds_of = preset.world.hold * decisions, decision_seconds(preset) * lengths
         best = int(rewards.mean(axis=1).argmax() if kept is None else np.flatnonzero(decisions == kept)[0])
-        draw(out / "learning_curve.png", evaluated, rewards, seconds_of, right, preset.world.seconds, best)
-        told["best"] = {
-            "environment_steps": int(evaluated[best]),
-            "median_seconds": float(np.median(seconds_of[best])),
-            "right": float(right[best].mean()),
-        }
-        console.print(
-            f"Best on held-out sizes: decided after {told['best']['median_seconds']:.2f} s (median), "
-            f"{told['best']['right']:.0%} right, of {right.shape[1]} explorations"
-        )
+        told["best"] = {"environment_steps": int(evaluated[best])}
+        if preset.rhythm is not None and preset.world.task == MAP:
+            draw_touched(out / "learning_curve.png", evaluated, rewards, preset.world.seconds, best)
+            told["best"]["touched"] = float(rewards[best].mean())
+            found = f"{told['best']['touched']:.1%} of the surface touched in {preset.world.seconds:g} s"
+        else:
+            draw(out / "learning_curve.png", evaluated, rewards, seconds_of, right, preset.world.seconds, best)
+            told["best"]["median_seconds"] = float(np.median(seconds_of[best]))
+            told["best"]["right"] = float(right[best].mean())
+            found = f"decided after {told['best']['median_seconds']:.2f} s (median), {told['best']['right']:.0%} right"
+        console.print(f"Best on held-out sizes: {found}, of {right.shape[1]} explorations")
     write_json(out / "training.json", told)
 
 

@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import cmaes
+import gymnasium as gym
 import numpy as np
 from rich.console import Console
 
-from haptic_env import reading
+from haptic_env import hand_env, reading
 from haptic_env.arrays import Array
 from haptic_lab.files import atomic
 from haptic_lab.learning.candidates import Judge, Outcome, doubts
@@ -26,6 +27,7 @@ from haptic_lab.learning.finger_weights import FingerWeights
 from haptic_lab.learning.interrupt import InterruptGuard, stopped
 from haptic_lab.learning.presets import Preset
 from haptic_lab.learning.report import report
+from haptic_lab.learning.rhythm_gains import RhythmGains
 from haptic_lab.progress import ProgressLines
 from observer.wrappers.belief_observation import labels_of
 
@@ -114,7 +116,7 @@ class SearchRun:
 
     preset: Preset
     out: Path
-    weights: FingerWeights
+    weights: FingerWeights | RhythmGains
     judge: Judge
     history: History
     search: cmaes.SepCMA
@@ -138,8 +140,7 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console:
     """
     env = explored(preset.world)
     try:
-        features, hand = env.get_wrapper_attr("features"), env.get_wrapper_attr("hand")
-        weights = FingerWeights(hand, features, len(labels_of(env)), preset.sweep)
+        weights = _weights(env, preset)
     finally:
         env.close()
     history = read_history(out, preset.learner["population"], preset.world.hold)
@@ -155,6 +156,20 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console:
         console.print(f"Going on after {history.steps} steps")
     stop.check()
     return SearchRun(preset, out, weights, Judge(preset.world, jobs), history, search)
+
+
+def _weights(env: gym.Env[Any, Any], preset: Preset) -> FingerWeights | RhythmGains:
+    features, base = env.get_wrapper_attr("features"), hand_env(env)
+    if preset.rhythm is None:
+        return FingerWeights(base.hand, features, len(labels_of(env)), preset.sweep)
+    seconds = preset.world.hold / base.control_hz
+    return RhythmGains(base.hand, features, preset.rhythm, {**_told(preset), "seconds": seconds})
+
+
+def _told(preset: Preset) -> dict[str, Any]:
+    """What whoever uses the model must know."""
+    world = preset.world
+    return {"env": world.env, "entries": list(world.observation), "hold": world.hold}
 
 
 def train(ready: SearchRun, stop: InterruptGuard, console: Console) -> int:
@@ -202,8 +217,8 @@ def _generation(ready: SearchRun) -> None:
     population, worlds = preset.learner["population"], preset.learner["worlds"]
     candidates = [search.ask() for _ in range(population)]
     first = FIRST_SEED + preset.seed % 1000 * 1_000_000 + len(history.costs) * worlds
-    matrices = [ready.weights.matrix(each) for each in candidates]
-    outcomes = ready.judge.judge((matrix, first + world) for world in range(worlds) for matrix in matrices)
+    made = [ready.weights.candidate(each) for each in candidates]
+    outcomes = ready.judge.judge((each, first + world) for world in range(worlds) for each in made)
     costs = doubts(outcomes, (worlds, population)).mean(axis=0)
     search.tell(list(zip(candidates, costs.tolist(), strict=True)))
     history.costs.append(costs)
@@ -212,21 +227,21 @@ def _generation(ready: SearchRun) -> None:
 
 def _evaluate(ready: SearchRun) -> None:
     """Let the mean of the search explore what is kept for that, and keep it where it is the best so far."""
-    history, matrix = ready.history, ready.weights.matrix(ready.search.mean)
+    history, mean = ready.history, ready.weights.candidate(ready.search.mean)
     seeds = range(EVALUATION_SEED, EVALUATION_SEED + ready.preset.episodes)
-    outcomes: list[Outcome] = ready.judge.judge(((matrix, seed) for seed in seeds), held_out=True)
+    outcomes: list[Outcome] = ready.judge.judge(((mean, seed) for seed in seeds), held_out=True)
     _, *told = zip(*outcomes, strict=True)
     decisions = history.steps // ready.preset.world.hold
     for name, row in zip(OF_EVALUATIONS, (decisions, *told), strict=True):
         history.table[name].append(row)
-    mean = float(doubts(outcomes, (-1,)).mean())
-    if mean < history.best:
-        history.best, history.kept = mean, decisions
+    doubt = float(doubts(outcomes, (-1,)).mean())
+    if doubt < history.best:
+        history.best, history.kept = doubt, decisions
         _keep(ready, BEST)
 
 
 def _keep(ready: SearchRun, name: str) -> None:
-    world = ready.preset.world
-    told = {"env": world.env, "entries": list(world.observation), "hold": world.hold}
+    weights, mean = ready.weights, ready.search.mean
+    model = weights.candidate(mean) if isinstance(weights, RhythmGains) else weights.network(mean, _told(ready.preset))
     with atomic(ready.out / f"{name}.npz") as place:
-        ready.weights.network(ready.search.mean, told).write(place)
+        model.write(place)

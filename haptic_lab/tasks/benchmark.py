@@ -26,7 +26,7 @@ from haptic_lab.tasks.worlds import evaluation_set
 from haptic_lab.worlds import environment
 
 MADE_BY_HAND = ("random_torque", "synergy", "enclosure", "contour_following", "coverage", "information_gain")
-POLICIES = (*MADE_BY_HAND, "trained", "searched", *LEARNERS)
+POLICIES = (*MADE_BY_HAND, "trained", "searched", "reflexes", *LEARNERS)
 TRIALS, CONFIG, MODELS = "trials.csv", "config.json", "models"
 KEY = ["task", "policy", "world"]
 EVERY = 5.0  # s, from one writing of the table to the next

@@ -8,16 +8,16 @@ from haptic_env.shapes.sets import SETS
 from haptic_lab.learning.presets import MAP, TrainingWorld
 from haptic_lab.worlds import environment
 
-OF_NAMES = ("pose", "spread", "motion", "contacts", "names", "time", "rhythm")  # no map: a third of the time
+SHOWN = ("pose", "spread", "motion", "contacts", "names", "time", "rhythm")  # no map: a third of the time
 TASKS: dict[str, TrainingWorld] = {
-    "Name": TrainingWorld(observation=OF_NAMES),
+    "Name": TrainingWorld(observation=SHOWN),
     "NameUnknown": TrainingWorld(
         shapes=SETS["twenty"],
         yaw_jitter=0.0,
         rotation_jitter=180.0,
         position_jitter=0.02,
         bias_deg=2.0,
-        observation=OF_NAMES,
+        observation=SHOWN,
         variants=48,
         temper=0.5,
     ),

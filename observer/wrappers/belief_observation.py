@@ -29,13 +29,11 @@ ENTRIES = {
     "link's frame: probability * 2 - 1, 0 where nothing is known",
     "time": "(1,) share of the episode that is left",
     "rhythm": "(6,) sine and cosine of clocks of 0.5 Hz, 1 Hz and 0.17 Hz: a network without memory keeps no rhythm",
-    "names_rhythm": "(C * 6,) how much likelier each label is than 1 / C, times each number of the rhythm, so that "
-    "linear weights are another rhythm for each thing that it may be",
     "covered": "(125,) occupied voxels in each of 5 x 5 x 5 parts of the map, in units of one side of such a part",
 }
-OF_NAMES = ("names", "names_rhythm")  # which need an observer that names the object
+OF_NAMES = ("names",)  # which need an observer that names the object
 OF_MAPS = ("occupancy", "covered")  # which need an observer that has one
-USUAL = tuple(name for name in ENTRIES if name not in ("names_rhythm", "covered"))  # where nothing else is said
+USUAL = tuple(name for name in ENTRIES if name != "covered")  # where nothing else is said
 PARTS = 5  # of the map along each axis
 SPREAD_UNIT = 0.1  # rad
 BOUND = 2.0  # of what has no bound of its own; what is beyond is clipped
@@ -82,7 +80,7 @@ class BeliefFeatures:
             labels: (C,) names; none, where none of the entries tells of them.
             seconds: of an episode.
             control_hz: steps a second.
-            entries: some of `ENTRIES`; None: `USUAL`, all but "names_rhythm" and "covered".
+            entries: some of `ENTRIES`; None: `USUAL`, all but "covered".
 
         Raises:
             ValueError: for an unknown entry or none, and for what is out of range.
@@ -91,7 +89,7 @@ class BeliefFeatures:
         several = (list, tuple)
         validate.instance("labels", labels, several, "a list of names")
         if entries is not None:
-            known = f"a list of some of {', '.join(ENTRIES)}, or None for all but names_rhythm and covered"
+            known = f"a list of some of {', '.join(ENTRIES)}, or None for all but covered"
             validate.instance("entries", entries, several, known)
         self.entries = tuple(USUAL if entries is None else entries)
         for entry in self.entries:
@@ -120,7 +118,6 @@ class BeliefFeatures:
             "occupancy": (cells, -1.0, 1.0),
             "time": (1, 0.0, 1.0),
             "rhythm": (2 * len(CLOCKS_HZ), -1.0, 1.0),
-            "names_rhythm": (len(labels) * 2 * len(CLOCKS_HZ), -1.0, 1.0),
             "covered": (PARTS**3, 0.0, BOUND),
         }
         low, high = (
@@ -165,7 +162,6 @@ class BeliefFeatures:
             "names": names,
             "time": [1.0 - seconds / self._seconds],
             "rhythm": rhythm,
-            "names_rhythm": np.outer(names - 1.0 / max(1, self._labels), rhythm).ravel(),
         }
         if "occupancy" in self.entries:  # which takes longer than all the others
             parts["occupancy"] = self._occupancy(belief)
@@ -196,7 +192,7 @@ class BeliefObservation(SteppedApart, gym.utils.RecordConstructorArgs):
 
         Args:
             env: with an `ObserverWrapper`.
-            entries: some of `ENTRIES`; None: `USUAL`, all but "names_rhythm" and "covered".
+            entries: some of `ENTRIES`; None: `USUAL`, all but "covered".
 
         Raises:
             ValueError: for an unknown entry, or where nothing observes `env`.
@@ -278,7 +274,7 @@ def features_of(env: gym.Env[Any, Any], entries: Sequence[str] | None = None) ->
 
     Args:
         env: with an `ObserverWrapper`.
-        entries: some of `ENTRIES`; None: `USUAL`, all but "names_rhythm" and "covered".
+        entries: some of `ENTRIES`; None: `USUAL`, all but "covered".
 
     Returns:
         The features.

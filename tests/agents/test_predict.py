@@ -11,7 +11,9 @@ from agents.repeat_torques import RepeatTorques
 from observer import BeliefObservation, ObserverWrapper, PoseOnly, ShapePosterior
 
 READING = [name for name, kind in agents.POLICIES.items() if not kind.blind]
-BLIND = [name for name, kind in agents.POLICIES.items() if kind.blind]
+GUIDED = [name for name, kind in agents.POLICIES.items() if kind.guided]
+ALONE = [name for name, kind in agents.POLICIES.items() if not kind.guided]  # without beliefs
+DRAWS_NOTHING = ("reflexes", "sweep")
 
 
 def watched(seconds: float = 0.2) -> gym.Env:
@@ -54,13 +56,13 @@ def test_one_that_is_stacked_is_answered_as_one(env, name):
         np.testing.assert_array_equal(actions[0], action)
 
 
-@pytest.mark.parametrize("name", BLIND)
+@pytest.mark.parametrize("name", ALONE)
 def test_each_of_several_has_its_own_state(env, name):
     observation, _ = env.reset(seed=0)
     policy, both = agents.make(name, env, seed=0), _stacked(observation, observation)
     first, states = policy.predict(both)
     assert first.shape == (2, 8)
-    assert (first[0] != first[1]).all() or name == "sweep", "which draws nothing"
+    assert (first[0] != first[1]).all() or name in DRAWS_NOTHING
     second, _ = policy.predict(both, states, np.array([False, False]), deterministic=True)
     restarted, _ = policy.predict(both, states, np.array([False, True]), deterministic=True)
     np.testing.assert_array_equal(second[0], restarted[0])
@@ -71,7 +73,7 @@ def test_each_of_several_has_its_own_state(env, name):
             policy.predict(both, state, start)
 
 
-@pytest.mark.parametrize("name", READING)
+@pytest.mark.parametrize("name", GUIDED)
 def test_beliefs_are_those_about_one_environment(env, name):
     observation, _ = env.reset(seed=0)
     with pytest.raises(ValueError, match=f"policy '{name}' reads the beliefs about its own environment alone.* 2"):

@@ -46,7 +46,7 @@ def outcomes(shape: str) -> dict[str, list[Outcome]]:
 
     def candidate(chosen: np.ndarray) -> np.ndarray:
         matrix = begin.copy()
-        change = weights.matrix(chosen)
+        change = weights.candidate(chosen)
         matrix[:, : change.shape[1]] += change
         return matrix
 

@@ -4,25 +4,32 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 pytest.importorskip("cmaes")
 pytest.importorskip("stable_baselines3")
 
 import agents
+from agents.rhythm import GAINS, gains_of
+from agents.sb3 import read_model
 from agents.sweep import SweepingMotion
+from haptic_env import hand_env
 from haptic_lab.commands import train
 from haptic_lab.learning import candidates, presets, search
 from haptic_lab.learning.candidates import Outcome, doubts
+from haptic_lab.learning.covering import Covering
 from haptic_lab.learning.evaluation import OF_EVALUATIONS
 from haptic_lab.learning.explored import explored as explored_as_usual
 from haptic_lab.learning.finger_weights import FingerWeights
 from haptic_lab.learning.presets import TrainingWorld
-from observer import BeliefFeatures, HapticSLAM, ObserverWrapper, ShapePosterior
+from haptic_lab.learning.rhythm_gains import RhythmGains
+from observer import BeliefFeatures, HapticSLAM, ObserverWrapper, ShapePosterior, metrics
 from observer.wrappers.belief_observation import CLOCKS_HZ
 
 TINY = """
@@ -53,16 +60,16 @@ def weights(hand, *entries: str, sweep: SweepingMotion | None = None) -> FingerW
     return FingerWeights(hand, BeliefFeatures(hand, LABELS, 10.0, 50.0, entries), len(LABELS), sweep)
 
 
-@pytest.mark.parametrize("before", [(), ("names",), ("contacts", "time", "pose"), ("names_rhythm",)])
+@pytest.mark.parametrize("before", [(), ("names",), ("contacts", "time", "pose")])
 def test_weights_of_zero_are_the_sweep(hand, before):
     sweep = SweepingMotion(flexion=0.4, sideways=0.7)
     made = weights(hand, *before, "rhythm", sweep=sweep)
     told = BeliefFeatures(hand, LABELS, 10.0, 50.0, [*before, "rhythm"]).space.shape[0]
-    assert made.matrix(np.zeros(made.size)).shape[1] == 1 + told
+    assert made.candidate(np.zeros(made.size)).shape[1] == 1 + told
     for seconds in (0.0, 0.3, 2.9, 7.7):
         turns = [2 * np.pi * hz * seconds for hz in CLOCKS_HZ]
         clocks = [wave(turn) for turn in turns for wave in (np.sin, np.cos)]
-        matrix = made.matrix(np.zeros(made.size))
+        matrix = made.candidate(np.zeros(made.size))
         shown = np.concatenate([np.full(matrix.shape[1] - 1 - len(clocks), 0.5), clocks])
         expected = sweep.torques(np.array([seconds]), hand)[0]
         np.testing.assert_allclose(matrix[:, 0] + matrix[:, 1:] @ shown, expected, atol=1e-6)
@@ -73,7 +80,7 @@ def test_weights_of_zero_are_the_sweep(hand, before):
 def test_fingers_share_their_weights_and_are_mirrored(hand):
     """What the thumb does about what it feels, the index does about the same, its abductor the other way."""
     made = weights(hand, "contacts")
-    matrix = made.matrix(np.random.default_rng(0).standard_normal(made.size))
+    matrix = made.candidate(np.random.default_rng(0).standard_normal(made.size))
     patch = {name: 1 + column for column, name in enumerate(hand.patches.names)}
     mirrored = {"left": "right", "right": "left"}
     for name in hand.patches.names:
@@ -246,3 +253,110 @@ def test_what_cannot_be_made_blind_is_told(guided, finished, tmp_path):
         with pytest.raises(ValueError, match=said):
             agents.ablate(guided, finished / "model.npz", tmp_path / to, entries)
     assert not list(tmp_path.iterdir())
+
+
+MAP = """
+algorithm = "CMA-ES"
+steps = {steps}
+evaluate_every = 300
+episodes = 2
+[world]
+task = "map"
+seconds = 0.6
+observation = ["contacts"]
+hold = 2
+[rhythm]
+curl_touch = 0.5
+[learner]
+population = 4
+worlds = 1
+step = 0.15
+"""
+
+
+def search_for_maps(folder: Path, out: Path, steps: int) -> int:
+    path = folder / f"map_{steps}.toml"
+    path.write_text(MAP.format(steps=steps))
+    return train.main(["--preset", str(path), "--out", str(out), "--jobs", "1"])
+
+
+def test_a_rhythm_is_searched_and_goes_on_with_the_same_bits(tmp_path, capsys):
+    assert search_for_maps(tmp_path, tmp_path / "whole", 360) == 0
+    assert "of the surface touched in 0.6 s, of 2 explorations" in " ".join(capsys.readouterr().out.split())
+    assert search_for_maps(tmp_path, tmp_path / "parts", 100) == 0
+    assert search_for_maps(tmp_path, tmp_path / "parts", 360) == 0
+    with np.load(tmp_path / "whole/search.npz") as whole, np.load(tmp_path / "parts/search.npz") as parts:
+        np.testing.assert_array_equal(whole["costs"], parts["costs"])
+        assert len(whole["costs"]) == 3, "120 steps each"
+        assert (whole["costs"] >= 0.0).all()
+        assert (whole["costs"] <= 1.0).all()
+    models = [read_model(tmp_path / name / "model.npz") for name in ("whole", "parts")]
+    assert models[0].gains == models[1].gains
+    assert models[0].gains != gains_of({"curl_touch": 0.5})
+    assert models[0].told == {"env": "HapticSLAM/TwoFinger-v0", "entries": ["contacts"], "hold": 2}
+
+
+def test_weights_of_zero_are_the_rhythm_that_a_preset_begins_with(hand):
+    features = BeliefFeatures(hand, (), 10.0, 50.0, ["contacts"])
+    gains = RhythmGains(hand, features, gains_of({"turn": 0.4}), {"hold": 2, "seconds": 0.04})
+    assert gains.candidate(np.zeros(gains.size)).gains == gains_of({"turn": 0.4})
+    far = gains.candidate(np.full(gains.size, 1e6)).gains
+    assert far == {name: each.high for name, each in GAINS.items()}, "no further than they may be"
+
+
+def test_what_is_touched_is_counted_where_it_is_touched():
+    """Against the places of `metrics.touched_places`; a hand that stays open touches less."""
+    world = replace(presets.read("reflexes").world, seconds=1.5)
+    covering = Covering(world, held_out=False)
+    env, touched, given = hand_env(covering._env), covering._touched, []
+    take = touched.take
+    touched.take = lambda *each: given.append(each) or take(*each)
+    made = RhythmGains(env.hand, features_of_contacts(env.hand), gains_of({}), {"seconds": 0.04})
+    rhythm = made.candidate(np.zeros(made.size))
+    share, decisions = covering.play(rhythm, 900_000)
+    assert 0.0 < share < 1.0
+    assert decisions == len(given) == 38
+    places, solid = np.concatenate(touched.places), env.solid
+    assert np.abs(solid.signed_distance(places)).max() <= metrics.TOUCH_TOLERANCE
+    angles, contacts = ([each[index] for each in given] for index in (0, 1))
+    expected = metrics.touched_places(env.hand, angles, contacts, solid, spacing=0.004)
+    assert cKDTree(places).query(expected)[0].max() < 1e-9
+    touched.places = 8 * [metrics.surface_places(solid, touched._grid)]
+    assert touched.share(solid) == 1.0
+    touched.places = 4 * [metrics.surface_places(solid, touched._grid)[:1]]
+    assert 0.0 < touched.share(solid) < 0.05
+    assert Covering(world, held_out=False).play(rhythm, 900_000) == (share, decisions)
+    still = replace(rhythm, gains=gains_of({"flexion": -1.0, "opening": 0.0, "sideways": 0.0, "curl_drift": 0.0}))
+    assert covering.play(still, 900_000)[0] < share
+
+
+def features_of_contacts(hand) -> BeliefFeatures:
+    return BeliefFeatures(hand, (), 10.0, 50.0, ["contacts"])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("[rhythm]\nspeed = 1.0", r"unknown key of \[rhythm\] .*'speed'; choose from"),
+        ("[rhythm]\nbeat = 9.0", r"key of \[rhythm\] beat must be"),
+        ("[rhythm]\n[sweep]", r"\[rhythm\] begins as the sweep by itself"),
+        ('[world]\nobservation = ["contacts", "pose"]\n[rhythm]', r"observation must be contacts, for \[rhythm\], got"),
+        ('[world]\ntask = "map"\nobservation = ["contacts"]', r"task, for CMA-ES without \[rhythm\],"),
+    ],
+)
+def test_a_preset_of_a_rhythm_that_makes_no_sense_is_refused(tmp_path, change, message):
+    path = tmp_path / "preset.toml"
+    world = "" if "[world]" in change else '[world]\nobservation = ["contacts"]\n'
+    learner = "[learner]\npopulation = 4\nworlds = 1\nstep = 0.1\n"
+    path.write_text(f'algorithm = "CMA-ES"\n{world}{learner}{change}\n')
+    with pytest.raises(ValueError, match=message):
+        presets.read(str(path))
+
+
+def test_a_rhythm_is_for_a_search(tmp_path):
+    path = tmp_path / "preset.toml"
+    path.write_text(
+        'algorithm = "PPO"\n[world]\nobservation = ["contacts"]\n[learner]\npolicy = "MlpPolicy"\n[rhythm]\n'
+    )
+    with pytest.raises(ValueError, match=r"\[rhythm\] is for CMA-ES, not for PPO"):
+        presets.read(str(path))

@@ -17,7 +17,7 @@ from observer import HapticSLAM
 from observer.brackets import DeadReckoning, TruePose
 from tests.haptic_lab.recorded_hands import SIGMA, explored, mesh_of, people, session
 
-SEEDS = range(77440, 77446)  # nothing was tuned on them
+SEEDS = range(77440, 77444)  # nothing was tuned on them
 SIZE = 0.04  # m, where an object is longest
 EIGHT = ("cube", "sphere", "cylinder", "apple", "mug", "doorknob", "cup", "piggybank")
 

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from haptic_env.shapes import sets
 from haptic_lab.tasks import report
 from tests.scripts import documents
 from tests.scripts.documents import ROOT
@@ -50,6 +51,45 @@ def test_the_command_has_the_explorations_of_the_file(lines: pd.DataFrame) -> No
     assert trials
     assert [float(each) for each in sigmas[1].split()] == sorted(set(lines["sigma_deg"]))
     assert set(lines[lines["shape"] != "all"]["trials"]) == {int(trials[1])}
+
+
+MAPPED = {  # of the table of what a minute maps: what a row is called, and the measure
+    "surface mapped": "surface_coverage",
+    "surface touched": "touched_coverage",
+    "occupied voxels that are at the surface": "surface_precision_1",
+    "intersection over union of the mesh": "mesh_iou",
+    "Chamfer distance of the whole, mm": "mesh_chamfer_mm",
+    "F-score of the mesh at 5 mm": "mesh_f_score",
+    "steps in touch": "touching_share",
+}
+
+
+def _told(row: pd.Series, share: bool) -> str:
+    if share:
+        return f"{100 * row['mean']:.0f} % [{100 * row['low']:.0f}–{100 * row['high']:.0f}]"
+    return f"{row['mean']:.2f} [{row['low']:.2f}–{row['high']:.2f}]"
+
+
+def test_what_a_minute_maps_of_twelve_objects_is_that_of_its_file() -> None:
+    file = pd.read_csv(RESULTS / "coverage.csv")
+    text = (ROOT / "docs" / "policies.md").read_text()
+    (command,) = re.findall(r"    haptic-slam evaluate (.*--out out/coverage)", text)
+    assert "--policy coverage --sigmas 3 --seconds 60 --trials 1 --first-seed 77000 " in command
+    assert "--objects twelve" in command
+    assert set(file["shape"]) == {"all", *sets.SETS["twelve"]}
+    whole = file[file["shape"] == "all"].set_index(["measure", "observer"])
+    rows = documents.rows("policies.md", "what is measured | floor: raw angles")
+    assert [name for name, *_ in rows] == list(MAPPED)
+    for name, *cells in rows:
+        measure = MAPPED[name]
+        share = "coverage" in measure or "precision" in measure or "share" in measure
+        lines = [whole.loc[measure, each] for each in ("floor", "haptic_slam", "ceiling")]
+        found = [_told(line, share) for line in lines]
+        if measure in ("touched_coverage", "touching_share"):
+            assert len(set(found)) == 1, "it is nobody's belief"
+            found = ["", found[0], ""]
+        assert cells == found, name
+        assert {line["trials"] for line in lines} == {12}
 
 
 STUDIES = {  # of the table of a document: its heading, the command, and the file that the command wrote

@@ -20,7 +20,7 @@ from haptic_lab.records import Exploration
 from haptic_lab.trial import Trial
 from observer import PoseOnly, ShapePosterior
 
-SEEDS = range(77560, 77564)
+SEEDS = range(77560, 77562)
 BIAS = 3.0  # degrees
 FIRST, AFTER = 2.0, 0.2  # s: of an exploration; since the last touch
 STILL = 0.3  # rad/s, of the fastest joint of a finger that is stopped

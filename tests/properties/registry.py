@@ -162,6 +162,8 @@ LEFT_OUT: dict[str, str] = {
     "haptic_lab.people.trials.write_trials": "written and read again in the entry of read_trials",
     "agents.sb3.is_model": "agents has it",
     "agents.sb3.load_model": "agents has it",
+    "agents.sb3.read_model": "load_model has an entry, which asks it",
+    "agents.sb3.Reflexes": "POLICIES has it",
     "agents.sb3.Trained": "POLICIES has it",
     "agents.sb3.Searched": "POLICIES has it",
     "agents.synergy.Synergy": "POLICIES has it",

@@ -25,7 +25,6 @@ DEFINED = {  # tables of what was decided, not found: heading, and what holds th
     "keyword | default": "tests/scripts/test_readme.py",
     "name | hand | joints": "the same as of hands",
     "preset | keyword": "what others published, each with its source",
-    "recording, object | told": "what was tried on the way to doubt; its test comes",
     "what | valid": "limits of what is read",
 }
 

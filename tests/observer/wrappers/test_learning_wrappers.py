@@ -139,7 +139,7 @@ def test_the_entries_are_what_they_say(two_fingers):
         observation, *_, info = env.step(close_hand(env))
     sizes = {"pose": 8, "spread": 8, "motion": 8, "contacts": 50, "names": 4, "occupancy": 54, "time": 1, "rhythm": 6}
     assert tuple(sizes) == USUAL == features.entries == env.observation_space.entries
-    assert set(ENTRIES) == {*USUAL, "names_rhythm", "covered"}
+    assert set(ENTRIES) == {*USUAL, "covered"}
     parts = dict(zip(sizes, np.split(observation, np.cumsum(list(sizes.values()))[:-1]), strict=True))
     belief = info["belief"]
     low, high = hand.joint_limits.T
@@ -154,16 +154,6 @@ def test_the_entries_are_what_they_say(two_fingers):
     np.testing.assert_allclose(parts["rhythm"], expected, rtol=1e-5)
     assert parts["occupancy"].min() < -0.9, "where the fingers have been is air"
     assert features.space == env.observation_space
-
-
-def test_a_rhythm_for_each_name_is_nothing_while_all_are_as_likely(two_fingers):
-    features = BeliefObservation(two_fingers, ["rhythm", "names_rhythm"]).features
-    _, info = two_fingers.reset(seed=0)
-    rhythm, *by_name = features.vector(info["belief"], np.zeros(50), np.full(4, 0.25), 20).reshape(5, 6)
-    assert np.abs(rhythm).min() > 0.1
-    np.testing.assert_array_equal(by_name, np.zeros((4, 6)))
-    _, *by_name = features.vector(info["belief"], np.zeros(50), [0.5, 0.5, 0.0, 0.0], 20).reshape(5, 6)
-    np.testing.assert_allclose(by_name, np.outer([0.25, 0.25, -0.25, -0.25], rhythm), rtol=1e-5)
 
 
 def as_if(belief: Belief, probability: np.ndarray) -> Belief:
