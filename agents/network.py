@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 
 from agents import spaces_json
 from agents.instead import Instead, instead
-from agents.kept_arrays import KeptArrays, restored
+from agents.kept_arrays import VERSION, KeptArrays, restored
 from agents.layers import ACTIVATIONS, Array, Cell, Layer, times
 from agents.normalization import Normalization
 from agents.training import checked_training
 from haptic_env import readable, validate
 
 Memory = tuple[NDArray[Any] | None, ...]
-KIND, VERSION = "haptic-slam policy", 1
+KIND = "haptic-slam policy"
 NOISES = ("none", "constant", "by state", "lasting")
 LEAST_LOG_STD, MOST_LOG_STD = -20.0, 2.0  # of the noise that the state decides (Haarnoja et al. 2018, SAC)
 

@@ -29,7 +29,7 @@ class Policy:
     A new one has `decide`, which is asked at every step; `predict` is what others call.
     """
 
-    guided: ClassVar[bool] = False
+    guided: bool = False
     """Whether it reads beliefs, so that `env` must have an `ObserverWrapper` (see `Guided`)."""
     asks_shape: ClassVar[bool] = False
     """Whether it also asks what the object may be, so that the wrapper must have a `shape`."""

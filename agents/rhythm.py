@@ -21,14 +21,14 @@ from numpy.typing import NDArray
 from agents import spaces_json
 from agents.finger_kinematics import FingerKinematics
 from agents.instead import Instead, instead
-from agents.kept_arrays import KeptArrays
+from agents.kept_arrays import VERSION, KeptArrays
 from agents.layers import Array
 from agents.training import checked_training
 from haptic_env import readable, validate
 from haptic_env.hand import Hand
 from haptic_env.patches import SIDES
 
-KIND, VERSION = "haptic-slam rhythm", 1
+KIND = "haptic-slam rhythm"
 FASTEST = 6.0  # times its usual rate, of a phase that touch quickens
 FELT = ("touch", "side", "along", "back")  # of a finger: whether it touches, left or right, root or tip, its back
 TRACES = (("touch", "fast"), ("touch", "slow"), ("side", "fast"), ("side", "slow"), ("along", "fast"), ("back", "fast"))

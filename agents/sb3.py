@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar
@@ -18,7 +19,7 @@ from agents.policy import Guided, Policy, Remembered, State
 from agents.rhythm import Rhythm
 from agents.saved_model import WHY, SavedModel
 from agents.space_difference import difference
-from haptic_env import hand_of, validate
+from haptic_env import hand_env, hand_of, validate
 from observer.wrappers.belief_observation import features_of, tell_names
 
 FOLDER = Path(str(resources.files("agents")))
@@ -82,6 +83,7 @@ class Sb3(Guided):
         self._felt = entries == FELT and isinstance(env.observation_space, gym.spaces.Dict)
         if self._felt:  # which no observer need tell of
             Policy.__init__(self, env, seed)
+            self.env, self.guided = env, False
             spaces["observation"] = (model.observation_space, features_of(env, entries).space)
         elif entries and model.observation_space != env.observation_space:
             super().__init__(env, seed)
@@ -98,13 +100,16 @@ class Sb3(Guided):
             told = "; ".join(wrong) + ("" if entries or differ["action"] else UNTOLD)
             which = path or self.shipped.name
             raise ValueError(f"the model {which} was trained for another hand or observation: {told}")
+        holds = model.told.get("hold", 1)
         if isinstance(model, Network):
             noise = model.log_std if model.noise == "lasting" else None
             lasting = noise.shape if isinstance(noise, np.ndarray) else None
             self.remembers = ((), (self.joints,), *[model.memory] * 2, lasting)
         elif isinstance(model, Rhythm):
             self.remembers = ((), (self.joints,), *model.remembers)
-        self._hold = 1 if env.has_wrapper_attr("held") else model.told.get("hold", 1)
+            steps = env.get_wrapper_attr("held") if env.has_wrapper_attr("held") else holds
+            self._model = replace(model, seconds=steps / hand_env(env).control_hz)
+        self._hold = 1 if env.has_wrapper_attr("held") else holds
         self._instead = None if isinstance(model, SavedModel) else model.instead
         self._episode = 0 if self._instead is None else int(self.rng.integers(len(self._instead.shown)))
 

@@ -130,7 +130,7 @@ def parse(
         _resolve_objects(given)
         if source[0] is not None:
             found = recorded.load(*source, given["env"] and registration.hand_name(given["env"]), columns)
-            playing.refuse_exploring(given)
+            playing.refuse_exploring(given["wrist"], given["policy"])
             if isinstance(found, MeasuredTouch):
                 playing.refuse_noise(given)
                 usual["env"] = environment(found.hand.source or found.hand.name)

@@ -64,16 +64,17 @@ def refuse_noise(given: Mapping[str, Any]) -> None:
             )
 
 
-def refuse_exploring(given: Mapping[str, Any]) -> None:
+def refuse_exploring(wrist: str | None = None, policy: str | None = None) -> None:
     """Refuse what moves a hand that explores, where the hand does what was recorded.
 
     Args:
-        given: the flags.
+        wrist: of `--wrist`.
+        policy: of `--policy`.
 
     Raises:
-        ValueError: for a wrist, and a policy.
+        ValueError: for either.
     """
-    if given["wrist"] is not None:
+    if wrist is not None:
         raise ValueError("--wrist is for a hand that explores, and a recording tells how its hand moved")
-    if given["policy"] is not None:
-        raise ValueError(f"--policy {given['policy']}: a recording is replayed as it moved; take --policy out")
+    if policy is not None:
+        raise ValueError(f"--policy {policy}: a recording is replayed as it moved; take --policy out")

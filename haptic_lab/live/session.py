@@ -215,16 +215,18 @@ class LiveSession:
             sinks: to which it is told.
         """
         first, self.told = self.told is None, None  # whose map nobody asked for: the step need not compute it
-        if first:
-            belief = self.slam.reset(self._seed, step.joint_angles)
-            posterior = self.namer.reset(self._seed)
-        else:
-            belief = self.slam.step(step.torques, step.joint_angles, step.contacts)
-            posterior = self.namer.update(belief)
-        self.told = Told(step.time, belief, self.namer.labels, posterior, entropy(posterior))
-        for sink in sinks:
-            sink.tell(self.told)
-        self.record.add(step)
+        try:
+            if first:
+                belief = self.slam.reset(self._seed, step.joint_angles)
+                posterior = self.namer.reset(self._seed)
+            else:
+                belief = self.slam.step(step.torques, step.joint_angles, step.contacts)
+                posterior = self.namer.update(belief)
+            self.told = Told(step.time, belief, self.namer.labels, posterior, entropy(posterior))
+            for sink in sinks:
+                sink.tell(self.told)
+        finally:  # also of a step that failed, so that it can be told again
+            self.record.add(step)
         self.slam.anticipate()  # what can be done of the next step before its samples come
 
     def _warn(self, now: float, begun: float) -> None:

@@ -19,7 +19,7 @@ OF_MESH = tuple(f"mesh_{name}" for name in MeshScore._fields)
 MESHES = (TOUCHED, *OF_MESH)
 TITLES = {
     "surface_coverage": "Share of the whole surface that is mapped",
-    TOUCHED: "Share of the whole surface that the skin was at: no map can be asked for more",
+    TOUCHED: "Share of the whole surface that the skin was at, within a voxel",
     "surface_precision_1": "Share of the occupied voxels that are at the surface",
     "mesh_iou": "Intersection over union of the mesh and the object",
     "mesh_chamfer_mm": "Chamfer distance of mesh and object, of the whole (mm)",

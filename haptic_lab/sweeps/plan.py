@@ -199,7 +199,7 @@ def _check_recorded(given: argparse.Namespace) -> None:
         raise ValueError("--objects is for explorations: say what was held in --recordings by --shapes, in their order")
     if given.policy != [Condition.policy]:
         raise ValueError("--policy is for hands that explore, and --recordings tell how theirs moved")
-    refuse_exploring({"wrist": given.wrist, "policy": None})
+    refuse_exploring(given.wrist)
     if given.classifiers:
         raise ValueError("--classifiers learn from explorations, of which --recordings have none")
     refuse_varied(vars(given))

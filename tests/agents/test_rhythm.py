@@ -10,7 +10,7 @@ import pytest
 
 import agents
 from agents.rhythm import GAINS, Rhythm, gains_of, rhythm_for
-from agents.sb3 import SHIPPED, read_model
+from agents.sb3 import FOLDER, SHIPPED, read_model
 from agents.sweep import SweepingMotion
 from haptic_lab.learning import presets
 from observer import BeliefFeatures, ObserverWrapper, PoseOnly, ShapePosterior
@@ -167,6 +167,28 @@ def test_what_ships_needs_no_observer_and_acts_for_several_environments():
         np.testing.assert_array_equal([first, first], several)
         observation, *_ = env.step(first)
     assert observation["contacts"].any()
+
+
+@pytest.mark.parametrize("control_hz", [25.0, 50.0, 100.0])
+def test_what_ships_keeps_its_pace_at_any_rate(control_hz):
+    env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", control_hz=control_hz, episode_seconds=3.0)
+    policy = agents.make("reflexes", env, seed=0)
+    observation, _ = env.reset(seed=0)
+    still = {name: np.zeros_like(each) for name, each in observation.items()}
+    state = None
+    for _ in range(int(2.0 * control_hz)):
+        _, state = policy.predict(still, state)
+    drift = state[2][2]
+    assert drift == pytest.approx(2.0 * np.pi * read_model(FOLDER / "reflexes.npz").gains["drift"] * 2.0, rel=0.05)
+
+
+def test_a_file_that_reads_contacts_alone_acts_for_several_environments():
+    env = gym.make("HapticSLAM/TwoFinger-v0", shape="cube", episode_seconds=1.0)
+    observation, _ = env.reset(seed=0)
+    both = {name: np.stack([each, each]) for name, each in observation.items()}
+    actions, _ = agents.make(FOLDER / "reflexes.npz", env, seed=0).predict(both)
+    first, _ = agents.make("reflexes", env, seed=0).predict(observation)
+    np.testing.assert_array_equal(actions, [first, first])
 
 
 def test_what_ships_is_small_and_of_its_preset():

@@ -272,7 +272,7 @@ READERS: dict[str, Callable[[str], Any]] = {
     "--glove-calibration": recordings.read_calibration,
     "--hand": hands.make,
     "--objects": shapes.read_set,
-    "--policy": lambda path: agents.network.read(Path(path)),
+    "--policy": lambda path: agents.sb3.read_model(Path(path)),
     "--preset": presets.read,
     "--trial-table": trials.read_trials,
     "study": studies.read,

@@ -21,6 +21,7 @@ from haptic_env import hands
 from haptic_lab.commands import explore, live
 from haptic_lab.exploration.run import begin, make_trial
 from haptic_lab.exploration.settings import OBSERVER
+from haptic_lab.live.merging import LiveStep
 from haptic_lab.live.session import Chunk, LiveSession
 from haptic_lab.live.udp import UdpSource
 from observer import HapticSLAM
@@ -377,6 +378,23 @@ def test_ctrl_c_ends_it_and_what_was_recorded_is_written(tmp_path, hand):
     with np.load(tmp_path / "a.npz") as content:
         assert len(content["time"]) >= 58
     assert HapticSLAM.load(tmp_path / "state.npz").particle_maps.shape[0] == 5
+
+
+def test_a_step_that_fails_is_in_the_record(tmp_path, monkeypatch):
+    source, live_session = session("--record", str(tmp_path / "session.npz"))
+    try:
+        felt = LiveStep(0.0, live_session.slam.hand.rest_pose, np.zeros(len(live_session.slam.hand.patches)))
+        live_session.observe(felt, [])
+
+        def fails(*_):
+            raise FloatingPointError("as asked")
+
+        monkeypatch.setattr(live_session.slam, "step", fails)
+        with pytest.raises(FloatingPointError, match="as asked"):
+            live_session.observe(felt._replace(time=0.02), [])
+        assert len(live_session.record) == 2
+    finally:
+        source.close()
 
 
 def test_no_belief_is_held_while_the_next_one_is_found():
