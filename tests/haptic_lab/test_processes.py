@@ -101,3 +101,34 @@ def test_ctrl_c_while_modules_are_loaded_ends_a_command_quietly(tmp_path: Path, 
         assert "Traceback" not in process.stdout.read()
     assert process.returncode == -signal.SIGINT
     assert not (tmp_path / "out").exists()
+
+
+DEAF = """
+import multiprocessing
+import signal
+
+from haptic_lab.processes import deaf
+
+
+def heard(pipe):
+    pipe.send(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, set()))
+
+
+if __name__ == "__main__":
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=heard, args=(theirs,))
+    with deaf():
+        process.start()
+    print(ours.recv(), signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, set()))
+    process.join()
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="Windows has no masks of signals")
+def test_the_first_process_that_is_spawned_is_deaf(tmp_path: Path) -> None:
+    """Python starts a process of its own before it, and hears signals again after that."""
+    script = tmp_path / "first.py"
+    script.write_text(DEAF)
+    told = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True, timeout=60)
+    assert told.stdout.split() == ["True", "False"]
