@@ -5,16 +5,39 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
+import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from agents import spaces_json
+from agents.instead import Instead
 from haptic_env import reading, validate
 
 VERSION = 1
 LARGEST = 256 * reading.MIB
 Model = TypeVar("Model")
+
+
+class Kept(Protocol):
+    """A model that is written to a file: what each kind of them has."""
+
+    @property
+    def observation_space(self) -> gym.Space[Any]:
+        """Of what it sees."""
+
+    @property
+    def action_space(self) -> gym.spaces.Box:
+        """Of what it does."""
+
+    @property
+    def told(self) -> Mapping[str, Any]:
+        """How it was trained."""
+
+    @property
+    def instead(self) -> Instead | None:
+        """What it is shown in place of what is observed."""
 
 
 class KeptArrays:
@@ -54,6 +77,33 @@ class KeptArrays:
             wanted = tuple("any" if each is None else each for each in shape)
             raise ValueError(f"{name!r} must be finite numbers of shape {wanted}, got {array.dtype} {array.shape}")
         return array.astype(dtype)
+
+
+def write(
+    path: Path, kind: str, model: Kept, description: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
+) -> None:
+    """Write a model to a file, as `restored` reads it: numbers and a description, nothing that runs.
+
+    Args:
+        path: of the file.
+        kind: of model.
+        model: whose spaces, training and what it is shown instead are described.
+        description: what else there is to say of it.
+        arrays: of it, by name.
+    """
+    instead = model.instead
+    told = {
+        "kind": kind,
+        "version": VERSION,
+        "observation": spaces_json.describe(model.observation_space),
+        "action": spaces_json.describe(model.action_space),
+        **description,
+        "told": dict(model.told),
+        **({} if instead is None else {"instead": instead.columns.tolist()}),
+    }
+    shown = {} if instead is None else {"instead": instead.shown}
+    with path.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays, **shown, description=np.array(json.dumps(told)))
 
 
 def restored(

@@ -6,7 +6,6 @@ of Stable-Baselines3. Shapes: D numbers of an observation, L of the last hidden 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,9 +15,9 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents import spaces_json
+from agents import kept_arrays, spaces_json
 from agents.instead import Instead, instead
-from agents.kept_arrays import VERSION, KeptArrays, restored
+from agents.kept_arrays import KeptArrays, restored
 from agents.layers import ACTIVATIONS, Array, Cell, Layer, times
 from agents.normalization import Normalization
 from agents.training import checked_training
@@ -152,25 +151,15 @@ class Network:
             arrays["log_std"] = self.log_std
         if self.normalization is not None:
             arrays |= self.normalization.arrays()
-        if self.instead is not None:
-            arrays["instead"] = self.instead.shown
         description = {
-            "kind": KIND,
-            "version": VERSION,
-            "observation": spaces_json.describe(self.observation_space),
-            "action": spaces_json.describe(self.action_space),
             "cells": len(self.cells),
             "activations": [activation for _, activation in self.hidden],
             "squash": self.squash,
             "noise": self.noise,
             "most_mean": self.most_mean,
             "normalization": None if self.normalization is None else self.normalization.description(),
-            "told": dict(self.told),
-            **({} if self.instead is None else {"instead": self.instead.columns.tolist()}),
         }
-        arrays["description"] = np.array(json.dumps(description))
-        with path.open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
+        kept_arrays.write(path, KIND, self, description, arrays)
 
 
 def read(path: Path) -> Network:

@@ -8,7 +8,6 @@ Shapes: F fingers, J joints, P patches, K gains.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,10 +17,10 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from agents import spaces_json
+from agents import kept_arrays, spaces_json
 from agents.finger_kinematics import FingerKinematics
 from agents.instead import Instead, instead
-from agents.kept_arrays import VERSION, KeptArrays
+from agents.kept_arrays import KeptArrays
 from agents.layers import Array
 from agents.training import checked_training
 from haptic_env import readable, validate
@@ -214,22 +213,8 @@ class Rhythm:
         Args:
             path: of the file.
         """
-        arrays: dict[str, NDArray[Any]] = {"strokes": self.strokes, "felt": self.felt}
-        description = {
-            "kind": KIND,
-            "version": VERSION,
-            "observation": spaces_json.describe(self.observation_space),
-            "action": spaces_json.describe(self.action_space),
-            "gains": dict(self.gains),
-            "seconds": self.seconds,
-            "told": dict(self.told),
-        }
-        if self.instead is not None:
-            arrays["instead"] = self.instead.shown
-            description["instead"] = self.instead.columns.tolist()
-        arrays["description"] = np.array(json.dumps(description))
-        with path.open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
+        description = {"gains": dict(self.gains), "seconds": self.seconds}
+        kept_arrays.write(path, KIND, self, description, {"strokes": self.strokes, "felt": self.felt})
 
 
 def rhythm_for(

@@ -18,10 +18,11 @@ from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.grid import Grid
 from haptic_env.hand import Hand
+from haptic_env.patches import SkinPoints
 from haptic_env.pose import Pose
 from haptic_env.shapes.base import Solid
 from observer import edge
-from observer.kinematics import placed_points
+from observer.kinematics import Tree, placed_points
 from observer.swept_volume import LEAST_SPACING, neighbourhood, posed, swept
 
 OCCUPIED = 0.5
@@ -76,17 +77,32 @@ def touched_places(
     for (tree, angles), rang in zip(
         steps, validate.binary("contacts", contacts, (len(steps), len(hand.patches))), strict=True
     ):
-        if not rang.any():
-            continue
-        mine = np.flatnonzero(rang[skin.patch])
-        points = placed_points(tree, angles, skin.points[mine], skin.link[mine])
-        gap = np.abs(solid.signed_distance(points))
-        order = np.lexsort((gap, skin.patch[mine]))  # patch by patch, the nearest point first
-        nearest = order[np.unique(skin.patch[mine][order], return_index=True)[1]]
-        found.append(points[nearest[gap[nearest] <= TOUCH_TOLERANCE]])
+        if rang.any():
+            found.append(touched_at_once(skin, tree, angles, rang, solid))
     places = np.concatenate(found) if found else np.empty((0, 3))
     cubes = np.floor(places / spacing).astype(np.int64)
     return places[np.sort(np.unique(cubes, axis=0, return_index=True)[1])]
+
+
+def touched_at_once(skin: SkinPoints, tree: Tree, joint_angles: Array, rang: NDArray[np.bool_], solid: Solid) -> Array:
+    """Find where the skin really touched a solid at one step, as `touched_places` does at each.
+
+    Args:
+        skin: points all over it.
+        tree: of the hand.
+        joint_angles: (J,) rad, the true ones.
+        rang: (P,) patches.
+        solid: that was touched.
+
+    Returns:
+        (M, 3) m, one place at most of each patch.
+    """
+    mine = np.flatnonzero(rang[skin.patch])
+    points = placed_points(tree, joint_angles, skin.points[mine], skin.link[mine])
+    gap = np.abs(solid.signed_distance(points))
+    order = np.lexsort((gap, skin.patch[mine]))  # patch by patch, the nearest point first
+    nearest = order[np.unique(skin.patch[mine][order], return_index=True)[1]]
+    return np.asarray(points[nearest[gap[nearest] <= TOUCH_TOLERANCE]])
 
 
 def surface_precision(occupancy: Array, grid: Grid, solid: Solid, voxels: float = 1.0) -> float:

@@ -21,7 +21,8 @@ from haptic_env.shapes.base import Solid
 from haptic_lab.learning.explored import DomainRandomisation, unobserved
 from haptic_lab.learning.presets import TrainingWorld
 from observer import HapticSLAM, metrics
-from observer.kinematics import placed_points, tree_of
+from observer.kinematics import tree_of
+from observer.surface_metrics import touched_at_once
 
 SPACING = 0.004  # m, of the points of the skin that are asked for
 VOXELS = 1.5  # within which a touch counts for a voxel of the surface
@@ -53,15 +54,8 @@ class Touched:
             contacts: (P,).
             solid: that is touched.
         """
-        mine = np.flatnonzero(contacts[self._skin.patch])
-        if not len(mine):
-            return
-        patch = self._skin.patch[mine]
-        points = placed_points(self._tree, joint_angles, self._skin.points[mine], self._skin.link[mine])
-        gap = np.abs(solid.signed_distance(points))
-        order = np.lexsort((gap, patch))
-        nearest = order[np.unique(patch[order], return_index=True)[1]]
-        self.places.append(np.asarray(points[nearest[gap[nearest] <= metrics.TOUCH_TOLERANCE]]))
+        if contacts.any():
+            self.places.append(touched_at_once(self._skin, self._tree, joint_angles, contacts, solid))
 
     def share(self, solid: Solid) -> float:
         """Say how much of the surface was touched.

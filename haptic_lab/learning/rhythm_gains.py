@@ -24,7 +24,12 @@ class RhythmGains:
     """
 
     def __init__(
-        self, hand: Hand, features: BeliefFeatures, begin: Mapping[str, float], told: Mapping[str, Any]
+        self,
+        hand: Hand,
+        features: BeliefFeatures,
+        begin: Mapping[str, float],
+        seconds: float,
+        told: Mapping[str, Any],
     ) -> None:
         """Keep where the search begins.
 
@@ -32,12 +37,12 @@ class RhythmGains:
             hand: that explores.
             features: of the observation, the entry "contacts".
             begin: all of `agents.rhythm.GAINS`, which weights of 0 are.
-            told: how it is trained (`agents.network.Network`), with the seconds of a decision.
+            seconds: from one decision to the next.
+            told: how it is trained (`agents.network.Network`).
         """
         self.size = len(GAINS)
         self._hand, self._space, self._begin = hand, features.space, dict(begin)
-        self._told = {name: value for name, value in told.items() if name != "seconds"}
-        self._seconds = float(told["seconds"])
+        self._seconds, self._told = seconds, dict(told)
 
     def candidate(self, weights: ArrayLike) -> Rhythm:
         """Make the rhythm of some weights.

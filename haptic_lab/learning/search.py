@@ -163,7 +163,7 @@ def _weights(env: gym.Env[Any, Any], preset: Preset) -> FingerWeights | RhythmGa
     if preset.rhythm is None:
         return FingerWeights(base.hand, features, len(labels_of(env)), preset.sweep)
     seconds = preset.world.hold / base.control_hz
-    return RhythmGains(base.hand, features, preset.rhythm, {**_told(preset), "seconds": seconds})
+    return RhythmGains(base.hand, features, preset.rhythm, seconds, _told(preset))
 
 
 def _told(preset: Preset) -> dict[str, Any]:

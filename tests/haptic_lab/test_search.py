@@ -298,7 +298,7 @@ def test_a_rhythm_is_searched_and_goes_on_with_the_same_bits(tmp_path, capsys):
 
 def test_weights_of_zero_are_the_rhythm_that_a_preset_begins_with(hand):
     features = BeliefFeatures(hand, (), 10.0, 50.0, ["contacts"])
-    gains = RhythmGains(hand, features, gains_of({"turn": 0.4}), {"hold": 2, "seconds": 0.04})
+    gains = RhythmGains(hand, features, gains_of({"turn": 0.4}), 0.04, {"hold": 2})
     assert gains.candidate(np.zeros(gains.size)).gains == gains_of({"turn": 0.4})
     far = gains.candidate(np.full(gains.size, 1e6)).gains
     assert far == {name: each.high for name, each in GAINS.items()}, "no further than they may be"
@@ -311,7 +311,7 @@ def test_what_is_touched_is_counted_where_it_is_touched():
     env, touched, given = hand_env(covering._env), covering._touched, []
     take = touched.take
     touched.take = lambda *each: given.append(each) or take(*each)
-    made = RhythmGains(env.hand, features_of_contacts(env.hand), gains_of({}), {"seconds": 0.04})
+    made = RhythmGains(env.hand, features_of_contacts(env.hand), gains_of({}), 0.04, {})
     rhythm = made.candidate(np.zeros(made.size))
     share, decisions = covering.play(rhythm, 900_000)
     assert 0.0 < share < 1.0
