@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import agents
 import haptic_env  # noqa: F401 - registers the environments
 from agents.policy import Policy
-from agents.sb3 import Sb3
+from agents.sb3 import Sb3, asks_of
 from haptic_env import hand_env
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
@@ -192,11 +192,12 @@ def guided(
         An `ObserverWrapper`, or `env` where the policy reads nothing.
     """
     kind = agents.find(policy) if isinstance(policy, str) else policy
-    if not kind.guided:
+    beliefs, names = asks_of(str(policy)) if agents.is_model(policy) else (kind.guided, kind.asks_shape)
+    if not beliefs:
         return env
     base = hand_env(env)
     observer = make_observer(GUIDE, base.hand, sigma_deg, particles=1, control_hz=base.control_hz, **keywords)
-    return ObserverWrapper(env, observer, copy.copy(shape) if kind.asks_shape else None)
+    return ObserverWrapper(env, observer, copy.copy(shape) if names else None)
 
 
 def check_model(env: gym.Env[Any, Any], policy: str, shape: ShapePosterior, trust: bool) -> None:

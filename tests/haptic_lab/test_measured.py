@@ -73,7 +73,9 @@ def test_a_gap_makes_the_belief_vaguer_and_is_told(tmp_path: Path, capsys) -> No
 def test_after_a_long_silence_a_joint_is_known_as_well_as_its_range(tmp_path: Path, capsys) -> None:
     given = arguments(tmp_path, "csv")
     lines = Path(given[0]).read_text().splitlines()
-    late = [",".join([f"{float(first) + 3000.0:.0f}", *rest]) for first, *rest in (line.split(",") for line in lines[27:])]
+    late = [
+        ",".join([f"{float(first) + 3000.0:.0f}", *rest]) for first, *rest in (line.split(",") for line in lines[27:])
+    ]
     Path(given[0]).write_text("\n".join([*lines[:15], *late]))
     silent = run(tmp_path, *given)
     told = capsys.readouterr().out
