@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import pytest
 
+from tests.haptic_lab.test_told_results import HELD
 from tests.scripts import documents
-from tests.scripts.documents import BLOCK, DOCUMENTS
+from tests.scripts.documents import BLOCK, DOCUMENTS, ROOT
 
 FIGURE = re.compile(r"[^\w]*-?\d")  # how a cell begins that tells one
 MOST = 0.2  # share of cells, beyond the first of each row, that may be figures in a table of words
@@ -83,6 +84,30 @@ def test_figures_are_told_with_their_command_seeds_and_interval(table: Table) ->
     assert not lacks, (
         f"{table.document}: nothing of {', '.join(lacks)} in the section of the table {table.heading!r}; name "
         "`haptic-slam ...` or `pytest -m statistical ...` that makes it, or add it to DEFINED if nothing was found out"
+    )
+
+
+def held(table: Table) -> bool:
+    """Whether result files hold it, and all tables of its document that are called alike."""
+    document, begins = table.document.removeprefix("docs/"), f"{table.heading} |"
+    mine = [each for each in HELD if each.document == document and begins.startswith(f"{each.heading} |")]
+    return len(mine) == sum((each.document, each.heading) == (table.document, table.heading) for each in TOLD)
+
+
+def test_what_no_file_holds_is_told_with_its_reason() -> None:
+    told = documents.table("tables.md", "page | which of its tables, and why")
+    listed = {page for each in told for page in re.findall(r"\]\((.*?)\)", each)}
+    without = {each.document.removeprefix("docs/") for each in TOLD if not held(each)}
+    assert without == listed, (
+        "declare it in HELD of test_told_results.py, or say in docs/tables.md why no file holds it"
+    )
+    assert all(why for (why,) in told.values())
+
+
+def test_each_result_file_is_told() -> None:
+    told = documents.table("tables.md", "file | what it is of")
+    assert sorted(re.findall(r"`(\w+\.csv)`", " ".join(told))) == sorted(
+        path.name for path in (ROOT / "docs" / "results").iterdir()
     )
 
 
