@@ -148,9 +148,11 @@ class Held(NamedTuple):
 
 
 OF_NAMES = "policy | steps learnt | worlds | median decision time"
+MAPS = "policy | steps learnt | worlds | surface covered after 20 s"
 HELD = [
     Held("benchmark.md", OF_NAMES, "benchmark_name", of_policy),
     Held("benchmark.md", OF_NAMES, "benchmark_unknown", of_policy, nth=1),
+    Held("benchmark.md", MAPS, "benchmark_map", of_policy),
     Held("notes/calibration.md", "σ | measure", "brackets", between("floor", "haptic_slam", "ceiling", LESS), 2),
     Held("notes/maps.md", "measure | better", "against_floor", verdicts),
     Held("notes/maps.md", "σ | surface F-score at one voxel", "against_floor", closures),
@@ -178,6 +180,11 @@ class Command(NamedTuple):
 
 COMMANDS = {
     "against_floor": Command("notes/maps.md", "evaluate --sigmas 1 2 3 4 5 --trials 9 --first-seed 59000 ", {9, 36}),
+    "benchmark_map": Command(
+        "benchmark.md",
+        "    haptic-slam benchmark --tasks Map --worlds 6 --steps 4000 --policies random_torque synergy enclosure ",
+        {6},
+    ),
     "benchmark_name": Command("benchmark.md", "    haptic-slam benchmark --tasks Name --worlds 8 --steps 4000 ", {8}),
     "benchmark_unknown": Command(
         "benchmark.md",
@@ -222,8 +229,12 @@ def test_tables_leave_out_nothing_of_their_files() -> None:
     def first(document: str, heading: str, nth: int = 0) -> list[str]:
         return [row[0].strip("`") for row in documents.rows(document, heading, nth)]
 
-    for nth, file in enumerate(("benchmark_name", "benchmark_unknown")):
-        assert first("benchmark.md", OF_NAMES, nth) == [*read(file)["policy"].unique()]
+    for file, heading, nth in (
+        ("benchmark_map", MAPS, 0),
+        ("benchmark_name", OF_NAMES, 0),
+        ("benchmark_unknown", OF_NAMES, 1),
+    ):
+        assert first("benchmark.md", heading, nth) == [*read(file)["policy"].unique()]
     assert set(first("notes/maps.md", "measure | better")) == set(read("against_floor")["measure"])
     assert first("policies.md", "what is measured") == [*MAPPED]
     assert set(read("coverage")["shape"]) == {"all", *sets.SETS["twelve"]}
