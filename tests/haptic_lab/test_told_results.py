@@ -127,6 +127,29 @@ def of_shape(lines: pd.DataFrame, shape: str) -> list[str]:
     return [cell_of(lines.loc[shape, 5.0, *each], each[1], 5.0) for each in columns]
 
 
+def by_one_map(lines: pd.DataFrame, name: str) -> list[str]:
+    mine = lines[lines["measure"] == f"{name.split('`')[1]}_correct"].set_index("observer")
+    shares = [mine["floor"].iloc[0], *mine["mean"][["no_hindsight", "haptic_slam", "ceiling"]]]
+    slam = mine.loc["haptic_slam"]
+    closure = f"{slam['closure']:.2f} ({slam['closure_low']:.2f} to {slam['closure_high']:.2f})"
+    return [*(f"{100 * share:.1f}" for share in shares), closure]
+
+
+def less_than_whole(lines: pd.DataFrame, variant: str) -> list[str]:
+    """What changing an idea does, bold where that is surely something, 0 where nothing is seen of it."""
+    mine, found = lines[lines["observer"] == variant.strip("`")].set_index("measure"), []
+    for measure, line in mine.iterrows():
+        scale, digits = (1.0, 4 if "brier" in measure else 3)
+        if "correct" in measure or "coverage" in measure:
+            scale, digits = 100.0, 1
+        shown = f"{scale * line['difference']:+.{digits}f} ± {scale * (line['high'] - line['low']) / 2:.{digits}f}"
+        if not shown.strip("+-0. ±"):
+            found.append("0")
+        else:
+            found.append(f"**{shown}**" if line["low"] > 0.0 or line["high"] < 0.0 else shown)
+    return found
+
+
 class Held(NamedTuple):
     """A table, and what holds it.
 
