@@ -121,6 +121,23 @@ def test_shares_of_a_study_are_those_of_its_file(study: str) -> None:
         assert cells == found, when
 
 
+def test_names_from_one_map_are_those_of_the_points_of_figure_6() -> None:
+    file = pd.read_csv(RESULTS / "figure6.csv").set_index(["measure", "observer", "shape", "sigma_deg"])
+    told = documents.table("results.md", "named right from one map, all shapes")
+    observers = {
+        "raw angles": "floor",
+        "the paper's recursion": "paper",
+        "this one": "haptic_slam",
+        "true pose": "ceiling",
+    }
+    assert told.keys() == observers.keys()
+    for name, cells in told.items():
+        lines = [file.loc["nearest_neighbour_correct", observers[name], "all", sigma] for sigma in (1.0, 3.0, 5.0)]
+        found = [f"{100 * each['mean']:.0f} % [{100 * each['low']:.0f}, {100 * each['high']:.0f}]" for each in lines]
+        assert cells == found, name
+        assert {each["trials"] for each in lines} == {20 if name == "the paper's recursion" else 64}
+
+
 def test_what_is_said_of_the_time_of_a_step_is_in_its_file() -> None:
     told = pd.read_csv(RESULTS / "scaling.csv")
     text = (ROOT / "docs" / "performance.md").read_text()
