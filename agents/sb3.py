@@ -175,7 +175,25 @@ class Trained(Sb3):
 class Searched(Trained):
     """The model that ships of the preset `searched`: linear weights that a population search has found."""
 
+    asks_shape = False
     shipped = FOLDER / "searched.npz"
+
+
+def asks_of(path: str | os.PathLike[str]) -> tuple[bool, bool]:
+    """Tell what a model must be given beside what is felt.
+
+    Args:
+        path: of the model; what a .zip was shown is not told by it.
+
+    Returns:
+        Whether it reads beliefs, and whether it asks what the object may be.
+
+    Raises:
+        ValueError: for a file that is none.
+    """
+    saved = is_model(path) and Path(path).suffix == SAVED
+    entries = [] if saved else load_model(path).told.get("entries", [])
+    return entries != FELT, not entries or tell_names(entries)
 
 
 class Reflexes(Trained):

@@ -102,6 +102,13 @@ ALONE = {  # of a command, what is told without a flag
     "replay": RECORDING,
     "study": Kind("study", TOML, ("title",)),
 }
+JOINTS = {  # of hands by name: what all of their joints are called; a table that has none of them is not of that hand
+    "two_finger": ("thumb_*", "index_*"),
+    "two_finger_arm": ("thumb_*", "index_*", "wrist_*"),
+    "adroit": ("WRJ?", "THJ?", "FFJ?", "MFJ?", "RFJ?", "LFJ?"),
+    "myo": ("pro_sup", "deviation", "*flexion", "*_abduction"),
+}
+WHOSE = "say whose joints and patches it has: --hand NAME, or hand = NAME in --columns"
 WRITTEN = "--mesh"  # where there is no such file, or beside --shape
 RENAMED = (RECORDING.what, TRIALS.what)
 RENAMING = frozenset(("--column", "--columns"))  # say what their columns are called
@@ -118,14 +125,16 @@ def first_wrong(command: str, arguments: Sequence[str]) -> str | None:
         What to say of it; None where there is none.
     """
     flags = {each.partition("=")[0] for each in arguments if each.startswith("--")}
-    for flag, value, kind, surely in _values(command, arguments):
+    values = list(_values(command, arguments))
+    hand = next((value for flag, value, kind, surely in values if kind is HAND and surely), None)
+    for flag, value, kind, surely in values:
         if kind.what in RENAMED and flags & RENAMING:
             kind = kind._replace(held=())
         path = os.path.expanduser(value)
         if not os.path.lexists(path) and kind.labelled:
             path = os.path.expanduser(value.partition("=")[2] or value)
         if os.path.lexists(path):
-            told = None if flag == WRITTEN and "--shape" in flags else _wrong(value, path, kind, surely)
+            told = None if flag == WRITTEN and "--shape" in flags else _wrong(value, path, kind, surely, hand)
         else:
             is_file = _ending(path) in FILES or (surely and not kind.named)
             told = f"there is no file {value!r}" if is_file and flag != WRITTEN else None
@@ -154,7 +163,7 @@ def _ending(path: str) -> str:
     return os.path.splitext(path)[1].lower()
 
 
-def _wrong(value: str, path: str, kind: Kind, surely: bool) -> str | None:
+def _wrong(value: str, path: str, kind: Kind, surely: bool, hand: str | None) -> str | None:
     """What is wrong with what is there at `path`, which is told as `value`; None: nothing that can be told."""
     ending, is_file = _ending(path), os.path.isfile(path)
     if surely and is_file and ending not in kind.endings and (ending or not kind.named):
@@ -175,10 +184,26 @@ def _wrong(value: str, path: str, kind: Kind, surely: bool) -> str | None:
         return None
     if kind.known:
         return file_contents.unknown(value, there, kind.known)
-    if not kind.held or _holds(there, kind.held):
+    if not kind.held:
         return None
     instead = f"; it has {', '.join(there)}" if there else ", it is empty"
-    return f"{value!r} is no {kind.what}: it has no {' or '.join(kind.held)}{instead}"
+    if not _holds(there, kind.held):
+        return f"{value!r} is no {kind.what}: it has no {' or '.join(kind.held)}{instead}"
+    return _not_of(value, hand, there, instead) if kind is RECORDING and ending in TABLES else None
+
+
+def _not_of(value: str, hand: str | None, there: Collection[str], instead: str) -> str | None:
+    """What to say of a table of samples without a map that is surely not of the hand that is told; None: nothing."""
+    from haptic_env import ENVIRONMENTS
+
+    if hand is None:
+        return f"{value}: {WHOSE}{instead}"
+    joints = JOINTS.get(ENVIRONMENTS.get(hand, hand))
+    if joints is None or _holds(there, joints):
+        return None
+    return (
+        f"{value!r} has no joint of hand {hand!r}, {' or '.join(joints)}; --columns says what they are called{instead}"
+    )
 
 
 def _holds(there: Collection[str], patterns: Collection[str]) -> bool:

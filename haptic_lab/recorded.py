@@ -7,6 +7,7 @@ from pathlib import Path
 import haptic_env
 from haptic_env import hands, recordings, validate
 from haptic_env.recordings import MeasuredTouch, Recording
+from haptic_lab.given_files import WHOSE
 
 GLOVE = "adroit"  # the hand that a glove moves where nothing is said
 
@@ -62,7 +63,7 @@ def _load_measured(path: str, part: str | None, hand: str | None, columns: str |
     told = None if columns is None else recordings.read_columns(columns)
     name = hand or (told.whose if told is not None else None)
     if name is None:
-        raise ValueError(f"{path}: say whose joints and patches it has: --hand NAME, or hand = NAME in --columns")
+        raise ValueError(f"{path}: {WHOSE}")
     return recordings.read_measured(path, told, hands.make(hands.check("hand", name)), part=part)
 
 

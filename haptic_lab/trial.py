@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 import agents
 import haptic_env  # noqa: F401 - registers the environments
 from agents.policy import Policy
-from agents.sb3 import Sb3
+from agents.sb3 import Sb3, asks_of
 from haptic_env import hand_env
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
+from haptic_lab.limits import INFORMED, Limits, plain
 from haptic_lab.limits import NONE as NO_LIMITS
-from haptic_lab.limits import Limits, plain
 from haptic_lab.observer_run import ObserverRun
 from haptic_lab.records import BeliefTrace, Exploration, SensorReading, StepInput
 from haptic_lab.worlds import solid_of
@@ -192,11 +192,12 @@ def guided(
         An `ObserverWrapper`, or `env` where the policy reads nothing.
     """
     kind = agents.find(policy) if isinstance(policy, str) else policy
-    if not kind.guided:
+    beliefs, names = asks_of(str(policy)) if agents.is_model(policy) else (kind.guided, kind.asks_shape)
+    if not beliefs:
         return env
     base = hand_env(env)
     observer = make_observer(GUIDE, base.hand, sigma_deg, particles=1, control_hz=base.control_hz, **keywords)
-    return ObserverWrapper(env, observer, copy.copy(shape) if kind.asks_shape else None)
+    return ObserverWrapper(env, observer, copy.copy(shape) if names else None)
 
 
 def check_model(env: gym.Env[Any, Any], policy: str, shape: ShapePosterior, trust: bool) -> None:
@@ -222,6 +223,7 @@ def make_observers(
     sigma_deg: float | None,
     particles: int,
     limits: Limits = NO_LIMITS,
+    candidates: ShapePosterior | None = None,
     **keywords: Any,
 ) -> dict[str, Observer]:
     """Make observers.
@@ -232,12 +234,14 @@ def make_observers(
         sigma_deg: that they are told, degrees; None: they find it out.
         particles: of the ones that have any.
         limits: of those that are called limited.
+        candidates: what the object may be, for those that are called informed; they take a copy.
         **keywords: of all.
 
     Returns:
         The observers by name.
     """
+    informed = {name: {"solids": candidates} if INFORMED in name else {} for name in names}
     return {
-        name: make_observer(plain(name), hand, sigma_deg, particles, **keywords, **limits.keywords(name))
-        for name in names
+        name: make_observer(plain(name), hand, sigma_deg, particles, **keywords | told, **limits.keywords(name))
+        for name, told in informed.items()
     }

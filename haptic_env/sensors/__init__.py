@@ -5,11 +5,11 @@ by the same keywords (`sigma_deg`, `bias_deg`, …), and what it is told may dif
 """
 
 from haptic_env.sensors.contact import ContactDetection, Faults
+from haptic_env.sensors.felt_angles import FeltAngles
 from haptic_env.sensors.motor import MotorNoise
 from haptic_env.sensors.proprioception import (
     Bias,
     Drift,
-    FeltAngles,
     Lasting,
     Proportional,
     Proprioception,

@@ -10,11 +10,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numba import types
 from numpy.typing import ArrayLike, NDArray
 
 from haptic_env import readable, validate
-from haptic_env.compiled import GIVEN, inner
 from haptic_env.sensors.gaussian import log_normal
 
 Rng = np.random.Generator
@@ -246,58 +244,6 @@ class Proprioception:
         return log_normal(said, true, np.sqrt(variance))
 
 
-class FeltAngles:
-    """The angles that are felt in one episode: called once for each step from the reset on."""
-
-    BOUND = 4 * np.pi  # joints stay within ±pi and noise is added
-
-    __repr__ = readable.line
-
-    def __init__(self, proprioception: Proprioception, rng: Rng, joints: int) -> None:
-        """Draw what lasts for the episode.
-
-        Args:
-            proprioception: the noises.
-            rng: gives the draws, from now on.
-            joints: J.
-        """
-        self.proprioception = proprioception
-        self._rng = rng
-        self._joints = joints
-        proprioception.reset(rng, joints)
-
-    @property
-    def offset(self) -> Angles:
-        """(J,) rad: the errors that last, as they were at the last step."""
-        lasting = (each.sampled for each in self.proprioception.noises if isinstance(each, Lasting))
-        return sum(lasting, np.zeros(self._joints))
-
-    def __call__(self, joint_angles: Angles) -> NDArray[np.float32]:
-        """Draw what is felt at the next step.
-
-        Args:
-            joint_angles: (J,) rad, the true ones.
-
-        Returns:
-            (J,) rad, within ± `BOUND`.
-
-        Raises:
-            ValueError: for another shape.
-        """
-        if len(joint_angles) != self._joints:
-            raise ValueError(f"joint_angles must be of shape ({self._joints},), got shape {np.shape(joint_angles)}")
-        felt = np.empty(self._joints, np.float32)
-        _clip(self.proprioception.sample(self._rng, joint_angles), self.BOUND, felt)
-        return felt
-
-
 def _radians(what: str, degrees: Spread, joints: int | None) -> Any:
     """An SD in [0, 90] degrees, or one of each of J joints, in radians."""
     return np.deg2rad(validate.one_or_each(what, degrees, joints, 0.0, 90.0, unit="degrees"))
-
-
-@inner(types.void(GIVEN, types.float64, types.float32[::1]))
-def _clip(angles: Angles, bound: float, clipped: NDArray[np.float32]) -> None:
-    """Put `angles` (J,) into `clipped` (J,), none beyond ± `bound`: one call for three of NumPy."""
-    for joint in range(len(angles)):
-        clipped[joint] = min(max(angles[joint], -bound), bound)

@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
 from haptic_env.arrays import Array
+from haptic_env.hand import Hand
 from haptic_env.recordings import MeasuredTouch
 from haptic_lab.exploration import senses
 from haptic_lab.exploration.output import save_trace
@@ -89,15 +91,31 @@ def summarise(
     """
     slam = traces[OBSERVER]
     belief = slam.belief
+    (online, lost), (lagged, _) = (known(each, exploration.hand) for each in (slam.joint_std, slam.lagged_joint_std))
     about = {**MEASURED, "measured": recording.coverage._asdict()}
     return {
         **shared_figures(settings, exploration, slam, took, truth, about),
-        "joint_std": float(np.rad2deg(slam.joint_std).mean()),
-        "lagged_joint_std": float(np.rad2deg(slam.lagged_joint_std).mean()),
+        "joint_std": float(np.rad2deg(online).mean()),
+        "lagged_joint_std": float(np.rad2deg(lagged).mean()),
+        "joints_lost": float(lost.mean()),
         **senses.found(settings, exploration, slam),
         "occupied_voxels": int((belief.occupancy > 0.5).sum()),
         "voxel": belief.grid.resolution,
     }
+
+
+def known(std: Array, hand: Hand) -> tuple[Array, NDArray[np.bool_]]:
+    """Say how well joints are known: never worse than somewhere within their limits.
+
+    Args:
+        std: (T, J) rad, as believed; after a long silence a filter without limits believes in any number of turns.
+        hand: with the limits.
+
+    Returns:
+        (T, J) rad, at most the SD of a joint that may stand anywhere; and where that is all that is known.
+    """
+    anywhere = np.ptp(hand.joint_limits, axis=1) / np.sqrt(12.0)
+    return np.minimum(std, anywhere), std >= anywhere
 
 
 def table(summary: Mapping[str, Any]) -> Table:
@@ -117,6 +135,8 @@ def table(summary: Mapping[str, Any]) -> Table:
     result.add_row("samples late, twice", f"{told['late']}, {told['repeated']}")
     result.add_row("SD of a joint angle, online", f"{summary['joint_std']:.2f}°")
     result.add_row("SD of a joint angle, lagged", f"{summary['lagged_joint_std']:.2f}°")
+    if summary["joints_lost"]:
+        result.add_row("joints that may be anywhere in their range", f"{summary['joints_lost']:.1%} of the time")
     result.add_section()
     result.add_row("occupied voxels", f"{summary['occupied_voxels']} of {1000 * summary['voxel']:g} mm")
     result.add_row("fingers touched it", f"{summary['touching_share']:.0%} of the time")
@@ -143,7 +163,7 @@ def picture(
     draw_sides(above, belief.occupancy, belief.grid, None, exploration.hand, slam.joint_angles[-1])
     left, right = below.subplots(1, 2)
     missing = np.isnan(exploration.felt_angles).any(axis=1)
-    _draw_spread(left, exploration.seconds, slam, exploration.contacts.any(axis=1), missing)
+    _draw_spread(left, exploration, slam, missing)
     draw_posterior(right, exploration.seconds, slam.posterior, slam.labels, "")
     title = as_drawn(titles_of(slam.labels)[slam.name])
     figure.suptitle(
@@ -156,10 +176,11 @@ def picture(
         figure.savefig(place)
 
 
-def _draw_spread(axes: Axes, seconds: Array, slam: BeliefTrace, touching: Any, missing: Any) -> None:
+def _draw_spread(axes: Axes, exploration: Exploration, slam: BeliefTrace, missing: Any) -> None:
     """Draw the mean SD of the joints through time, steps that touch or miss an angle shaded."""
+    seconds, touching = exploration.seconds, exploration.contacts.any(axis=1)
     kinds = {"online": slam.joint_std, "lagged": slam.lagged_joint_std}
-    spread = {label: np.rad2deg(each).mean(axis=1) for label, each in kinds.items()}
+    spread = {label: np.rad2deg(known(each, exploration.hand)[0]).mean(axis=1) for label, each in kinds.items()}
     top = max(float(each.max()) for each in spread.values()) * 1.05 + 0.1
     for shade, where, label in (("#EEEEEE", touching, "touching"), ("#F5D5C8", missing, "not measured")):
         axes.fill_between(seconds, 0, top, where=where, color=shade, step="mid", linewidth=0, label=label)

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +59,13 @@ WRONG = [  # of each kind of file one that is none
         "'other.npz' is no recording: it has no time or timestamp or timestamps or t or *_obs; it h",
     ),
     ("explore", "--recording other.csv", "--recording: 'other.csv' is no recording: it has no time or timestamp or "),
+    ("replay", "joints.csv", "joints.csv: say whose joints and patches it has: --hand NAME, or hand = NAME in --colu"),
+    ("replay", "joints.csv --hand adroit", "'joints.csv' has no joint of hand 'adroit', WRJ? or THJ? or FFJ? or MFJ? "),
+    (
+        "explore",
+        "--env HapticSLAM/MyoHand-v0 --recording joints.csv",
+        "--recording: 'joints.csv' has no joint of hand ",
+    ),
     ("replay", "text.txt", "'text.txt' is no recording of a glove: it begins with 'nothing to be read'"),
     ("replay", "text.xdf", "'text.xdf' is no xdf file: it does not begin as one"),
     ("replay", "text.parquet", "'text.parquet' is no parquet file: it does not begin as one"),
@@ -195,6 +203,8 @@ def test_a_file_that_is_not_there_is_told_before_the_command_is_loaded(
         ("explore", "--shape large.stl"),
         ("explore", "--shape cube"),  # a file of that name is none
         ("replay", "--hand adroit joints.csv"),
+        ("replay", "joints.csv --hand two_finger"),
+        ("replay", "joints.csv --hand mine.toml"),
         ("replay", "--hand adroit other.csv --columns map.toml"),
         ("replay", "--part p p.npz"),
         ("evaluate", "--config sweep.toml"),
@@ -224,6 +234,7 @@ def test_what_may_be_right_is_left_to_the_command(
     Path("there.csv").write_text("subject,object,response,seconds\n1,cube,cube,2\n")
     Path("other.csv").write_text("one,two\n1,2\n")
     Path("joints.csv").write_text("t,index_mcp\n0,0\n")
+    Path("mine.toml").write_text('model = "mine.xml"\n')
     Path("map.toml").write_text('hand = "adroit"\n')
     Path("sweep.toml").write_text("repeats = 3\n")
     np.savez("p.npz", p_obs=np.zeros(3))
@@ -286,6 +297,14 @@ def test_what_is_missed_in_a_file_is_missed_by_its_reader(flag: str, folder: Pat
     other = folder / f"other{kind.endings[0]}"
     with pytest.raises(ValueError, match=r"a\{b\}|response|log_posterior"):
         READERS[flag](str(other))
+
+
+@pytest.mark.parametrize("name", hands.HANDS)
+def test_joints_of_the_hands_that_ship_are_known(name: str) -> None:
+    patterns = given_files.JOINTS[name]
+    joints = hands.make(name).joint_names
+    assert all(any(fnmatchcase(joint, pattern) for pattern in patterns) for joint in joints)
+    assert all(any(fnmatchcase(joint, pattern) for joint in joints) for pattern in patterns)
 
 
 def test_files_are_taken_by_the_endings_that_are_read() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from haptic_env import hands
 from haptic_lab.commands import learn, replay
 from haptic_lab.exploration import measured
 from tests.haptic_env import measured_files
@@ -66,6 +67,21 @@ def test_a_gap_makes_the_belief_vaguer_and_is_told(tmp_path: Path, capsys) -> No
     assert gap["joint_std"] > 1.1 * whole["joint_std"]
     assert "30.0% of the joint angles" in told.replace("\n", " ").replace("  ", " ")
     assert "the longest gap is 0.24 s" in told.replace("\n", " ")
+    assert (gap["joints_lost"], "may be anywhere" in told) == (0.0, False)
+
+
+def test_after_a_long_silence_a_joint_is_known_as_well_as_its_range(tmp_path: Path, capsys) -> None:
+    given = arguments(tmp_path, "csv")
+    lines = Path(given[0]).read_text().splitlines()
+    late = [
+        ",".join([f"{float(first) + 3000.0:.0f}", *rest]) for first, *rest in (line.split(",") for line in lines[27:])
+    ]
+    Path(given[0]).write_text("\n".join([*lines[:15], *late]))
+    silent = run(tmp_path, *given)
+    told = capsys.readouterr().out
+    assert silent["joints_lost"] > 0.5
+    assert silent["joint_std"] < np.rad2deg(np.ptp(hands.make("two_finger").joint_limits, axis=1)).mean() / 12**0.5
+    assert "joints that may be anywhere in their range" in told
 
 
 @pytest.mark.parametrize("named", ["cube", "sphere"])

@@ -12,6 +12,7 @@ from scipy import stats
 
 import agents
 import haptic_env  # noqa: F401 - registers the environments
+from agents.sb3 import FOLDER
 from haptic_lab.analysis import policy_comparison, statistics
 from haptic_lab.commands import evaluate
 from haptic_lab.conditions import FACTORS, Condition
@@ -125,6 +126,18 @@ def test_only_policies_that_ask_have_an_observer_of_their_own() -> None:
     assert followed.shape is None
     assert isinstance(asked, ObserverWrapper)
     assert asked.shape is not shape
+
+
+@pytest.mark.parametrize(("name", "beliefs", "names"), [("trained", 1, 1), ("searched", 1, 0), ("reflexes", 0, 0)])
+def test_a_model_is_given_what_it_was_shown_by_its_name_and_as_a_file(name: str, beliefs: bool, names: bool) -> None:
+    env = gym.make("HapticSLAM/TwoFinger-v0")
+    shape = ShapePosterior(env.unwrapped.hand, variants=8)
+    for policy in (name, str(FOLDER / f"{name}.npz")):
+        given = guided(env, policy, 3.0, shape)
+        assert isinstance(given, ObserverWrapper) == beliefs
+        assert (beliefs and given.shape is not None) == names
+        observation, _ = given.reset(seed=0)
+        assert np.isfinite(agents.act(agents.make(policy, given), observation)[0]).all()
 
 
 def test_an_exploration_does_not_depend_on_who_watches_it() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,43 +16,29 @@ from tests.scripts import documents
 from tests.scripts.documents import ROOT
 
 RESULTS = ROOT / "docs" / "results"
-FILE = RESULTS / "against_floor.csv"
-NOTE = "notes/maps.md"
+ENDS = ["mean", "low", "high"]
+BRACKET = ["shape", "sigma_deg", "observer", "measure"]
 
 
-@pytest.fixture(scope="module")
-def lines() -> pd.DataFrame:
-    return pd.read_csv(FILE)
+def read(file: str) -> pd.DataFrame:
+    return pd.read_csv(RESULTS / f"{file}.csv")
 
 
-def test_cells_are_counted_as_the_file_has_them(lines: pd.DataFrame) -> None:
-    cells = lines[lines["shape"] != "all"]
-    told = documents.table(NOTE, "measure | better | undecided | worse")
-    assert {name.strip("`") for name in told} == set(cells["measure"])
-    for name, counts in told.items():
-        mine = cells[cells["measure"] == name.strip("`")]
-        found = [int((mine["verdict"] == verdict).sum()) for verdict in ("better", "undecided", "worse")]
-        assert [int(count) for count in counts] == found, name
-        assert sum(found) == 20
+def share_of(line: Any) -> str:
+    """A share in % with its interval."""
+    return f"{100 * line.mean:.0f} % [{100 * line.low:.0f}, {100 * line.high:.0f}]"
 
 
-def test_closures_are_those_of_the_file(lines: pd.DataFrame) -> None:
+def verdicts(lines: pd.DataFrame, name: str) -> list[str]:
+    mine = lines[(lines["shape"] != "all") & (lines["measure"] == name.strip("`"))]
+    assert len(mine) == 20
+    return [str((mine["verdict"] == verdict).sum()) for verdict in ("better", "undecided", "worse")]
+
+
+def closures(lines: pd.DataFrame, sigma: str) -> list[str]:
     whole = lines[lines["shape"] == "all"].set_index(["measure", "sigma_deg"])
-    for sigma, told in documents.table(NOTE, "σ | surface F-score at one voxel").items():
-        for measure, cell in zip(("surface_f_score_1", "nearest_neighbour_correct"), told, strict=True):
-            numbers = [float(each) for each in re.findall(r"[\d.]+", cell)]
-            row = whole.loc[measure, float(sigma.strip("°"))]
-            assert numbers == pytest.approx([row["closure"], row["closure_low"], row["closure_high"]], abs=0.00501)
-
-
-def test_the_command_has_the_explorations_of_the_file(lines: pd.DataFrame) -> None:
-    (command,) = re.findall(r"    haptic-slam evaluate (.*--out out/against)", (ROOT / "docs" / NOTE).read_text())
-    sigmas = re.search(r"--sigmas ([\d ]+)", command)
-    trials = re.search(r"--trials (\d+)", command)
-    assert sigmas
-    assert trials
-    assert [float(each) for each in sigmas[1].split()] == sorted(set(lines["sigma_deg"]))
-    assert set(lines[lines["shape"] != "all"]["trials"]) == {int(trials[1])}
+    found = (whole.loc[each, float(sigma.strip("°"))] for each in ("surface_f_score_1", "nearest_neighbour_correct"))
+    return [f"{line['closure']:.2f} ({line['closure_low']:.2f} to {line['closure_high']:.2f})" for line in found]
 
 
 MAPPED = {  # of the table of what a minute maps: what a row is called, and the measure
@@ -64,92 +52,28 @@ MAPPED = {  # of the table of what a minute maps: what a row is called, and the 
 }
 
 
-def _told(row: pd.Series, share: bool) -> str:
-    if share:
-        return f"{100 * row['mean']:.0f} % [{100 * row['low']:.0f}–{100 * row['high']:.0f}]"
-    return f"{row['mean']:.2f} [{row['low']:.2f}–{row['high']:.2f}]"
+def mapped(lines: pd.DataFrame, name: str) -> list[str]:
+    measure = MAPPED[name]
+    mine = lines[(lines["shape"] == "all") & (lines["measure"] == measure)].set_index("observer")
+    assert set(mine["trials"]) == {12}
+    shown = "{:.2f} [{:.2f}–{:.2f}]"
+    if "coverage" in measure or "precision" in measure or "share" in measure:
+        shown, mine = "{:.0f} % [{:.0f}–{:.0f}]", mine.assign(**{each: 100 * mine[each] for each in ENDS})
+    found = [shown.format(*mine.loc[each, ENDS]) for each in ("floor", "haptic_slam", "ceiling")]
+    return ["", *set(found), ""] if measure in ("touched_coverage", "touching_share") else found  # nobody's belief
 
 
-def test_what_a_minute_maps_of_twelve_objects_is_that_of_its_file() -> None:
-    file = pd.read_csv(RESULTS / "coverage.csv")
-    text = (ROOT / "docs" / "policies.md").read_text()
-    (command,) = re.findall(r"    haptic-slam evaluate (.*--out out/coverage)", text)
-    assert "--policy coverage --sigmas 3 --seconds 60 --trials 1 --first-seed 77000 " in command
-    assert "--objects twelve" in command
-    assert set(file["shape"]) == {"all", *sets.SETS["twelve"]}
-    whole = file[file["shape"] == "all"].set_index(["measure", "observer"])
-    rows = documents.rows("policies.md", "what is measured | floor: raw angles")
-    assert [name for name, *_ in rows] == list(MAPPED)
-    for name, *cells in rows:
-        measure = MAPPED[name]
-        share = "coverage" in measure or "precision" in measure or "share" in measure
-        lines = [whole.loc[measure, each] for each in ("floor", "haptic_slam", "ceiling")]
-        found = [_told(line, share) for line in lines]
-        if measure in ("touched_coverage", "touching_share"):
-            assert len(set(found)) == 1, "it is nobody's belief"
-            found = ["", found[0], ""]
-        assert cells == found, name
-        assert {line["trials"] for line in lines} == {12}
+def named_after(lines: pd.DataFrame, when: str) -> list[str]:
+    *sigma, after = re.findall(r"[\d.]+", when)
+    mine = lines[lines["after"] == float(after)]
+    mine = mine[mine["sigma_deg"] == float(sigma[0])] if sigma else mine
+    return [share_of(line) for line in mine.itertuples(index=False)]
 
 
-STUDIES = {  # of the table of a document: its heading, the command, and the file that the command wrote
-    "four_shapes": ("σ, after | raw angles | haptic SLAM | true pose", "haptic-slam study four_shapes --trials 20", 80),
-    "sheaths": (
-        "after | bare: raw angles | haptic SLAM | true pose | sheaths: raw angles | haptic SLAM | true pose",
-        "haptic-slam study sheaths --trials 24",
-        96,
-    ),
-}
-
-
-@pytest.mark.parametrize("study", STUDIES)
-def test_shares_of_a_study_are_those_of_its_file(study: str) -> None:
-    heading, command, trials = STUDIES[study]
-    told = pd.read_csv(RESULTS / f"{study}.csv", keep_default_na=False)
-    assert set(told["trials"]) == {trials}
-    assert f"`{command}` ({trials} explorations" in (ROOT / "docs" / "people.md").read_text()
-    rows = documents.rows("people.md", heading)
-    assert rows
-    for when, *cells in rows:
-        *sigma, after = re.findall(r"[\d.]+", when)
-        mine = told[told["after"] == float(after)]
-        mine = mine[mine["sigma_deg"] == float(sigma[0])] if sigma else mine
-        found = [
-            f"{100 * row.mean:.0f} % [{100 * row.low:.0f}, {100 * row.high:.0f}]"
-            for row in mine.itertuples(index=False)
-        ]
-        assert cells == found, when
-
-
-def test_names_from_one_map_are_those_of_the_points_of_figure_6() -> None:
-    file = pd.read_csv(RESULTS / "figure6.csv").set_index(["measure", "observer", "shape", "sigma_deg"])
-    told = documents.table("results.md", "named right from one map, all shapes")
-    observers = {
-        "raw angles": "floor",
-        "the paper's recursion": "paper",
-        "this one": "haptic_slam",
-        "true pose": "ceiling",
-    }
-    assert told.keys() == observers.keys()
-    for name, cells in told.items():
-        lines = [file.loc["nearest_neighbour_correct", observers[name], "all", sigma] for sigma in (1.0, 3.0, 5.0)]
-        found = [f"{100 * each['mean']:.0f} % [{100 * each['low']:.0f}, {100 * each['high']:.0f}]" for each in lines]
-        assert cells == found, name
-        assert {each["trials"] for each in lines} == {20 if name == "the paper's recursion" else 64}
-
-
-def test_what_is_said_of_the_time_of_a_step_is_in_its_file() -> None:
-    told = pd.read_csv(RESULTS / "scaling.csv")
-    text = (ROOT / "docs" / "performance.md").read_text()
-    ms = {axis: rows.set_index("value")["ms"] for axis, rows in told.groupby("axis")}
-    (times,) = re.findall(r"from 32³ to 128³ voxels, 64 times as many, a step takes\s+([\d.]+) times as long", text)
-    assert float(times) == pytest.approx(ms["voxels"][128] / ms["voxels"][32], abs=0.051)
-    particle, candidate = re.findall(r"([\d.]+) µs more for each\s+(?:particle|candidate)", text)
-    for axis, slope in (("particles", particle), ("candidates", candidate)):
-        grown = np.polyfit(ms[axis].index, ms[axis], 1)[0]
-        assert float(slope) == pytest.approx(1e3 * grown, rel=0.05)
-    (most,) = re.findall(r"no longer with more patches, up to\s+(\d+)", text)
-    assert int(most) == ms["patches"].index.max()
+def of_policy(lines: pd.DataFrame, policy: str) -> list[str]:
+    page = report.page(lines, "", 4000, {})
+    (row,) = re.findall(rf"^\| {re.escape(policy)} \| (.*) \|$", page, flags=re.MULTILINE)
+    return row.split(" | ")
 
 
 LESS = "haptic_slam less floor"  # in the same explorations, of `against_floor.csv`
@@ -171,14 +95,6 @@ MEASURES = {  # what the tables of brackets call them
 }
 
 
-@pytest.fixture(scope="module")
-def brackets() -> pd.DataFrame:
-    """What the documents tell of `summary.csv` and `against_floor.csv`, by shape, σ, observer and measure."""
-    told = pd.read_csv(RESULTS / "brackets.csv")
-    assert set(told["trials"]) == {16, 64}
-    return told.set_index(["shape", "sigma_deg", "observer", "measure"])
-
-
 def cell_of(row: pd.Series, measure: str, sigma: float) -> str:
     """What a table says of a mean with its interval."""
     mean, low, high = row[["mean", "low", "high"]]
@@ -194,35 +110,163 @@ def cell_of(row: pd.Series, measure: str, sigma: float) -> str:
     return f"{mean:.3f} ± {(high - low) / 2:.3f}"
 
 
-SHOWN = {  # by the document and the heading of its table: the columns
-    ("results.md", "σ | measure | floor | kalman | smoother | haptic_slam | ceiling"): OBSERVERS,
-    ("notes/calibration.md", "σ | measure | floor | observer | true pose | observer less floor"): (
-        *("floor", "haptic_slam", "ceiling"),
-        LESS,
+def between(*observers: str) -> Callable[..., list[str]]:
+    """What is said of observers, by σ and measure."""
+
+    def found(lines: pd.DataFrame, noise: str, name: str) -> list[str]:
+        lines, sigma, measure = lines.set_index(BRACKET), float(noise.strip("°")), MEASURES[name.strip("`")]
+        keys = [("all", sigma, observer, measure) for observer in observers]
+        return [cell_of(lines.loc[key], measure, sigma) if key in lines.index else "–" for key in keys]
+
+    return found
+
+
+def of_shape(lines: pd.DataFrame, shape: str) -> list[str]:
+    columns = [*((each, "pose_error_lagged_deg") for each in OBSERVERS[:4]), ("haptic_slam", "pose_error_online_deg")]
+    lines = lines.set_index(BRACKET)
+    return [cell_of(lines.loc[shape, 5.0, *each], each[1], 5.0) for each in columns]
+
+
+def from_one_map(lines: pd.DataFrame, name: str) -> list[str]:
+    observers = {
+        "raw angles": "floor",
+        "the paper's recursion": "paper",
+        "this one": "haptic_slam",
+        "true pose": "ceiling",
+    }
+    lines = lines[(lines["measure"] == "nearest_neighbour_correct") & (lines["shape"] == "all")]
+    return [share_of(line) for line in lines[lines["observer"] == observers[name]].itertuples(index=False)]
+
+
+class Held(NamedTuple):
+    """A table, and what holds it.
+
+    Attributes:
+        document: of docs.
+        heading: its first columns.
+        file: of docs/results.
+        told: of the file's lines and of what a row is of, what the row's other cells say.
+        labels: how many cells say what a row is of; one that is empty is of what the one above it is of.
+        nth: of the tables of the document with this heading.
+    """
+
+    document: str
+    heading: str
+    file: str
+    told: Callable[..., list[str]]
+    labels: int = 1
+    nth: int = 0
+
+
+OF_NAMES = "policy | steps learnt | worlds | median decision time"
+HELD = [
+    Held("benchmark.md", OF_NAMES, "benchmark_name", of_policy),
+    Held("benchmark.md", OF_NAMES, "benchmark_unknown", of_policy, nth=1),
+    Held("notes/calibration.md", "σ | measure", "brackets", between("floor", "haptic_slam", "ceiling", LESS), 2),
+    Held("notes/maps.md", "measure | better", "against_floor", verdicts),
+    Held("notes/maps.md", "σ | surface F-score at one voxel", "against_floor", closures),
+    Held("people.md", "σ, after", "four_shapes", named_after),
+    Held("people.md", "after | bare: raw angles", "sheaths", named_after),
+    Held("policies.md", "what is measured", "coverage", mapped),
+    Held("results.md", "named right from one map", "figure6", from_one_map),
+    Held("results.md", "shape | floor", "brackets", of_shape),
+    Held("results.md", "σ | measure", "brackets", between(*OBSERVERS), 2),
+]
+
+
+class Command(NamedTuple):
+    """What wrote a file.
+
+    Attributes:
+        document: of docs, which tells of it.
+        flags: of the command, as they stand there.
+        trials: that lines of the file are of.
+    """
+
+    document: str
+    flags: str
+    trials: set[int]
+
+
+COMMANDS = {
+    "against_floor": Command("notes/maps.md", "evaluate --sigmas 1 2 3 4 5 --trials 9 --first-seed 59000 ", {9, 36}),
+    "benchmark_name": Command("benchmark.md", "    haptic-slam benchmark --tasks Name --worlds 8 --steps 4000 ", {8}),
+    "benchmark_unknown": Command(
+        "benchmark.md",
+        "    haptic-slam benchmark --tasks NameUnknown --worlds 3 --steps 4000 --policies random_torque enclosure ",
+        {3},
     ),
+    "brackets": Command(
+        "results.md",
+        "evaluate --sigmas 1 3 5 --trials 16 --first-seed 59000 --exemplars 5 --classifiers nearest_neighbour "
+        f"overlap_nearest_neighbour shape_likelihood --observers {' '.join(OBSERVERS)} ",
+        {16, 64},
+    ),
+    "coverage": Command(
+        "policies.md",
+        "    haptic-slam evaluate --hand two_finger_arm --objects twelve --candidates cube --policy coverage "
+        "--sigmas 3 --seconds 60 --trials 1 --first-seed 77000 ",
+        {1, 12},
+    ),
+    "figure6": Command(
+        "results.md",
+        "    haptic-slam figures figure6 --sigmas 1 3 5 --trials 16 --paper-trials 5 --first-seed 59000",
+        {5, 16, 20, 64},
+    ),
+    "four_shapes": Command("people.md", "`haptic-slam study four_shapes --trials 20` (80 explorations", {80}),
+    "sheaths": Command("people.md", "`haptic-slam study sheaths --trials 24` (96 explorations", {96}),
 }
 
 
-@pytest.mark.parametrize(("document", "heading"), SHOWN)
-def test_brackets_are_those_of_the_file(document: str, heading: str, brackets: pd.DataFrame) -> None:
-    rows = documents.rows(document, heading)
-    assert len(rows) > 5
-    sigma = 0.0
-    for noise, name, *cells in rows:
-        sigma = float(noise.strip("°")) if noise else sigma
-        measure = MEASURES[name.strip("`")]
-        keys = [("all", sigma, observer, measure) for observer in SHOWN[document, heading]]
-        found = [cell_of(brackets.loc[key], measure, sigma) if key in brackets.index else "–" for key in keys]
-        assert cells == found, (sigma, name)
+@pytest.mark.parametrize("table", HELD, ids=lambda each: f"{each.document}: {each.heading} {each.nth}")
+def test_a_table_says_what_its_file_does(table: Held) -> None:
+    lines, above = read(table.file), [""] * table.labels
+    rows = documents.rows(table.document, table.heading, table.nth)
+    assert rows
+    for row in rows:
+        above = [told or last for told, last in zip(row, above, strict=False)]
+        assert row[table.labels :] == table.told(lines, *above), above
 
 
-def test_pose_errors_of_shapes_are_those_of_the_file(brackets: pd.DataFrame) -> None:
-    rows = documents.rows("results.md", "shape | floor | kalman | smoother | haptic_slam, lagged | haptic_slam, online")
-    assert {shape for shape, *_ in rows} == {"cube", "cylinder", "pyramid", "sphere"}
-    lagged = [(observer, "pose_error_lagged_deg") for observer in OBSERVERS[:4]]
-    for shape, *cells in rows:
-        columns = [*lagged, ("haptic_slam", "pose_error_online_deg")]
-        assert cells == [cell_of(brackets.loc[shape, 5.0, *each], each[1], 5.0) for each in columns], shape
+@pytest.mark.parametrize("file", COMMANDS)
+def test_the_command_of_a_file_is_told(file: str) -> None:
+    command, lines = COMMANDS[file], read(file)
+    assert command.flags in (ROOT / "docs" / command.document).read_text()
+    assert set(lines["worlds" if "worlds" in lines else "trials"]) == command.trials
+
+
+def test_tables_leave_out_nothing_of_their_files() -> None:
+    def first(document: str, heading: str, nth: int = 0) -> list[str]:
+        return [row[0].strip("`") for row in documents.rows(document, heading, nth)]
+
+    for nth, file in enumerate(("benchmark_name", "benchmark_unknown")):
+        assert first("benchmark.md", OF_NAMES, nth) == [*read(file)["policy"].unique()]
+    assert set(first("notes/maps.md", "measure | better")) == set(read("against_floor")["measure"])
+    assert first("policies.md", "what is measured") == [*MAPPED]
+    assert set(read("coverage")["shape"]) == {"all", *sets.SETS["twelve"]}
+    assert {*first("results.md", "shape | floor"), "all"} == set(read("brackets")["shape"])
+    assert set(filter(None, first("results.md", "σ | measure"))) == {"1°", "3°", "5°"}
+    assert set(read("brackets")["sigma_deg"]) == {1.0, 3.0, 5.0}
+
+
+def test_what_is_said_of_the_time_of_a_step_is_in_its_file() -> None:
+    told = read("scaling")
+    text = (ROOT / "docs" / "performance.md").read_text()
+    ms = {axis: rows.set_index("value")["ms"] for axis, rows in told.groupby("axis")}
+    (times,) = re.findall(r"from 32³ to 128³ voxels, 64 times as many, a step takes\s+([\d.]+) times as long", text)
+    assert float(times) == pytest.approx(ms["voxels"][128] / ms["voxels"][32], abs=0.051)
+    particle, candidate = re.findall(r"([\d.]+) µs more for each\s+(?:particle|candidate)", text)
+    for axis, slope in (("particles", particle), ("candidates", candidate)):
+        grown = np.polyfit(ms[axis].index, ms[axis], 1)[0]
+        assert float(slope) == pytest.approx(1e3 * grown, rel=0.05)
+    (most,) = re.findall(r"no longer with more patches, up to\s+(\d+)", text)
+    assert int(most) == ms["patches"].index.max()
+
+
+@pytest.fixture(scope="module")
+def brackets() -> pd.DataFrame:
+    """What the documents tell of `summary.csv` and `against_floor.csv`, by shape, σ, observer and measure."""
+    return read("brackets").set_index(BRACKET)
 
 
 def test_at_little_noise_all_name_all(brackets: pd.DataFrame) -> None:
@@ -242,7 +286,7 @@ def test_the_front_door_says_what_the_file_does(brackets: pd.DataFrame) -> None:
 
 
 def test_what_is_said_of_calibration_is_in_its_file() -> None:
-    told = pd.read_csv(RESULTS / "calibration.csv").set_index(["what", "sigma_deg"])
+    told = read("calibration").set_index(["what", "sigma_deg"])
     text = (ROOT / "docs" / "notes" / "calibration.md").read_text()
 
     def found(what: str, sigma: float, said: float) -> pd.Series:
@@ -268,31 +312,3 @@ def test_what_is_said_of_calibration_is_in_its_file() -> None:
         row = found("occupancy", 5.0, said)
         assert abs(row["said"] - said) < 0.0075
         assert share == round(100 * row["found"])
-
-
-def test_the_command_of_the_brackets_is_that_of_the_file(brackets: pd.DataFrame) -> None:
-    text = (ROOT / "docs" / "results.md").read_text()
-    (evaluate,) = re.findall(r"    haptic-slam evaluate (.*--out out/results/trials)", text)
-    for flag in ("--sigmas 1 3 5", "--first-seed 59000", f"--observers {' '.join(OBSERVERS)}"):
-        assert flag in evaluate
-    assert "--trials 16" in evaluate
-    assert set(brackets.index.get_level_values("sigma_deg")) == {1.0, 3.0, 5.0}
-
-
-TASKS = {  # of a file of docs/results: the flags of the command that wrote it
-    "benchmark_name": "--tasks Name --worlds 8 --steps 4000 --out out/name",
-    "benchmark_unknown": "--tasks NameUnknown --worlds 3 --steps 4000 --policies random_torque enclosure "
-    "contour_following --out out/unknown",
-}
-
-
-@pytest.mark.parametrize("name", TASKS)
-def test_tables_of_the_benchmark_are_those_of_their_files(name: str) -> None:
-    told = pd.read_csv(RESULTS / f"{name}.csv")
-    command = f"haptic-slam benchmark {TASKS[name]}"
-    text = (ROOT / "docs" / "benchmark.md").read_text()
-    assert f"    {command}\n" in text
-    page = report.page(told, command, int(TASKS[name].split("--steps ")[1].split()[0]), {})
-    lines = [line for line in page.splitlines() if line.startswith("| ")]
-    assert len(lines) == 1 + told["policy"].nunique()
-    assert "\n".join([lines[0], f"|{'---|' * lines[0].count(' | ')}---|", *lines[1:]]) in text

@@ -27,9 +27,9 @@ def examples(document: Path) -> list[str]:
     return [text for marked, kind, text in BLOCK.findall(document.read_text()) if kind == "python" and not marked]
 
 
-def rows(document: str, heading: str) -> list[list[str]]:
-    """The rows of the first table of docs/`document` whose first columns are called `heading`, cell by cell."""
-    _, _, rest = (ROOT / "docs" / document).read_text().partition(f"| {heading} |")
+def rows(document: str, heading: str, nth: int = 0) -> list[list[str]]:
+    """The rows of the `nth` table of docs/`document` whose first columns are called `heading`, cell by cell."""
+    rest = (ROOT / "docs" / document).read_text().split(f"| {heading} |")[nth + 1]
     told = rest.partition("\n\n")[0].splitlines()[2:]
     return [[cell.strip() for cell in row.strip("|").split("|")] for row in told]
 

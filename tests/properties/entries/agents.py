@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import agents
 from agents.few_joints import FewJoints
 from agents.hold_action import HoldAction
-from agents.sb3 import SHIPPED, Sb3
+from agents.sb3 import SHIPPED, Sb3, asks_of
 from agents.synergy import posture_basis
 from observer import (
     BeliefFeatures,
@@ -259,6 +259,7 @@ ENTRIES: dict[str, Entry] = {
     ),
     "agents.make": Entry(lambda name: _made(name), {"name": name(agents.POLICIES).always}, POLICY),
     "agents.find": Entry(lambda name: agents.find(name).guided, {"name": name(agents.POLICIES).always}, POLICY),
+    "agents.sb3.asks_of": Entry(asks_of, {"path": MODEL.always}, POLICY),
     "agents.sb3.Sb3": Entry(
         lambda path: Sb3(observed(), path=path).predict(observed().reset(seed=0)[0])[0],
         {"path": MODEL.always},
