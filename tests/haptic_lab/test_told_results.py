@@ -168,7 +168,7 @@ HELD = [
     Held("people.md", "σ, after", "four_shapes", named_after),
     Held("people.md", "after | bare: raw angles", "sheaths", named_after),
     Held("policies.md", "what is measured", "coverage", mapped),
-    Held("results.md", "named right from one map", "figure6", from_one_map),
+    Held("results.md", "named right from one map, all shapes", "figure6", from_one_map),
     Held("results.md", "shape | floor", "brackets", of_shape),
     Held("results.md", "σ | measure", "brackets", between(*OBSERVERS), 2),
 ]
