@@ -21,18 +21,19 @@ from observer.shape import fading
 from observer.variants import WITHOUT_MAP
 
 LIMITED = "+limited"  # of the names of observers
+INFORMED = "+informed"  # told what the object may be, so that contacts tell it of the pose, too
 
 
 def plain(name: str) -> str:
-    """Tell which observer is limited.
+    """Tell which observer is limited or informed.
 
     Args:
         name: of an observer.
 
     Returns:
-        The name of the one without limits.
+        The name of the one that is neither.
     """
-    return name.replace(LIMITED, "")
+    return name.replace(LIMITED, "").replace(INFORMED, "")
 
 
 class Attention:

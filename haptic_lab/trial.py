@@ -21,8 +21,8 @@ from haptic_env import hand_env
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
+from haptic_lab.limits import INFORMED, Limits, plain
 from haptic_lab.limits import NONE as NO_LIMITS
-from haptic_lab.limits import Limits, plain
 from haptic_lab.observer_run import ObserverRun
 from haptic_lab.records import BeliefTrace, Exploration, SensorReading, StepInput
 from haptic_lab.worlds import solid_of
@@ -223,6 +223,7 @@ def make_observers(
     sigma_deg: float | None,
     particles: int,
     limits: Limits = NO_LIMITS,
+    candidates: ShapePosterior | None = None,
     **keywords: Any,
 ) -> dict[str, Observer]:
     """Make observers.
@@ -233,12 +234,14 @@ def make_observers(
         sigma_deg: that they are told, degrees; None: they find it out.
         particles: of the ones that have any.
         limits: of those that are called limited.
+        candidates: what the object may be, for those that are called informed; they take a copy.
         **keywords: of all.
 
     Returns:
         The observers by name.
     """
+    informed = {name: {"solids": candidates} if INFORMED in name else {} for name in names}
     return {
-        name: make_observer(plain(name), hand, sigma_deg, particles, **keywords, **limits.keywords(name))
-        for name in names
+        name: make_observer(plain(name), hand, sigma_deg, particles, **keywords | told, **limits.keywords(name))
+        for name, told in informed.items()
     }

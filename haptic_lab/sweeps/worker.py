@@ -95,7 +95,8 @@ def make_trial(
     )
     hand = hand_of(env)
     limits = settings.limits
-    shared: dict[str, Any] = {"hand": hand, "particles": settings.particles, "limits": limits}
+    posterior = shape_posterior(settings)
+    shared: dict[str, Any] = {"hand": hand, "particles": settings.particles, "limits": limits, "candidates": posterior}
     observers = make(settings.observers, **shared, **task.told(hand))
     felt_at: dict[str, float] = {}
     for other in further:
@@ -104,7 +105,6 @@ def make_trial(
         renamed = {_felt_by(other, name, task): each for name, each in made.items()}
         observers |= renamed
         felt_at |= dict.fromkeys(renamed, other.condition.sigma_deg)
-    posterior = shape_posterior(settings)
     env = guided(env, condition.policy, shape=shape_posterior(settings, GUIDE_VARIANTS), **task.told(hand))
     named = None if naming else ()
     told: dict[str, Any] = {"felt_at": felt_at, "trust": settings.trust, "courses": bool(settings.courses) and naming}

@@ -81,6 +81,16 @@ def test_who_forgets_believes_what_the_equation_says(limited: dict[str, Path]) -
         assert apart[0] < 0.4 * apart[1]
 
 
+def test_who_is_told_the_candidates_has_another_pose_and_the_same_map(tmp_path: Path) -> None:
+    folder, both = tmp_path / "out", ("haptic_slam", "haptic_slam+informed")
+    _swept(folder, "--observers", *both, "--bias-deg", "3", "--sigmas", "1", "5")
+    blind, informed = (_measured(folder, name) for name in both)
+    assert (blind["pose_error_lagged_deg"] != informed["pose_error_lagged_deg"]).all()
+    of_maps = [name for name in blind if name.startswith(("surface_", "touched_"))]
+    assert len(of_maps) > 3
+    pd.testing.assert_frame_equal(blind[of_maps], informed[of_maps])
+
+
 def test_who_heeds_one_finger_knows_less(limited: dict[str, Path]) -> None:
     folder = limited["heeds one finger"]
     ideal, one_finger = (Courses.of_sweep(folder, observer=name) for name in ("ceiling", "ceiling+limited"))
@@ -122,7 +132,8 @@ def test_each_finger_has_its_turn_for_as_long(hand: str) -> None:
         (["--observers", "floor+limited"], "floor+limited of --observers has no limits"),
         (["--observers", "haptic_slam+limited", "--memory-seconds", "0"], "memory_seconds must be"),
         (["--observers", "haptic_slam+limited", "--attention-seconds", "nan"], "attention_seconds must be"),
-        (["--observers", "haptic_slam+limitd"], "(did you mean 'limited'?); choose from limited, no_caution"),
+        (["--observers", "haptic_slam+limitd"], "(did you mean 'limited'?); choose from informed, limited, no_caution"),
+        (["--observers", "floor+informed"], "floor+informed of --observers has no particles to inform"),
         (["--observers", "nobody+limited", "--memory-seconds", "1"], "unknown --observers 'nobody'"),
     ],
 )

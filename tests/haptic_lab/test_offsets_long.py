@@ -3,9 +3,10 @@
     python -m pytest -m statistical -s tests/haptic_lab/test_offsets_long.py
 
 Each exploration is seen by several observers: at the angles as they are felt (`floor`), believing in white noise alone
-(`white`), told what is so without a map (`no map`) and with one (`haptic_slam`), knowing the object as well
-(`known object`: what contact could say at most), and at the true angles (`ceiling`). Where white noise is all there is
-`white` is who knows, against whom the others are held. Which joint's offset each hand can find out is printed, too.
+(`white`), told what is so without a map (`no map`) and with one (`haptic_slam`), told as well that the object is one of
+the four (`told the shapes`), knowing which (`known object`: what contact could say at most), and at the true angles
+(`ceiling`). Where white noise is all there is `white` is who knows, against whom the others are held. Which joint's
+offset each hand can find out is printed, too.
 """
 
 from __future__ import annotations
@@ -82,6 +83,7 @@ def _observers(hand, sigma: float, believed: dict, solid: Solid) -> dict[str, Ob
         "white": HapticSLAM(hand, sigma),
         "no map": PoseOnly(hand, **told),
         "haptic_slam": HapticSLAM(hand, **told),
+        "told the shapes": HapticSLAM(hand, solids=ShapePosterior(hand), **told),
         "known object": HapticSLAM(hand, particles=1, solids=known, **told),
         "ceiling": TruePose(hand),
     }

@@ -150,6 +150,17 @@ def less_than_whole(lines: pd.DataFrame, variant: str) -> list[str]:
     return found
 
 
+def from_one_map(lines: pd.DataFrame, name: str) -> list[str]:
+    observers = {
+        "raw angles": "floor",
+        "the paper's recursion": "paper",
+        "this one": "haptic_slam",
+        "true pose": "ceiling",
+    }
+    lines = lines[(lines["measure"] == "nearest_neighbour_correct") & (lines["shape"] == "all")]
+    return [share_of(line) for line in lines[lines["observer"] == observers[name]].itertuples(index=False)]
+
+
 class Held(NamedTuple):
     """A table, and what holds it.
 
@@ -182,6 +193,7 @@ HELD = [
     Held("people.md", "σ, after", "four_shapes", named_after),
     Held("people.md", "after | bare: raw angles", "sheaths", named_after),
     Held("policies.md", "what is measured", "coverage", mapped),
+    Held("results.md", "named right from one map, all shapes", "figure6", from_one_map),
     Held("results.md", "shape | floor", "brackets", of_shape),
     Held("results.md", "σ | measure", "brackets", between(*OBSERVERS), 2),
 ]
@@ -225,6 +237,11 @@ COMMANDS = {
         "    haptic-slam evaluate --hand two_finger_arm --objects twelve --candidates cube --policy coverage "
         "--sigmas 3 --seconds 60 --trials 1 --first-seed 77000 ",
         {1, 12},
+    ),
+    "figure6": Command(
+        "results.md",
+        "    haptic-slam figures figure6 --sigmas 1 3 5 --trials 16 --paper-trials 5 --first-seed 59000",
+        {5, 16, 20, 64},
     ),
     "four_shapes": Command("people.md", "`haptic-slam study four_shapes --trials 20` (80 explorations", {80}),
     "sheaths": Command("people.md", "`haptic-slam study sheaths --trials 24` (96 explorations", {96}),

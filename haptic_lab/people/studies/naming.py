@@ -10,13 +10,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from haptic_env.hand import Hand
+from haptic_lab.limits import LIMITED, Limits
 from haptic_lab.limits import NONE as NO_LIMITS
-from haptic_lab.limits import Limits, plain
 from haptic_lab.sweeps.measures import measures_without_map
 from haptic_lab.sweeps.rows import Exemplars
 from haptic_lab.sweeps.tasks import SweepTask
 from haptic_lab.sweeps.worker import explore, rows_of
 from haptic_lab.trial import make_observers
+from observer import ShapePosterior
 from observer.brackets import WHITE_ONLY
 from observer.pose.raw_angles import RawAngles
 from observer.pose_only import PoseOnly
@@ -47,7 +48,13 @@ class RawPose(PoseOnly):
 
 
 def make_without_maps(
-    names: Sequence[str], hand: Hand, sigma_deg: Any, particles: int, limits: Limits = NO_LIMITS, **keywords: Any
+    names: Sequence[str],
+    hand: Hand,
+    sigma_deg: Any,
+    particles: int,
+    limits: Limits = NO_LIMITS,
+    candidates: ShapePosterior | None = None,
+    **keywords: Any,
 ) -> dict[str, Observer]:
     """Make observers that name as those of `make_observers` do, and map nothing.
 
@@ -57,6 +64,7 @@ def make_without_maps(
         sigma_deg: that they are told, degrees; None: they find it out.
         particles: of those that are made as they are.
         limits: of those that are called limited.
+        candidates: what the object may be, for those that are called informed, which are made as they are.
         **keywords: of all.
 
     Returns:
@@ -64,7 +72,7 @@ def make_without_maps(
     """
     made: dict[str, Observer] = {}
     for name in names:
-        kind = plain(name)  # a map that forgets is none either
+        kind = name.replace(LIMITED, "")  # a map that forgets is none either
         if kind == FLOOR:
             made[name] = RawPose(hand, sigma_deg, **keywords)
         elif kind == CEILING:
@@ -72,7 +80,7 @@ def make_without_maps(
         elif kind == "haptic_slam":
             made[name] = PoseOnly(hand, sigma_deg, **keywords)
         else:
-            made |= make_observers([name], hand, sigma_deg, particles, limits, **keywords)
+            made |= make_observers([name], hand, sigma_deg, particles, limits, candidates, **keywords)
     return made
 
 
