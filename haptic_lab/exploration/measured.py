@@ -181,7 +181,7 @@ def _draw_spread(axes: Axes, exploration: Exploration, slam: BeliefTrace, missin
     seconds, touching = exploration.seconds, exploration.contacts.any(axis=1)
     kinds = {"online": slam.joint_std, "lagged": slam.lagged_joint_std}
     spread = {label: np.rad2deg(known(each, exploration.hand)[0]).mean(axis=1) for label, each in kinds.items()}
-    top = max(float(each.max()) for each in spread.values()) * 1.05 + 0.1
+    top = max(float(each.max()) for each in spread.values()) * 1.25 + 0.1  # the legend stands above
     for shade, where, label in (("#EEEEEE", touching, "touching"), ("#F5D5C8", missing, "not measured")):
         axes.fill_between(seconds, 0, top, where=where, color=shade, step="mid", linewidth=0, label=label)
     for label, style in (("online", ":"), ("lagged", "-")):
