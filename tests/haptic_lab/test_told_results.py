@@ -161,6 +161,42 @@ def from_one_map(lines: pd.DataFrame, name: str) -> list[str]:
     return [share_of(line) for line in lines[lines["observer"] == observers[name]].itertuples(index=False)]
 
 
+RECORDINGS = {"cube": "cubemedium", "sphere": "spheremedium", "cylinder": "cylinderlarge"}
+ERROR, SCORE, NAMED = "pose_error_lagged_deg", "surface_f_score_2", "shape_posterior_correct"
+
+
+def wide(line: pd.Series) -> str:
+    return f"{line['mean']:.2f} ± {line['high'] - line['mean']:.2f}"
+
+
+def count_of(line: pd.Series) -> str:
+    return f"{round(line['mean'] * line['trials'])} of {line['trials']:.0f}"
+
+
+def of_recording(lines: pd.DataFrame, table: str, name: str) -> pd.DataFrame:
+    """The lines of the recording of an object, by observer and measure."""
+    mine = lines[(lines["table"] == table) & (lines["recording"] == RECORDINGS[name.split()[0]])]
+    return mine.set_index(["observer", "measure"]).sort_index()
+
+
+def replayed(lines: pd.DataFrame, name: str) -> list[str]:
+    of = of_recording(lines, "twenty", name)
+    raw, blind, slam = (of.loc[who, ERROR] for who in ("floor", "smoother", "haptic_slam"))
+    online, named = (of.loc["haptic_slam", each] for each in ("pose_error_online_deg", NAMED))
+    assert count_of(named) == count_of(of.loc["floor", NAMED])
+    holds = (f"{100 * of.loc['haptic_slam', f'coverage_90{when}']['mean']:.0f}" for when in ("", "_lagged"))
+    ratios = (f"{raw['mean'] / each['mean']:.2f}" for each in (blind, slam))
+    ends = count_of(named), f"{', '.join(holds)} %"
+    return [f"{raw['mean']:.2f}", wide(blind), wide(slam), f"{online['mean']:.2f}", *ratios, *ends]
+
+
+def small(lines: pd.DataFrame, name: str) -> list[str]:
+    of = of_recording(lines, "small", name)
+    each = ("floor", "haptic_slam")
+    shown = [wide(of.loc[who, SCORE]) for who in each]
+    return [*shown, f"{of.loc['ceiling', SCORE]['mean']:.2f}", *(count_of(of.loc[who, NAMED]) for who in each)]
+
+
 class Held(NamedTuple):
     """A table, and what holds it.
 
@@ -194,6 +230,8 @@ HELD = [
     Held("people.md", "after | bare: raw angles", "sheaths", named_after),
     Held("policies.md", "what is measured", "coverage", mapped),
     Held("results.md", "named right from one map, all shapes", "figure6", from_one_map),
+    Held("recordings.md", "object | F, raw angles", "recordings", small),
+    Held("recordings.md", "object | raw angles | blind", "recordings", replayed),
     Held("results.md", "shape | floor", "brackets", of_shape),
     Held("results.md", "σ | measure", "brackets", between(*OBSERVERS), 2),
 ]
@@ -278,6 +316,8 @@ def test_tables_leave_out_nothing_of_their_files() -> None:
     assert set(first("notes/maps.md", "measure | better")) == set(read("against_floor")["measure"])
     assert first("policies.md", "what is measured") == [*MAPPED]
     assert set(read("coverage")["shape"]) == {"all", *sets.SETS["twelve"]}
+    assert first("recordings.md", "object | raw angles | blind") == [*RECORDINGS]
+    assert [each.split()[0] for each in first("recordings.md", "object | F, raw angles")] == [*RECORDINGS]
     assert {*first("results.md", "shape | floor"), "all"} == set(read("brackets")["shape"])
     assert set(filter(None, first("results.md", "σ | measure"))) == {"1°", "3°", "5°"}
     assert set(read("brackets")["sigma_deg"]) == {1.0, 3.0, 5.0}
