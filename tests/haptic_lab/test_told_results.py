@@ -226,6 +226,7 @@ HELD = [
     Held("notes/calibration.md", "σ | measure", "brackets", between("floor", "haptic_slam", "ceiling", LESS), 2),
     Held("notes/maps.md", "measure | better", "against_floor", verdicts),
     Held("notes/maps.md", "σ | surface F-score at one voxel", "against_floor", closures),
+    Held("people.md", "after | free hand", "fingers", named_after),
     Held("people.md", "σ, after", "four_shapes", named_after),
     Held("people.md", "after | bare: raw angles", "sheaths", named_after),
     Held("policies.md", "what is measured", "coverage", mapped),
@@ -281,6 +282,7 @@ COMMANDS = {
         "    haptic-slam figures figure6 --sigmas 1 3 5 --trials 16 --paper-trials 5 --first-seed 59000",
         {5, 16, 20, 64},
     ),
+    "fingers": Command("people.md", "`haptic-slam study fingers`: the human hand, σ = 3°, ", {72}),
     "four_shapes": Command("people.md", "`haptic-slam study four_shapes --trials 20` (80 explorations", {80}),
     "sheaths": Command("people.md", "`haptic-slam study sheaths --trials 24` (96 explorations", {96}),
 }
