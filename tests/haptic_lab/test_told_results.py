@@ -282,6 +282,13 @@ COMMANDS = {
         "    haptic-slam figures figure6 --sigmas 1 3 5 --trials 16 --paper-trials 5 --first-seed 59000",
         {5, 16, 20, 64},
     ),
+    "example_accuracy": Command("tutorials/people.md", "    haptic-slam people example\n", {120, 144, 720}),
+    "example_compare": Command(
+        "tutorials/people.md",
+        '    haptic-slam compare example --courses example --subjects "simulated 6" --models ideal lapse noise\n',
+        {120},
+    ),
+    "example_fit": Command("tutorials/people.md", "    haptic-slam fit example --courses example\n", {120}),
     "fingers": Command("people.md", "`haptic-slam study fingers`: the human hand, σ = 3°, ", {72}),
     "four_shapes": Command("people.md", "`haptic-slam study four_shapes --trials 20` (80 explorations", {80}),
     "sheaths": Command("people.md", "`haptic-slam study sheaths --trials 24` (96 explorations", {96}),
@@ -359,6 +366,28 @@ def test_the_front_door_says_what_the_file_does(brackets: pd.DataFrame) -> None:
     pose, names = (brackets.loc["all", 5.0, "haptic_slam", each] for each in ("pose_error_lagged_deg", "correct_10s"))
     assert float(error) == round(pose["mean"] / 5.0, 2)
     assert float(share) == round(100 * names["mean"])
+
+
+def test_the_tutorial_says_of_the_people_that_ship_what_their_files_do() -> None:
+    text = " ".join((ROOT / "docs" / "tutorials" / "people.md").read_text().split())
+    shares = read("example_accuracy").set_index(["who", "seconds"])["share"]
+    assert f"{100 * shares['people', 0.5]:.0f} % of the trials after half a second" in text
+    assert f"{100 * shares['people', 5.5]:.0f} % after 5.5 s" in text
+    whole = shares[shares.index.get_level_values("seconds").isna()].droplevel("seconds").drop("people")
+    assert f"`{whole.idxmax()}` is the best, `{whole.idxmin()}` the worst" in text
+    fitted = read("example_fit").set_index(["subject", "parameter"])[["estimate", "low", "high"]]
+    worst, lapses, found = ("simulated 2", "sigma_deg"), ("simulated 6", "lapse"), ("simulated 4", "sigma_deg")
+    assert fitted.xs("sigma_deg", level="parameter")["estimate"].idxmax() == worst[0]
+    assert (
+        "`{}` seems to feel its joints worst (σ of {:.1f}° [{:.1f}, {:.1f}])".format(worst[0], *fitted.loc[worst])
+        in text
+    )
+    assert "`{}` to guess in {:.0f} % [{:.0f}, {:.0f}]".format(lapses[0], *100 * fitted.loc[lapses]) in text
+    assert "`{}`, of whom {:.1f}° [{:.1f}, {:.1f}] is found".format(found[0], *fitted.loc[found]) in text
+    behind = -read("example_compare").set_index("model")[["difference", "difference_high", "difference_low"]]
+    assert behind["difference"].idxmin() == "noise"
+    said = ("{:.2f} [{:.2f}, {:.2f}]".format(*behind.loc[model]) for model in ("lapse", "ideal"))
+    assert "lapses are {} nats a trial behind, no limits but σ {}".format(*said) in text
 
 
 def test_what_is_said_of_calibration_is_in_its_file() -> None:
