@@ -1,4 +1,4 @@
-"""Tables of recordings and of hands of one's own say what the result files beside the documents do."""
+"""What is said of hands of one's own is what the result file beside the documents has, and its commands are told."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from tests.scripts import documents
 from tests.scripts.documents import ROOT
 
 FOLDER = ROOT / "docs" / "results"
-RECORDINGS = {"cube": "cubemedium", "sphere": "spheremedium", "cylinder": "cylinderlarge"}
 
 
 class Told:
@@ -23,11 +22,6 @@ class Told:
     def mean(self, *what: str) -> float:
         return float(self.lines.loc[what, "mean"])
 
-    def shown(self, *what: str) -> str:
-        """Mean ± 95 %, to two places."""
-        line = self.lines.loc[what]
-        return f"{line['mean']:.2f} ± {line['high'] - line['mean']:.2f}"
-
     def named(self, *what: str) -> str:
         line = self.lines.loc[(*what, "shape_posterior_correct")]
         return f"{round(line['mean'] * line['trials'])} of {line['trials']:.0f}"
@@ -36,32 +30,6 @@ class Told:
 @pytest.fixture(scope="module")
 def replayed() -> Told:
     return Told("recordings", "table", "recording")
-
-
-def test_recordings_are_told_as_their_file_has_them(replayed: Told) -> None:
-    rows = documents.table("recordings.md", "object | raw angles | blind | haptic SLAM, lagged | online")
-    assert set(rows) == set(RECORDINGS)
-    for name, (raw, blind, lagged, online, *ratios, named, holds) in rows.items():
-        of = "twenty", RECORDINGS[name]
-        error, each = "pose_error_lagged_deg", ("smoother", "haptic_slam")
-        assert float(raw) == pytest.approx(replayed.mean(*of, "floor", error), abs=0.00501)
-        assert [blind, lagged] == [replayed.shown(*of, who, error) for who in each]
-        assert float(online) == pytest.approx(replayed.mean(*of, "haptic_slam", "pose_error_online_deg"), abs=0.00501)
-        found = [replayed.mean(*of, "floor", error) / replayed.mean(*of, who, error) for who in each]
-        assert list(map(float, ratios)) == pytest.approx(found, abs=0.00501)
-        assert named == replayed.named(*of, "haptic_slam") == replayed.named(*of, "floor")
-        kept = [replayed.mean(*of, "haptic_slam", f"coverage_90{when}") for when in ("", "_lagged")]
-        assert holds == "{:.0f}, {:.0f} %".format(*(100 * each for each in kept))
-
-
-def test_small_objects_are_told_as_their_file_has_them(replayed: Told) -> None:
-    rows = documents.table("recordings.md", "object | F, raw angles | F, haptic SLAM | F, true pose")
-    assert [name.split()[0] for name in rows] == list(RECORDINGS)
-    for name, (raw, slam, ceiling, *named) in rows.items():
-        of, score = ("small", RECORDINGS[name.split()[0]]), "surface_f_score_2"
-        assert [raw, slam] == [replayed.shown(*of, who, score) for who in ("floor", "haptic_slam")]
-        assert float(ceiling) == pytest.approx(replayed.mean(*of, "ceiling", score), abs=0.00501)
-        assert named == [replayed.named(*of, who) for who in ("floor", "haptic_slam")]
 
 
 @pytest.mark.parametrize("folder", ["small", "eight", "twenty"])

@@ -161,6 +161,42 @@ def from_one_map(lines: pd.DataFrame, name: str) -> list[str]:
     return [share_of(line) for line in lines[lines["observer"] == observers[name]].itertuples(index=False)]
 
 
+RECORDINGS = {"cube": "cubemedium", "sphere": "spheremedium", "cylinder": "cylinderlarge"}
+ERROR, SCORE, NAMED = "pose_error_lagged_deg", "surface_f_score_2", "shape_posterior_correct"
+
+
+def wide(line: pd.Series) -> str:
+    return f"{line['mean']:.2f} ± {line['high'] - line['mean']:.2f}"
+
+
+def count_of(line: pd.Series) -> str:
+    return f"{round(line['mean'] * line['trials'])} of {line['trials']:.0f}"
+
+
+def of_recording(lines: pd.DataFrame, table: str, name: str) -> pd.DataFrame:
+    """The lines of the recording of an object, by observer and measure."""
+    mine = lines[(lines["table"] == table) & (lines["recording"] == RECORDINGS[name.split()[0]])]
+    return mine.set_index(["observer", "measure"]).sort_index()
+
+
+def replayed(lines: pd.DataFrame, name: str) -> list[str]:
+    of = of_recording(lines, "twenty", name)
+    raw, blind, slam = (of.loc[who, ERROR] for who in ("floor", "smoother", "haptic_slam"))
+    online, named = (of.loc["haptic_slam", each] for each in ("pose_error_online_deg", NAMED))
+    assert count_of(named) == count_of(of.loc["floor", NAMED])
+    holds = (f"{100 * of.loc['haptic_slam', f'coverage_90{when}']['mean']:.0f}" for when in ("", "_lagged"))
+    ratios = (f"{raw['mean'] / each['mean']:.2f}" for each in (blind, slam))
+    ends = count_of(named), f"{', '.join(holds)} %"
+    return [f"{raw['mean']:.2f}", wide(blind), wide(slam), f"{online['mean']:.2f}", *ratios, *ends]
+
+
+def small(lines: pd.DataFrame, name: str) -> list[str]:
+    of = of_recording(lines, "small", name)
+    each = ("floor", "haptic_slam")
+    shown = [wide(of.loc[who, SCORE]) for who in each]
+    return [*shown, f"{of.loc['ceiling', SCORE]['mean']:.2f}", *(count_of(of.loc[who, NAMED]) for who in each)]
+
+
 class Held(NamedTuple):
     """A table, and what holds it.
 
@@ -190,10 +226,13 @@ HELD = [
     Held("notes/calibration.md", "σ | measure", "brackets", between("floor", "haptic_slam", "ceiling", LESS), 2),
     Held("notes/maps.md", "measure | better", "against_floor", verdicts),
     Held("notes/maps.md", "σ | surface F-score at one voxel", "against_floor", closures),
+    Held("people.md", "after | free hand", "fingers", named_after),
     Held("people.md", "σ, after", "four_shapes", named_after),
     Held("people.md", "after | bare: raw angles", "sheaths", named_after),
     Held("policies.md", "what is measured", "coverage", mapped),
     Held("results.md", "named right from one map, all shapes", "figure6", from_one_map),
+    Held("recordings.md", "object | F, raw angles", "recordings", small),
+    Held("recordings.md", "object | raw angles | blind", "recordings", replayed),
     Held("results.md", "shape | floor", "brackets", of_shape),
     Held("results.md", "σ | measure", "brackets", between(*OBSERVERS), 2),
 ]
@@ -243,6 +282,14 @@ COMMANDS = {
         "    haptic-slam figures figure6 --sigmas 1 3 5 --trials 16 --paper-trials 5 --first-seed 59000",
         {5, 16, 20, 64},
     ),
+    "example_accuracy": Command("tutorials/people.md", "    haptic-slam people example\n", {120, 144, 720}),
+    "example_compare": Command(
+        "tutorials/people.md",
+        '    haptic-slam compare example --courses example --subjects "simulated 6" --models ideal lapse noise\n',
+        {120},
+    ),
+    "example_fit": Command("tutorials/people.md", "    haptic-slam fit example --courses example\n", {120}),
+    "fingers": Command("people.md", "`haptic-slam study fingers`: the human hand, σ = 3°, ", {72}),
     "four_shapes": Command("people.md", "`haptic-slam study four_shapes --trials 20` (80 explorations", {80}),
     "sheaths": Command("people.md", "`haptic-slam study sheaths --trials 24` (96 explorations", {96}),
 }
@@ -278,6 +325,8 @@ def test_tables_leave_out_nothing_of_their_files() -> None:
     assert set(first("notes/maps.md", "measure | better")) == set(read("against_floor")["measure"])
     assert first("policies.md", "what is measured") == [*MAPPED]
     assert set(read("coverage")["shape"]) == {"all", *sets.SETS["twelve"]}
+    assert first("recordings.md", "object | raw angles | blind") == [*RECORDINGS]
+    assert [each.split()[0] for each in first("recordings.md", "object | F, raw angles")] == [*RECORDINGS]
     assert {*first("results.md", "shape | floor"), "all"} == set(read("brackets")["shape"])
     assert set(filter(None, first("results.md", "σ | measure"))) == {"1°", "3°", "5°"}
     assert set(read("brackets")["sigma_deg"]) == {1.0, 3.0, 5.0}
@@ -317,6 +366,28 @@ def test_the_front_door_says_what_the_file_does(brackets: pd.DataFrame) -> None:
     pose, names = (brackets.loc["all", 5.0, "haptic_slam", each] for each in ("pose_error_lagged_deg", "correct_10s"))
     assert float(error) == round(pose["mean"] / 5.0, 2)
     assert float(share) == round(100 * names["mean"])
+
+
+def test_the_tutorial_says_of_the_people_that_ship_what_their_files_do() -> None:
+    text = " ".join((ROOT / "docs" / "tutorials" / "people.md").read_text().split())
+    shares = read("example_accuracy").set_index(["who", "seconds"])["share"]
+    assert f"{100 * shares['people', 0.5]:.0f} % of the trials after half a second" in text
+    assert f"{100 * shares['people', 5.5]:.0f} % after 5.5 s" in text
+    whole = shares[shares.index.get_level_values("seconds").isna()].droplevel("seconds").drop("people")
+    assert f"`{whole.idxmax()}` is the best, `{whole.idxmin()}` the worst" in text
+    fitted = read("example_fit").set_index(["subject", "parameter"])[["estimate", "low", "high"]]
+    worst, lapses, found = ("simulated 2", "sigma_deg"), ("simulated 6", "lapse"), ("simulated 4", "sigma_deg")
+    assert fitted.xs("sigma_deg", level="parameter")["estimate"].idxmax() == worst[0]
+    assert (
+        "`{}` seems to feel its joints worst (σ of {:.1f}° [{:.1f}, {:.1f}])".format(worst[0], *fitted.loc[worst])
+        in text
+    )
+    assert "`{}` to guess in {:.0f} % [{:.0f}, {:.0f}]".format(lapses[0], *100 * fitted.loc[lapses]) in text
+    assert "`{}`, of whom {:.1f}° [{:.1f}, {:.1f}] is found".format(found[0], *fitted.loc[found]) in text
+    behind = -read("example_compare").set_index("model")[["difference", "difference_high", "difference_low"]]
+    assert behind["difference"].idxmin() == "noise"
+    said = ("{:.2f} [{:.2f}, {:.2f}]".format(*behind.loc[model]) for model in ("lapse", "ideal"))
+    assert "lapses are {} nats a trial behind, no limits but σ {}".format(*said) in text
 
 
 def test_what_is_said_of_calibration_is_in_its_file() -> None:
