@@ -148,8 +148,12 @@ def _waiting(name: str, step: Any, patches: int) -> None:
 def _known(made: Any) -> None:
     """What corrects the pose by solids; what these are like now was checked as it was read."""
     known, patches = made._known, len(made.hand.patches)
-    number("known._against", known._against)
-    array("known._touching", known._touching, BOOL, (len(made.hand.links),))
+    without, links = known._without, len(made.hand.links)
+    for name, each in (("_against", known._against), ("_missed", known._missed), ("_without", without.log_likelihood)):
+        number(f"known.{name}", each)
+    array("known._touching", known._touching, BOOL, (links,))
+    array("known._without._felt", without._felt, BOOL, (links,))
+    array("known._without._counts", without._counts, REAL, (2, 2))
     if not isinstance(known._before, list) or len(known._before) > 1:
         raise ValueError("known._before must be one step at most")
     for step in known._before:

@@ -50,7 +50,7 @@ from observer.shape.posterior import ShapePosterior
 from observer.state import FilterState, Waiting
 from observer.surface.touches import TouchingLink, TouchRecorder
 
-FORMAT = 3  # of the files: another one wherever the state of a trial, or what is made of it, changes
+FORMAT = 4  # of the files: another one wherever the state of a trial, or what is made of it, changes
 GAUSSIAN = ("mean", "covariance", "log_evidence", "_gate")
 CHANGED: dict[type, tuple[str, ...]] = {
     PoseFilter: (*GAUSSIAN, "_contacts", "doubted", "_finds", "_found"),
@@ -68,7 +68,7 @@ CHANGED: dict[type, tuple[str, ...]] = {
     MapNovelty: ("_said", "_news"),
     TouchRecorder: ("_links",),
     Forgetting: ("steps",),
-    PoseCorrection: ("shape", "_before", "_against", "_touching"),
+    PoseCorrection: ("shape", "_before", "_against", "_missed", "_without", "_touching"),
     ShapePosterior: (
         *("_rng", "_units", "_log_evidence", "_poses", "_weights", "_likelihood", "said", "_misfit", "_news"),
         *("_habit", "_moved", "_steps", "_unfit", "_names"),

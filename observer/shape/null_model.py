@@ -20,21 +20,24 @@ class NullModel:
     trial itself. What no candidate explains better than this is none of them.
 
     A Markov chain with Beta priors; their means are the rates of 48 explorations with random torques (seeds 0 to 11),
-    their weight is that of a few touches.
+    their weight is that of a few touches. Links as a whole are touched more often than one of their patches: theirs are
+    the rates of 24 such explorations of two hands (seeds 900000 to 900002).
     """
 
     BEGIN = (0.7, 250.0)  # pseudo-counts: silent patches that began to feel contact, and all that were silent
     CEASE = (2.0, 7.5)  # the same for patches in contact that ceased
+    LINK_BEGINS = (0.7, 42.0)  # as `BEGIN`, of links
 
-    def __init__(self, patches: int) -> None:
+    def __init__(self, patches: int, begin: tuple[float, float] = BEGIN) -> None:
         """Begin with nothing felt.
 
         Args:
-            patches: P.
+            patches: P, or of links as a whole how many there are.
+            begin: pseudo-counts of those that began to feel contact, and of all that were silent.
         """
         self.log_likelihood = 0.0
         self._felt = np.zeros(patches, dtype=bool)
-        self._counts = np.array([self.BEGIN, self.CEASE])
+        self._counts = np.array([begin, self.CEASE])
 
     def update(
         self, contacts: NDArray[np.bool_], news: Array | None = None, unmeasured: NDArray[np.bool_] | None = None

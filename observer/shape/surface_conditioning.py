@@ -1,6 +1,7 @@
 """What it says of the pose that links touch, or do not touch, a solid that is known: compiled.
 
-Shapes: H hypotheses, J joints, L links, n = F·J angles of F steps in one Gaussian. Works in place.
+Shapes: H hypotheses, J joints, L links, n = F·J angles of F steps in one Gaussian, and L numbers more where what is not
+known of the skin lasts. Works in place.
 """
 
 from __future__ import annotations
@@ -18,11 +19,12 @@ CLEAR = 4.0  # in SDs: a link this far within its bounds says nothing
 
 
 @kernel()
-def take_in(tree, skin, solids, h, touches, gaussian, first, model):
+def take_in(tree, skin, solids, h, touches, gaussian, at, model):
     """Take in that the links that feel contact lie on a hypothesis, and the others not inside it.
 
     The Gaussian becomes that of the same moments, link by link; the gap of a link is linear in the angles about the
-    mean of before, known to a tolerance, and with the probability of a surprise anywhere.
+    mean of before, known to a tolerance, and with the probability of a surprise anywhere. What is not known of skin and
+    surface, and lasts, may be part of the Gaussian: a number of metres for each link, by which its gap is larger.
 
     Args:
         tree: the hand's kinematics at that step.
@@ -31,10 +33,14 @@ def take_in(tree, skin, solids, h, touches, gaussian, first, model):
         h: index of the hypothesis.
         touches: (L,) whether each link feels contact; below 0: of whose skin nothing was measured.
         gaussian: mean (n,) rad and covariance (n, n) rad², changed.
-        first: index of the first angle of that step.
+        at: indices of the first angle of that step, and of what lasts of the first link; below 0: nothing does.
         model: the `TouchModel`, one tolerance for all.
+
+    Returns:
+        Log probability of `touches`, given what the Gaussian was.
     """
-    mean, (tolerance, press, surprise) = gaussian[0], model
+    mean, (first, lasting), (tolerance, press, surprise) = gaussian[0], at, model
+    told = 0.0
     press = max(press, 0.1 * tolerance)  # else no gap would do
     joints = len(tree.zero)
     position = np.empty((len(tree.parent), 3))
@@ -49,13 +55,18 @@ def take_in(tree, skin, solids, h, touches, gaussian, first, model):
         body = skin.body[link]
         gap = nearest(solids, h, skin, link, (position[body], rotation[body]), spot, normal)
         if gap >= solids.far * solids.scale[h]:
+            told += math.log(surprise) if touches[link] else 0.0
             continue
         point_jacobian(tree, angles, position, rotation, body, spot, jacobian)
         for j in range(joints):
             row[j] = normal[0] * jacobian[0, j] + normal[1] * jacobian[1, j] + normal[2] * jacobian[2, j]
             gap += row[j] * (mean[first + j] - angles[j])
+        own = lasting + link if lasting >= 0 else -1
+        if own >= 0:
+            gap += mean[own]
         low, high = (-press, 0.0) if touches[link] else (0.0, np.inf)
-        _condition((low - gap, high - gap), row, first, gaussian, tolerance, surprise)
+        told += _condition((low - gap, high - gap), row, (first, own), gaussian, tolerance, surprise)
+    return told
 
 
 @inner()
@@ -90,22 +101,30 @@ def nearest(solids, h, skin, link, frame, spot, normal):
 
 
 @kernel()
-def _condition(bounds, row, first, gaussian, tolerance, surprise):
-    """Moments of the Gaussian given that `row` · δ lies between `bounds`, known to `tolerance`; δ: what the angles from
-    `first` on differ from their mean by (for one bound: Rasmussen & Williams 2006, Gaussian Processes for Machine
-    Learning, section 3.9)."""
-    (low, high), (mean, covariance) = bounds, gaussian
+def _condition(bounds, row, at, gaussian, tolerance, surprise):
+    """Moments of the Gaussian given that `row` · δ + ε lies between `bounds`, known to `tolerance`; δ: what the angles
+    from the first of `at` on differ from their mean by, ε: the number at the second, likewise, 0 where that is below 0
+    (for one bound: Rasmussen & Williams 2006, Gaussian Processes for Machine Learning, section 3.9).
+
+    Returns:
+        Log probability of that.
+    """
+    (low, high), (first, own), (mean, covariance) = bounds, at, gaussian
     with_gap = np.zeros(len(mean))
     for i in range(len(mean)):
+        if own >= 0:
+            with_gap[i] = covariance[i, own]
         for j in range(len(row)):
             with_gap[i] += covariance[i, first + j] * row[j]
     total = tolerance**2
     for j in range(len(row)):
         total += row[j] * with_gap[first + j]
+    if own >= 0:
+        total += with_gap[own]
     deviation = math.sqrt(total)
     a, b = low / deviation, high / deviation
     if a < -CLEAR and b > CLEAR:
-        return
+        return 0.0
     most = _below(0.5 * (high - low) / tolerance) - _below(0.5 * (low - high) / tolerance)
     weight = (1.0 - surprise) / most
     share = surprise + weight * (_below(b) - _below(a))
@@ -115,6 +134,7 @@ def _condition(bounds, row, first, gaussian, tolerance, surprise):
         mean[i] += slope / deviation * with_gap[i]
         for j in range(len(mean)):
             covariance[i, j] -= bend / total * with_gap[i] * with_gap[j]
+    return math.log(share)
 
 
 @inner()

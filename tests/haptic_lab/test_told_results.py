@@ -127,14 +127,6 @@ def of_shape(lines: pd.DataFrame, shape: str) -> list[str]:
     return [cell_of(lines.loc[shape, 5.0, *each], each[1], 5.0) for each in columns]
 
 
-def by_one_map(lines: pd.DataFrame, name: str) -> list[str]:
-    mine = lines[lines["measure"] == f"{name.split('`')[1]}_correct"].set_index("observer")
-    shares = [mine["floor"].iloc[0], *mine["mean"][["no_hindsight", "haptic_slam", "ceiling"]]]
-    slam = mine.loc["haptic_slam"]
-    closure = f"{slam['closure']:.2f} ({slam['closure_low']:.2f} to {slam['closure_high']:.2f})"
-    return [*(f"{100 * share:.1f}" for share in shares), closure]
-
-
 def less_than_whole(lines: pd.DataFrame, variant: str) -> list[str]:
     """What changing an idea does, bold where that is surely something, 0 where nothing is seen of it."""
     mine, found = lines[lines["observer"] == variant.strip("`")].set_index("measure"), []
@@ -223,6 +215,7 @@ HELD = [
     Held("benchmark.md", OF_NAMES, "benchmark_name", of_policy),
     Held("benchmark.md", OF_NAMES, "benchmark_unknown", of_policy, nth=1),
     Held("benchmark.md", MAPS, "benchmark_map", of_policy),
+    Held("notes/ablation.md", "variant | lagged", "one_candidate", less_than_whole, nth=1),
     Held("notes/calibration.md", "σ | measure", "brackets", between("floor", "haptic_slam", "ceiling", LESS), 2),
     Held("notes/maps.md", "measure | better", "against_floor", verdicts),
     Held("notes/maps.md", "σ | surface F-score at one voxel", "against_floor", closures),
@@ -291,6 +284,11 @@ COMMANDS = {
     "example_fit": Command("tutorials/people.md", "    haptic-slam fit example --courses example\n", {120}),
     "fingers": Command("people.md", "`haptic-slam study fingers`: the human hand, σ = 3°, ", {72}),
     "four_shapes": Command("people.md", "`haptic-slam study four_shapes --trials 20` (80 explorations", {80}),
+    "one_candidate": Command(
+        "notes/ablation.md",
+        "    haptic-slam evaluate --ablation --sigmas 5 --trials 5 --first-seed 52000 --particles 30 --classifiers ",
+        {20},
+    ),
     "sheaths": Command("people.md", "`haptic-slam study sheaths --trials 24` (96 explorations", {96}),
 }
 

@@ -80,9 +80,10 @@ def test_contacts_give_the_moments_of_samples(two_finger, gap: float, touching: 
     mean, covariance = hand.rest_pose.astype(float), SPREAD**2 * np.eye(hand.joints)
     samples = np.random.default_rng(0).multivariate_normal(mean, covariance, 4000)
     of_hand = tree_of(hand), skin_of(hand), solids_of([solid], far=0.03)
-    take_in(*of_hand, 0, touches, (mean, covariance), 0, TouchModel(TOLERANCE, press, SURPRISE))
+    told = take_in(*of_hand, 0, touches, (mean, covariance), (0, -1), TouchModel(TOLERANCE, press, SURPRISE))
     assert np.abs(mean - hand.rest_pose).max() > 0.1 * SPREAD
     weights = likelihood(np.array([tip_gap(*of_hand[:2], solid, each) for each in samples]), touching, press)
+    assert told == pytest.approx(np.log(weights.mean()), abs=0.08)
     weights /= weights.sum()
     expected = weights @ samples
     np.testing.assert_allclose(mean, expected, atol=0.08 * SPREAD)
@@ -97,7 +98,7 @@ def test_where_contacts_must_not_leave_the_surface_a_gap_is_measured(two_finger)
     mean, covariance = hand.rest_pose.astype(float), SPREAD**2 * np.eye(hand.joints)
     of_hand = tree_of(hand), skin_of(hand), solids_of([solid], far=0.03)
     for _ in range(200):
-        take_in(*of_hand, 0, touches, (mean, covariance), 0, TouchModel(TOLERANCE, 0.0, SURPRISE))
+        take_in(*of_hand, 0, touches, (mean, covariance), (0, -1), TouchModel(TOLERANCE, 0.0, SURPRISE))
     assert tip_gap(*of_hand[:2], solid, mean) == pytest.approx(0.0, abs=3e-4)
     assert np.linalg.eigvalsh(covariance).min() > 0.0
 
@@ -110,11 +111,37 @@ def test_a_step_tells_of_those_that_err_with_it(two_finger) -> None:
     covariance = SPREAD**2 * np.kron([[1.0, 0.5], [0.5, 1.0]], np.eye(joints))
     take_in(
         *(tree_of(hand), skin_of(hand), solids_of([solid], far=0.03), 0, touches),
-        *((mean, covariance), joints, TouchModel(TOLERANCE, SINKING, SURPRISE)),
+        *((mean, covariance), (joints, -1), TouchModel(TOLERANCE, SINKING, SURPRISE)),
     )
     moved = (mean - np.tile(hand.rest_pose, 2)).reshape(2, joints)
     assert np.abs(moved[1]).max() > 0.1 * SPREAD
     np.testing.assert_allclose(moved[0], 0.5 * moved[1], atol=1e-12)
+
+
+def test_what_lasts_of_a_gap_is_told_by_all_looks_at_it(two_finger) -> None:
+    hand, solid, joints, links = two_finger, beside(two_finger, 0.002), two_finger.joints, len(two_finger.links)
+    anew, lasting = 0.0005, 0.003  # m
+    touches = np.zeros((2, links), dtype=bool)
+    touches[0, -1] = True  # the first time; the second it is silent
+    mean = np.append(np.tile(hand.rest_pose, 2), np.zeros(links))
+    covariance = np.zeros((len(mean), len(mean)))
+    covariance[: 2 * joints, : 2 * joints] = SPREAD**2 * np.kron([[1.0, 0.5], [0.5, 1.0]], np.eye(joints))
+    np.fill_diagonal(covariance[2 * joints :, 2 * joints :], lasting**2)
+    samples = np.random.default_rng(0).multivariate_normal(mean, covariance, 8000)
+    of_hand, model = (tree_of(hand), skin_of(hand)), TouchModel(anew, SINKING, SURPRISE)
+    solids = solids_of([solid], far=0.03)
+    told = [
+        take_in(*of_hand, solids, 0, touches[k], (mean, covariance), (k * joints, 2 * joints), model) for k in (0, 1)
+    ]
+    gaps = np.array([[tip_gap(*of_hand, solid, row[k * joints : (k + 1) * joints]) for k in (0, 1)] for row in samples])
+    touch = ndtr(-(gaps + samples[:, -1:]) / anew)
+    first = SURPRISE + (1.0 - SURPRISE) * touch[:, 0]
+    both = first * (SURPRISE + (1.0 - SURPRISE) * (1.0 - touch[:, 1]))
+    expected = [np.log(first.mean()), np.log(both.mean() / first.mean())]
+    np.testing.assert_allclose(told, expected, atol=0.1)
+    np.testing.assert_allclose(mean[-1], both @ samples[:, -1] / both.sum(), atol=0.1 * lasting)
+    angles = both @ samples[:, : 2 * joints] / both.sum()
+    np.testing.assert_allclose(mean[: 2 * joints], angles, atol=0.1 * SPREAD)
 
 
 def test_who_knows_what_the_object_may_be_knows_the_pose_better(explore) -> None:
