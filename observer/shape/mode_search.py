@@ -6,8 +6,8 @@ Samples that were drawn before anything was felt may all be far from every place
 its evidence is then that of a bad fit. So starts of any turn are registered to the touches
 (`observer.shape.registration`), and those that fit best are modes of the posterior. Draws about the modes and their
 copies by symmetry (`observer.shape.symmetry`), weighted by what they explain of all that was felt and by how improbably
-they were drawn, are the posterior; the mean of their weights is its evidence. They are made in stages: the best of those
-before are modes too.
+they were drawn, are the posterior; the mean of their weights is its evidence. They are made in stages: the best of
+those before are modes too.
 
 References:
     Cornuet et al. 2012, Scand. J. Stat. 39, 798-812 (stages of importance sampling, each weighted by all).
@@ -27,7 +27,7 @@ from observer.resampling import normalise
 from observer.shape.distance_fields import Solids
 from observer.shape.felt import Felt
 from observer.shape.hypotheses import RANGES, Variants
-from observer.shape.modes import Found, Modes, log_normal, log_of_turns, shares
+from observer.shape.modes import Found, Modes, log_normal, log_of_turns, shares, turns_between
 from observer.shape.registration import UNKNOWNS, Touched, register
 from observer.shape.symmetry import symmetries
 
@@ -251,16 +251,13 @@ class ModeSearch:
     def _log_proposal(self, units: Array, modes: Modes, share: Array) -> Array:
         """(D,) log density with which draws are made about modes, in the measure of `_log_prior`."""
         place = np.flatnonzero(self._free[:4])
-        every, count = np.append(place, [4, 5, 6]), (len(modes.units), len(units))
-        turns = Rotation.from_quat(np.tile(units[:, RANGES:], (count[0], 1)))
-        turn = (turns * Rotation.from_quat(np.repeat(modes.units[:, RANGES:], count[1], axis=0)).inv()).as_rotvec()
-        off = np.concatenate(
-            [units[None, :, SIZE_AND_PLACE] - modes.units[:, None, SIZE_AND_PLACE], turn.reshape(*count, 3)], axis=2
-        )
-        about = log_normal(off[:, :, every], modes.spread[:, every[:, None], every]) - log_of_turns(turn).reshape(count)
+        every = np.append(place, [4, 5, 6])
+        turn = turns_between(units[:, RANGES:], modes.units[:, RANGES:])
+        off = np.concatenate([(units[None] - modes.units[:, None])[:, :, SIZE_AND_PLACE], turn], axis=2)
+        about = log_normal(off[:, :, every], modes.spread[:, every[:, None], every]) - log_of_turns(turn)
         any_turn = log_normal(off[:, :, place], modes.spread[:, place[:, None], place])
         any_turn -= np.log(self._variants.turns.share)
         much = np.log(share * (1.0 - ANYWHERE))[:, None]
-        anywhere = np.full((1, count[1]), self._log_prior() + np.log(ANYWHERE))
+        anywhere = np.full((1, len(units)), self._log_prior() + np.log(ANYWHERE))
         parts = [anywhere, about + much + np.log(1.0 - ANY_TURN), any_turn + much + np.log(ANY_TURN)]
         return np.asarray(logsumexp(np.concatenate(parts), axis=0))

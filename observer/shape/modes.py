@@ -90,10 +90,29 @@ def log_of_turns(turn: Array) -> Array:
     """Tell how many turns there are to a rotation vector.
 
     Args:
-        turn: (D, 3) rad.
+        turn: (..., 3) rad.
 
     Returns:
-        (D,) log of the share of all turns in a unit of volume, which is largest about 0.
+        (...) log of the share of all turns in a unit of volume, which is largest about 0.
     """
-    angle = np.maximum(np.linalg.norm(turn, axis=1), 1e-6)
+    angle = np.maximum(np.linalg.norm(turn, axis=-1), 1e-6)
     return np.asarray(np.log(2.0 * (1.0 - np.cos(angle)) / angle**2) - np.log(8.0 * np.pi**2))
+
+
+def turns_between(turns: Array, modes: Array) -> Array:
+    """Tell by what turn in the world each draw differs from each mode.
+
+    Args:
+        turns: (D, 4) quaternions xyzw.
+        modes: (M, 4).
+
+    Returns:
+        (M, D, 3) rad, rotation vectors.
+    """
+    vector, real = turns[None, :, :3], turns[None, :, 3:]
+    other, its_real = -modes[:, None, :3], modes[:, None, 3:]
+    axis = real * other + its_real * vector + np.cross(vector, other)
+    w = real * its_real - (vector * other).sum(axis=-1, keepdims=True)
+    axis = np.where(w < 0.0, -axis, axis)
+    sine = np.maximum(np.linalg.norm(axis, axis=-1, keepdims=True), 1e-12)
+    return np.asarray(2.0 * np.arctan2(sine, np.abs(w)) / sine * axis)

@@ -16,7 +16,7 @@ FOLDS = 3, 5, 8  # of an axis, besides those of a cube
 POINTS = 400
 NEAR = 1.5  # nodes of the field, from the surface
 SAME, SAME_MOST = 0.0004, 0.001  # m, by which 95 % of distances may differ, and all
-MOST = 24  # turns, of what is round
+MOST, OF_ROUND = 24, 8  # turns; of more than that a solid is round, and few are enough
 
 
 def _candidates() -> Rotation:
@@ -59,4 +59,5 @@ def symmetries(solids: Solids, solid: int) -> Array:
         off = np.abs(ndimage.map_coordinates(field, there.T, order=1, cval=1.0) - told)
         if i == 0 or (np.quantile(off, 0.95) < SAME and off.max() < SAME_MOST):
             kept.append(i)
-    return np.asarray(CANDIDATES[kept[:: -(-len(kept) // MOST)]].as_quat())
+    every = 1 if len(kept) <= MOST else len(kept) // OF_ROUND
+    return np.asarray(CANDIDATES[kept[::every]].as_quat())
