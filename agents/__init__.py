@@ -15,7 +15,7 @@ from agents.exporting import export
 from agents.information_gain import InformationGain
 from agents.policy import Guided, Policy, act
 from agents.random_torque import RandomTorque
-from agents.sb3 import Reflexes, Sb3, Searched, Trained, is_model, load_model
+from agents.sb3 import Reflexes, Sb3, Searched, Trained, WholeHand, is_model, load_model
 from agents.sweep import Sweep
 from agents.synergy import Synergy
 from haptic_env import validate
@@ -33,6 +33,7 @@ POLICIES: dict[str, type[Policy]] = {
     "sweep": Sweep,
     "synergy": Synergy,
     "trained": Trained,
+    "whole_hand": WholeHand,
 }
 
 moved({"agents.reach": ["agents.finger_kinematics"], "agents.smooth_chance": ["agents.ornstein_uhlenbeck"]})

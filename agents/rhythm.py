@@ -1,7 +1,8 @@
 """A rhythm of fingers with reflexes: they close, open and go from side to side, and what each feels changes how.
 
 Few numbers, its gains, say all of it, so that they can be searched (`haptic_lab.learning.search`). Each finger keeps
-three phases, and of what it feels traces that fade; what it does is a sum of three strokes of `FingerKinematics`.
+three phases, and of what it feels traces that fade; what it does is a sum of three strokes of `FingerKinematics`. A
+wrist keeps phases of its own, which no touch quickens.
 
 Shapes: F fingers, J joints, P patches, K gains.
 """
@@ -30,6 +31,7 @@ from haptic_env.patches import SIDES
 KIND = "haptic-slam rhythm"
 FASTEST = 6.0  # times its usual rate, of a phase that touch quickens
 FELT = ("touch", "side", "along", "back")  # of a finger: whether it touches, left or right, root or tip, its back
+SHARED = ("always", "beat", "turn", "drift", "touch")  # what a joint that moves several fingers, as a wrist's, follows
 TRACES = (("touch", "fast"), ("touch", "slow"), ("side", "fast"), ("side", "slow"), ("along", "fast"), ("back", "fast"))
 
 
@@ -125,6 +127,8 @@ class Rhythm:
         seconds: from one decision to the next.
         told: how it was learnt, as `agents.network.Network` has it.
         instead: what `agents.make` shows it in place of what is felt; None: what is felt.
+        shared: (5, J): by how much each joint follows what `SHARED` lists, for those that move several fingers; None:
+            they are left alone.
     """
 
     observation_space: gym.spaces.Box
@@ -135,14 +139,15 @@ class Rhythm:
     seconds: float
     told: Mapping[str, Any] = field(default_factory=dict)
     instead: Instead | None = None
+    shared: NDArray[np.float64] | None = None
 
     __repr__ = readable.line
 
     @property
     def remembers(self) -> tuple[tuple[int, ...], ...]:
-        """Shapes of its memory: the phases, the traces, and for how long each finger has touched, s."""
+        """Shapes of its memory: the phases, a wrist's last, the traces, and how long each finger has touched, s."""
         fingers = self.felt.shape[1]
-        return (3, fingers), (len(TRACES), fingers), (fingers,)
+        return (3, fingers + (self.shared is not None)), (len(TRACES), fingers), (fingers,)
 
     def predict(
         self, observation: Any, memory: Memory, began: bool, deterministic: bool, rng: np.random.Generator
@@ -161,7 +166,6 @@ class Rhythm:
         """
         g, dt = self.gains, self.seconds
         felt = np.clip(self.felt @ np.asarray(observation, np.float64), -1.0, 1.0)
-        shapes = self.remembers
         phases, traces, lasted = self._start() if began else memory
         assert phases is not None
         assert traces is not None
@@ -172,23 +176,26 @@ class Rhythm:
         lasted = np.where(felt[0] > 0.0, lasted + dt, 0.0)
         if not began:
             phases = phases + 2.0 * np.pi * dt * self._rates(traces)
-        closing = np.cos(phases[0]) > 0.0
-        phases = np.stack([np.where(closing & (lasted > g["withdraw"]), np.pi - phases[0], phases[0]), *phases[1:]])
-        assert phases.shape == shapes[0]
-        torque = np.einsum("sf,sfj->j", self._strokes(phases, traces), self.strokes)
+        phases, fingers = phases.copy(), len(lasted)
+        beat = phases[0, :fingers]
+        phases[0, :fingers] = np.where((np.cos(beat) > 0.0) & (lasted > g["withdraw"]), np.pi - beat, beat)
+        torque = np.einsum("sf,sfj->j", self._strokes(phases[:, :fingers], traces), self.strokes)
+        if self.shared is not None:
+            beat, turn, drift = phases[:, -1]
+            torque += np.array([1.0, np.sin(beat), np.cos(turn), np.sin(drift), traces[0].mean()]) @ self.shared
         low, high = self.action_space.low, self.action_space.high
         return np.clip(torque.astype(np.float32), low, high), (phases, traces, lasted)
 
     def _start(self) -> tuple[NDArray[np.float64], ...]:
         shapes = self.remembers
-        finger = np.arange(shapes[2][0])
-        turn = np.pi * (finger + 1) + self.gains["turn_ahead"] * finger  # neighbours against each other
-        phases = np.stack([self.gains["beat_ahead"] * finger, turn, np.zeros(len(finger))])
+        finger, phases = np.arange(shapes[2][0]), np.zeros(shapes[0])
+        phases[0, : len(finger)] = self.gains["beat_ahead"] * finger
+        phases[1, : len(finger)] = np.pi * (finger + 1) + self.gains["turn_ahead"] * finger  # neighbours take turns
         return phases, np.zeros(shapes[1]), np.zeros(shapes[2])
 
     def _rates(self, traces: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(3, F) Hz."""
-        g, (fast, slow) = self.gains, traces[:2]
+        """(3, F) Hz; with a wrist (3, F + 1)."""
+        g, (fast, slow) = self.gains, np.pad(traces[:2], ((0, 0), (0, int(self.shared is not None))))
         quicker = [1.0 + g[f"{phase}_touch"] * fast + g[f"{phase}_slow"] * slow for phase in ("beat", "turn", "drift")]
         return np.array([[g["beat"]], [g["turn"]], [g["drift"]]]) * np.clip(quicker, 0.0, FASTEST)
 
@@ -214,20 +221,27 @@ class Rhythm:
             path: of the file.
         """
         description = {"gains": dict(self.gains), "seconds": self.seconds}
-        kept_arrays.write(path, KIND, self, description, {"strokes": self.strokes, "felt": self.felt})
+        shared = {} if self.shared is None else {"shared": self.shared}
+        kept_arrays.write(path, KIND, self, description, {"strokes": self.strokes, "felt": self.felt, **shared})
 
 
 def rhythm_for(
-    hand: Hand, space: gym.spaces.Box, gains: Mapping[str, float], seconds: float, told: Mapping[str, Any]
+    hand: Hand,
+    space: gym.spaces.Box,
+    gains: Mapping[str, float],
+    seconds: float,
+    told: Mapping[str, Any],
+    shared: NDArray[np.float64] | None = None,
 ) -> Rhythm:
     """Make a rhythm for a hand.
 
     Args:
-        hand: whose fingers move; joints that move several, as a wrist's, are left alone.
+        hand: whose fingers move.
         space: (P,) of what is felt.
         gains: all of `GAINS`.
         seconds: from one decision to the next.
         told: how it was learnt.
+        shared: as the attribute.
 
     Returns:
         The rhythm.
@@ -243,7 +257,8 @@ def rhythm_for(
     along = (2.0 * order - 1.0 - order.max(axis=1, keepdims=True)) / np.maximum(order.max(axis=1, keepdims=True) - 1, 1)
     felt = [of_finger, of_finger * (np.array(left) - right), of_finger * along[:, patches.link], of_finger * dorsal]
     action = gym.spaces.Box(-1.0, 1.0, (hand.joints,), np.float32)
-    return Rhythm(space, action, dict(gains), np.clip(alone / most, -1.0, 1.0), np.stack(felt), seconds, told)
+    strokes = np.clip(alone / most, -1.0, 1.0)
+    return Rhythm(space, action, dict(gains), strokes, np.stack(felt), seconds, told, shared=shared)
 
 
 def restore(told: dict[str, Any], arrays: KeptArrays) -> Rhythm:
@@ -266,8 +281,10 @@ def restore(told: dict[str, Any], arrays: KeptArrays) -> Rhythm:
     matrix = arrays.take("felt", len(FELT), None, patches, dtype=np.float64)
     strokes = arrays.take("strokes", 3, matrix.shape[1], joints, dtype=np.float64)
     shown = None if "instead" not in told else instead(told["instead"], patches, arrays.take)
+    shared = arrays.take("shared", len(SHARED), joints, dtype=np.float64) if "shared" in arrays.left else None
     seconds = validate.number("seconds", told["seconds"], 0.0, 100.0, above=0.0, unit="s")
-    return Rhythm(felt, acts, gains_of(told["gains"]), strokes, matrix, seconds, checked_training(told["told"]), shown)
+    trained = checked_training(told["told"])
+    return Rhythm(felt, acts, gains_of(told["gains"]), strokes, matrix, seconds, trained, shown, shared)
 
 
 def _row(told: Mapping[str, Any], name: str) -> gym.spaces.Box:

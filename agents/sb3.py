@@ -76,7 +76,7 @@ class Sb3(Guided):
             ImportError: for a .zip without Stable-Baselines3.
         """
         hand_of(env)  # which it must have
-        model = load_model(self.shipped if path is None else path, normalize, trust=trust)
+        model = self._fitted(load_model(self.shipped if path is None else path, normalize, trust=trust), env)
         entries = model.told.get("entries", [])
         spaces = {"action": (model.action_space, env.action_space)}
         self._model, self._features = model, None
@@ -112,6 +112,10 @@ class Sb3(Guided):
         self._hold = 1 if env.has_wrapper_attr("held") else holds
         self._instead = None if isinstance(model, SavedModel) else model.instead
         self._episode = 0 if self._instead is None else int(self.rng.integers(len(self._instead.shown)))
+
+    def _fitted(self, model: Network | Rhythm | SavedModel, env: gym.Env[Any, Any]) -> Network | Rhythm | SavedModel:
+        """The model as the hand of `env` needs it."""
+        return model
 
     def decide(self, observation: Any, state: State, deterministic: bool) -> tuple[NDArray[np.float32], State]:
         """Ask the model, where it is time.
@@ -204,6 +208,21 @@ class Reflexes(Trained):
 
     guided = asks_shape = False
     shipped = FOLDER / "reflexes.npz"
+
+
+class WholeHand(Reflexes):
+    """The model that ships of the preset `whole_hand`: a rhythm of the fingers and wrist of MyoHand, found by a search.
+
+    Other hands take its gains with strokes of their own, and leave a wrist alone; it was not searched for them.
+    """
+
+    shipped = FOLDER / "whole_hand.npz"
+
+    def _fitted(self, model: Network | Rhythm | SavedModel, env: gym.Env[Any, Any]) -> Network | Rhythm | SavedModel:
+        space = features_of(env, FELT).space
+        if not isinstance(model, Rhythm) or (model.observation_space, model.action_space) == (space, env.action_space):
+            return model
+        return rhythm.rhythm_for(hand_of(env), space, model.gains, model.seconds, model.told)
 
 
 def is_model(name: object) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -11,6 +12,7 @@ from agents.hold_action import HoldAction
 from haptic_env import hand_env, registration, shapes
 from haptic_env.objects import reset_options
 from haptic_lab.learning.presets import FOUR, NAME, RAW, TrainingWorld
+from haptic_lab.raw_pose import RawPose
 from observer import (
     BeliefObservation,
     DecideWhenSure,
@@ -84,7 +86,8 @@ def explored(world: TrainingWorld, held_out: bool = False, render_mode: str | No
         observer = HapticSLAM(base.hand, particles=1, control_hz=base.control_hz, **told)
         stride = world.stride
     else:
-        observer = PoseOnly(base.hand, control_hz=base.control_hz, stride=world.stride, **told)
+        of_pose = PoseOnly if world.filtered else partial(RawPose, sigma_deg=None)
+        observer = of_pose(base.hand, control_hz=base.control_hz, stride=world.stride, **told)
         stride = 1
     shape = None
     if names:

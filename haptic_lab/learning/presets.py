@@ -56,6 +56,8 @@ class TrainingWorld(Believed):
         samples: of the `ShapePosterior`.
         stride: of the `ShapePosterior`.
         temper: of the `ShapePosterior`.
+        filtered: whether the pose is; else angles are taken at their word, which is far quicker with a whole hand, and
+            wants the sigma that a filter would leave.
         bias_deg: as the environment's, and so are the other noises; the observer is told of them.
         drift_deg: degrees.
         drift_seconds: s.
@@ -90,6 +92,7 @@ class TrainingWorld(Believed):
     samples: int = 1
     stride: int = 5
     temper: float = 0.083
+    filtered: bool = True
     bias_deg: float = conditions.DEFAULTS["bias_deg"]
     drift_deg: float = conditions.DEFAULTS["drift_deg"]
     drift_seconds: float = conditions.DEFAULTS["drift_seconds"]
@@ -129,6 +132,8 @@ class TrainingWorld(Believed):
             raise ValueError(f"observation {RAW} is what is felt, and stands alone, got {self.observation!r}")
         if self.task == MAP and tell_names(self.observation):
             raise ValueError('observation must be without names where the task is "map", which names nothing')
+        if not validate.boolean("filtered", self.filtered) and (self.task == MAP or set(self.observation) & {*OF_MAPS}):
+            raise ValueError("filtered must be true where there is a map, got false")
         validate.integer("hold", self.hold, 1, 1000)
         validate.number("price", self.price, 0.0, 1000.0, unit="nats a second")
         validate.number("least", self.least, 0.0, 0.1, above=0.0)
@@ -229,7 +234,7 @@ def configuration(preset: Preset) -> dict[str, Any]:
         of which runs from before there were any do not tell.
     """
     usual = asdict(TrainingWorld())
-    later = (*NOISES, "shapes", "rotation_jitter", "task", "wrist")
+    later = (*NOISES, "shapes", "rotation_jitter", "task", "wrist", "filtered")
     world = {name: value for name, value in asdict(preset.world).items() if name not in later or value != usual[name]}
     told = {**asdict(preset), "world": world, "steps": None}
     if preset.rhythm is None:

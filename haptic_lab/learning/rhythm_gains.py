@@ -1,6 +1,6 @@
 """The gains of a rhythm as weights that are searched: each in its unit, from where the preset begins.
 
-Shapes: K gains.
+Shapes: K weights, J joints, of which W move several fingers, as those of a wrist.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from agents.rhythm import GAINS, Rhythm, rhythm_for
+from agents.finger_kinematics import FingerKinematics
+from agents.rhythm import GAINS, SHARED, Rhythm, rhythm_for
 from haptic_env.hand import Hand
 from observer.wrappers.belief_observation import BeliefFeatures
 
@@ -40,7 +41,8 @@ class RhythmGains:
             seconds: from one decision to the next.
             told: how it is trained (`agents.network.Network`).
         """
-        self.size = len(GAINS)
+        self._shared = np.flatnonzero(FingerKinematics(hand).moves.sum(axis=0) > 1)
+        self.size = len(GAINS) + len(SHARED) * len(self._shared)
         self._hand, self._space, self._begin = hand, features.space, dict(begin)
         self._seconds, self._told = seconds, dict(told)
 
@@ -48,13 +50,18 @@ class RhythmGains:
         """Make the rhythm of some weights.
 
         Args:
-            weights: (K,), in units of the gains.
+            weights: (K,): the gains, in their units, and 5 W fractions of torque limits, as `Rhythm.shared` has them.
 
         Returns:
             The rhythm; gains that would be out of their range are at its end.
         """
+        own, others = np.split(np.asarray(weights, np.float64), [len(GAINS)])
         gains = {
             name: float(np.clip(self._begin[name] + gain.unit * weight, gain.low, gain.high))
-            for (name, gain), weight in zip(GAINS.items(), np.asarray(weights, np.float64).tolist(), strict=True)
+            for (name, gain), weight in zip(GAINS.items(), own.tolist(), strict=True)
         }
-        return rhythm_for(self._hand, self._space, gains, self._seconds, self._told)
+        shared = None
+        if len(self._shared):
+            shared = np.zeros((len(SHARED), self._hand.joints))
+            shared[:, self._shared] = others.reshape(len(SHARED), -1)
+        return rhythm_for(self._hand, self._space, gains, self._seconds, self._told, shared)

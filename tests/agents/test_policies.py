@@ -15,7 +15,7 @@ import haptic_env
 from agents.sb3 import SHIPPED
 from observer import HapticSLAM, ObserverWrapper, ShapePosterior
 
-WITHOUT_CHANCE = ("reflexes", "searched", "sweep", "trained")
+WITHOUT_CHANCE = ("reflexes", "searched", "sweep", "trained", "whole_hand")
 
 
 def watched(env: gym.Env, shape: ShapePosterior | None = None) -> ObserverWrapper:

@@ -13,7 +13,7 @@ from observer import BeliefObservation, ObserverWrapper, PoseOnly, ShapePosterio
 READING = [name for name, kind in agents.POLICIES.items() if not kind.blind]
 GUIDED = [name for name, kind in agents.POLICIES.items() if kind.guided]
 ALONE = [name for name, kind in agents.POLICIES.items() if not kind.guided]  # without beliefs
-DRAWS_NOTHING = ("reflexes", "sweep")
+DRAWS_NOTHING = ("reflexes", "sweep", "whole_hand")
 
 
 def watched(seconds: float = 0.2) -> gym.Env:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import agents
-from agents.rhythm import GAINS, Rhythm, gains_of, rhythm_for
-from agents.sb3 import FOLDER, SHIPPED, read_model
+from agents.rhythm import GAINS, SHARED, Rhythm, gains_of, rhythm_for
+from agents.sb3 import FOLDER, SHIPPED, WholeHand, read_model
 from agents.sweep import SweepingMotion
 from haptic_lab.learning import presets
 from observer import BeliefFeatures, ObserverWrapper, PoseOnly, ShapePosterior
@@ -123,6 +123,7 @@ def test_a_file_gives_the_same_rhythm(hand, tmp_path):
         ({"seconds": 0.0}, "seconds must be"),
         ({"strokes": np.zeros((3, 2, 7))}, "'strokes' must be finite numbers of shape"),
         ({"felt": np.zeros((3, 2, 50))}, "'felt' must be finite numbers of shape"),
+        ({"shared": np.zeros((5, 7))}, "'shared' must be finite numbers of shape"),
     ],
 )
 def test_a_file_that_is_no_rhythm_is_refused(hand, tmp_path, change, message):
@@ -199,3 +200,41 @@ def test_what_ships_is_small_and_of_its_preset():
     assert made.told == {"env": preset.world.env, "entries": list(preset.world.observation), "hold": preset.world.hold}
     assert made.gains == gains_of(made.gains)
     assert made.gains != preset.rhythm, "something was learnt"
+
+
+WRIST = {"always": 0.1, "beat": 0.2, "turn": -0.3, "drift": 0.4, "touch": 0.25}
+
+
+def test_a_wrist_follows_clocks_of_its_own_and_touch(tmp_path):
+    """Which no touch quickens; fingers are what they are without it."""
+    hand = gym.make("HapticSLAM/MyoHand-v0").unwrapped.hand
+    shared = np.zeros((len(SHARED), hand.joints))
+    shared[:, 0] = [WRIST[what] for what in SHARED]
+    still = rhythm(hand, beat_touch=2.0, curl_touch=0.5)
+    made = replace(still, shared=shared)
+    made.write(tmp_path / "model.npz")
+    felt = touches(hand, "thumb_distal_tip", "index_distal_tip", steps=100, since=20)
+    torques = play(read_model(tmp_path / "model.npz"), felt)
+    np.testing.assert_array_equal(torques[:, 1:], play(still, felt)[:, 1:])
+    seconds = DECISION * np.arange(100)
+    waves = np.sin(2 * np.pi * seconds), np.cos(np.pi * seconds), np.sin(2 * np.pi * 0.17 * seconds)
+    clocks = WRIST["always"] + sum(WRIST[what] * wave for what, wave in zip(SHARED[1:4], waves, strict=True))
+    fast = np.concatenate([np.zeros(20), 1.0 - np.exp(-DECISION / 0.2 * np.arange(1, 81))])
+    np.testing.assert_allclose(torques[:, 0], np.clip(clocks + WRIST["touch"] * fast * 2 / 5, -1.0, 1.0), atol=1e-5)
+
+
+def test_the_whole_hand_that_ships_is_of_its_preset_and_drives_any_hand():
+    preset, made = presets.read("whole_hand"), read_model(WholeHand.shipped)
+    assert isinstance(made, Rhythm)
+    assert WholeHand.shipped.stat().st_size < 40_000
+    assert made.told == {"env": preset.world.env, "entries": list(preset.world.observation), "hold": preset.world.hold}
+    assert made.gains != preset.rhythm, "something was learnt"
+    assert np.flatnonzero(made.shared.any(axis=0)).tolist() == [0, 1, 2], "its wrist"
+    for env_id in ("HapticSLAM/MyoHand-v0", "HapticSLAM/TwoFingerArm-v0"):
+        env = gym.make(env_id, shape="cube", episode_seconds=1.0)
+        hand = env.unwrapped.hand
+        observation, _ = env.reset(seed=0)
+        torque, _ = agents.make("whole_hand", env).predict(observation)
+        expected = made if env_id == preset.world.env else rhythm(hand, **made.gains)
+        felt = observation["contacts"][None]
+        np.testing.assert_array_equal(torque, play(expected, felt)[0])

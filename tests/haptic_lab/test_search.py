@@ -360,3 +360,31 @@ def test_a_rhythm_is_for_a_search(tmp_path):
     )
     with pytest.raises(ValueError, match=r"\[rhythm\] is for CMA-ES, not for PPO"):
         presets.read(str(path))
+
+
+def test_the_wrist_of_a_whole_hand_is_searched_too():
+    env = explored_as_usual(presets.read("whole_hand").world)
+    hand, features = hand_env(env).hand, env.get_wrapper_attr("features")
+    gains = RhythmGains(hand, features, gains_of({}), 0.04, {})
+    assert gains.size == len(GAINS) + 5 * 3
+    given = np.arange(gains.size) / 100.0
+    shared = gains.candidate(given).shared
+    np.testing.assert_allclose(shared[:, :3].ravel(), given[len(GAINS) :])
+    assert not shared[:, 3:].any()
+    assert not gains.candidate(np.zeros(gains.size)).shared.any()
+
+
+def test_angles_may_be_taken_at_their_word_where_only_names_are_asked():
+    env = explored_as_usual(replace(presets.read("whole_hand").world, seconds=0.8, sigma_deg=(0.5, 0.5), stride=1))
+    env.reset(seed=900_000)
+    for _ in range(10):
+        *_, info = env.step(env.action_space.sample())
+    belief = env.get_wrapper_attr("belief")
+    np.testing.assert_allclose(np.rad2deg(belief.joint_std), 0.5)
+    off = np.rad2deg(belief.joint_angles - info["truth"]["joint_angles"])
+    assert 0.25 < off.std() < 0.8
+    for change in ({"task": "map"}, {"observation": ("occupancy",)}):
+        with pytest.raises(ValueError, match="filtered must be true where there is a map"):
+            TrainingWorld(**{"filtered": False, "observation": ("contacts",), **change})
+    with pytest.raises(ValueError, match="filtered must be"):
+        TrainingWorld(filtered=1)

@@ -76,6 +76,26 @@ def of_policy(lines: pd.DataFrame, policy: str) -> list[str]:
     return row.split(" | ")
 
 
+def seconds_of(value: float) -> str:
+    return f"{value:.2f}" if np.isfinite(value) else "later"
+
+
+def knows(lines: pd.DataFrame, noise: str, policy: str) -> list[str]:
+    """How soon a policy knows, of `policies.csv`."""
+    mine = lines[lines["policy"] == policy.strip("`")]
+    of_all = mine["sigma_deg"].isna()
+    mine = mine[of_all if noise == "all" else mine["sigma_deg"] == float(noise.strip("°"))].set_index("measure")
+    time, *shares = (mine.loc[each] for each in ("time_to_decision", "step_accuracy_5s", "correct_10s"))
+    low, high = seconds_of(time["low"]), seconds_of(time["high"])
+    told = [f"{100 * each['value']:.0f} % [{100 * each['low']:.0f}–{100 * each['high']:.0f}]" for each in shares]
+    return [
+        str(int(time["trials"])),
+        f"{seconds_of(time['value'])} [{low}–{high}]",
+        *told,
+        f"{100 * time['decided']:.0f} %",
+    ]
+
+
 LESS = "haptic_slam less floor"  # in the same explorations, of `against_floor.csv`
 OBSERVERS = ("floor", "kalman", "smoother", "haptic_slam", "ceiling")
 MEASURES = {  # what the tables of brackets call them
@@ -215,6 +235,7 @@ HELD = [
     Held("benchmark.md", OF_NAMES, "benchmark_name", of_policy),
     Held("benchmark.md", OF_NAMES, "benchmark_unknown", of_policy, nth=1),
     Held("benchmark.md", MAPS, "benchmark_map", of_policy),
+    Held("learning.md", "σ | policy", "whole_hand", knows, 2, nth=1),
     Held("notes/ablation.md", "variant | lagged", "one_candidate", less_than_whole, nth=1),
     Held("notes/calibration.md", "σ | measure", "brackets", between("floor", "haptic_slam", "ceiling", LESS), 2),
     Held("notes/maps.md", "measure | better", "against_floor", verdicts),
@@ -290,6 +311,12 @@ COMMANDS = {
         {20},
     ),
     "sheaths": Command("people.md", "`haptic-slam study sheaths --trials 24` (96 explorations", {96}),
+    "whole_hand": Command(
+        "learning.md",
+        "    haptic-slam evaluate --hand myo --policy whole_hand random_torque enclosure --sigmas 5 3 --trials 3 "
+        "--first-seed 77700 --observers haptic_slam --names-only --size-jitter 0.2 --yaw-jitter 45 ",
+        {12, 24},
+    ),
 }
 
 
@@ -325,6 +352,8 @@ def test_tables_leave_out_nothing_of_their_files() -> None:
     assert set(read("coverage")["shape"]) == {"all", *sets.SETS["twelve"]}
     assert first("recordings.md", "object | raw angles | blind") == [*RECORDINGS]
     assert [each.split()[0] for each in first("recordings.md", "object | F, raw angles")] == [*RECORDINGS]
+    policies = [row[1].strip("`") for row in documents.rows("learning.md", "σ | policy", 1)]
+    assert {*policies} == set(read("whole_hand")["policy"])
     assert {*first("results.md", "shape | floor"), "all"} == set(read("brackets")["shape"])
     assert set(filter(None, first("results.md", "σ | measure"))) == {"1°", "3°", "5°"}
     assert set(read("brackets")["sigma_deg"]) == {1.0, 3.0, 5.0}

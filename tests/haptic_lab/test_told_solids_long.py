@@ -25,7 +25,7 @@ from haptic_lab.trial import Trial
 from observer import HapticSLAM, ShapePosterior, metrics
 from tests.haptic_lab.recorded_hands import PEOPLE, SIGMA, explored, mesh_of, of_person, people, session
 
-SEEDS = range(77410, 77414)  # nothing was tuned on them
+SEEDS = range(77600, 77604)  # nothing was tuned on them
 FOUR = ("cube", "sphere", "pyramid", "cylinder")
 OTHERS = ("airplane", "mug", "hammer")
 BODIES = ("elephant", "ring", "piggybank")  # as a duck, a torus and a rabbit are: of one size, none of the four
@@ -45,8 +45,9 @@ WRONG = [
     Case("cube", "cube", ("sphere", "pyramid", "cylinder")),
     Case("cylinder", "cylinder", OTHERS),
     Case("sphere", "sphere", ("cube", "pyramid")),
+    Case("cube", "cube", OTHERS),  # a mug is let go of where it is not touched, and pulls no further than it may
+    Case("sphere", "sphere", OTHERS),
 ]
-UNSEEN = Case("cube", "cube", OTHERS)  # a mug of the cube's size pulls no further than it may, and is named
 MESHES = [
     Case(hand, body, among)
     for hands in (PEOPLE, ("explored",) * 3)
@@ -134,15 +135,10 @@ def test_what_is_among_the_candidates_is_named_and_what_is_not_is_none(case: Cas
     assert doubted.mean() <= 1.03 * blind.mean()
 
 
-not_yet = [*long, pytest.mark.xfail(reason="a mug of the cube's size is taken for it", strict=True)]
-
-
-@pytest.mark.parametrize(
-    "case", [*(pytest.param(case, marks=long) for case in WRONG), pytest.param(UNSEEN, marks=not_yet)]
-)
+@pytest.mark.parametrize("case", [pytest.param(case, marks=long) for case in WRONG])
 def test_a_set_without_the_object_pulls_the_pose_little(case: Case, ring: str) -> None:
     errors, names = _told_of(case, ring)
     blind, full, doubted = errors.mean(axis=0)
-    assert names.count("none") >= 0.5 * len(names)
+    assert names.count("none") >= 0.9 * len(names)
     assert doubted < full
-    assert doubted <= 1.1 * blind
+    assert doubted <= 1.03 * blind

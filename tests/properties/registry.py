@@ -165,6 +165,7 @@ LEFT_OUT: dict[str, str] = {
     "agents.sb3.read_model": "load_model has an entry, which asks it",
     "agents.sb3.Reflexes": "POLICIES has it",
     "agents.sb3.Trained": "POLICIES has it",
+    "agents.sb3.WholeHand": "POLICIES has it",
     "agents.sb3.Searched": "POLICIES has it",
     "agents.synergy.Synergy": "POLICIES has it",
     "agents.synergy.opposition_basis": "takes a hand alone",

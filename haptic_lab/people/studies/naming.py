@@ -12,6 +12,7 @@ from typing import Any
 from haptic_env.hand import Hand
 from haptic_lab.limits import LIMITED, Limits
 from haptic_lab.limits import NONE as NO_LIMITS
+from haptic_lab.raw_pose import RawPose
 from haptic_lab.sweeps.measures import measures_without_map
 from haptic_lab.sweeps.rows import Exemplars
 from haptic_lab.sweeps.tasks import SweepTask
@@ -19,32 +20,11 @@ from haptic_lab.sweeps.worker import explore, rows_of
 from haptic_lab.trial import make_observers
 from observer import ShapePosterior
 from observer.brackets import WHITE_ONLY
-from observer.pose.raw_angles import RawAngles
 from observer.pose_only import PoseOnly
 from observer.variants import Observer
 
 FLOOR, CEILING = "floor", "ceiling"
 OBSERVERS = (FLOOR, "haptic_slam", CEILING)
-
-
-class RawPose(PoseOnly):
-    """Takes felt angles at their word: names as `DeadReckoning` does."""
-
-    def __init__(self, hand: Hand, sigma_deg: Any, **keywords: Any) -> None:
-        """Take the keyword arguments of `PoseOnly`.
-
-        Args:
-            hand: with J joints.
-            sigma_deg: degrees, SD of white noise of the felt angles; None: 3, as nothing tells of it.
-            **keywords: what else `PoseOnly` is told.
-
-        Raises:
-            ValueError: for a value out of range.
-        """
-        super().__init__(hand, 3.0 if sigma_deg is None else sigma_deg, **keywords)
-        self.lag = 0  # what is taken at its word waits for nothing
-        sigma, noise = self.pose.sigma, self.pose.noise
-        self.pose = RawAngles(hand, sigma=sigma, control_hz=self.control_hz, lag=self.stride, noise=noise)
 
 
 def make_without_maps(
