@@ -125,10 +125,10 @@ def first_wrong(command: str, arguments: Sequence[str]) -> str | None:
         What to say of it; None where there is none.
     """
     flags = {each.partition("=")[0] for each in arguments if each.startswith("--")}
-    values = list(_values(command, arguments))
-    hand = next((value for flag, value, kind, surely in values if kind is HAND and surely), None)
+    values = [*_values(command, arguments)]
+    hand = next((value for _, value, kind, surely in reversed(values) if kind is HAND and surely), None)
     for flag, value, kind, surely in values:
-        if kind.what in RENAMED and flags & RENAMING:
+        if kind.what in RENAMED and (flags & RENAMING or _shortened(flags)):
             kind = kind._replace(held=())
         path = os.path.expanduser(value)
         if not os.path.lexists(path) and kind.labelled:
@@ -159,6 +159,12 @@ def _values(command: str, arguments: Sequence[str]) -> Iterator[tuple[str, str, 
         count += 1
 
 
+def _shortened(flags: Collection[str]) -> bool:
+    """Whether one is the beginning of a flag that says whose joints a table has, as `argparse` takes it too."""
+    whole = (*RENAMING, *(flag for flag, kind in FLAGS.items() if kind is HAND))
+    return any(flag not in FLAGS and each.startswith(flag) for flag in flags for each in whole if each != flag)
+
+
 def _ending(path: str) -> str:
     return os.path.splitext(path)[1].lower()
 
@@ -172,6 +178,7 @@ def _wrong(value: str, path: str, kind: Kind, surely: bool, hand: str | None) ->
     largest = LARGEST_MESH if ending in MESHES else LARGEST
     if ending not in FILES or not (is_file or os.path.isdir(path)) or os.path.getsize(path) > largest:
         return None
+    from haptic_env import validate
     from haptic_lab import file_contents  # NumPy takes a tenth of a second
 
     try:
@@ -186,7 +193,7 @@ def _wrong(value: str, path: str, kind: Kind, surely: bool, hand: str | None) ->
         return file_contents.unknown(value, there, kind.known)
     if not kind.held:
         return None
-    instead = f"; it has {', '.join(there)}" if there else ", it is empty"
+    instead = f"; it has {validate.few(there)}" if there else ", it is empty"
     if not _holds(there, kind.held):
         return f"{value!r} is no {kind.what}: it has no {' or '.join(kind.held)}{instead}"
     return _not_of(value, hand, there, instead) if kind is RECORDING and ending in TABLES else None

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from haptic_env import validate
 from haptic_env.hand import Hand
-from observer import ShapePosterior
+from observer import ShapePosterior, variants
 from observer.shape import fading
-from observer.variants import WITHOUT_MAP
 
 LIMITED = "+limited"  # of the names of observers
 INFORMED = "+informed"  # told what the object may be, so that contacts tell it of the pose, too
@@ -34,6 +33,34 @@ def plain(name: str) -> str:
         The name of the one that is neither.
     """
     return name.replace(LIMITED, "").replace(INFORMED, "")
+
+
+def check_name(name: str, recorded: bool = False) -> str:
+    """Check the name of an observer.
+
+    Args:
+        name: of an observer or a variant, which may be limited or informed.
+        recorded: whether it watches recordings.
+
+    Returns:
+        The name.
+
+    Raises:
+        ValueError: for any other, and for one that cannot make use of what the object may be.
+    """
+    said = f"{name} of --observers"
+    base, *changes = variants.check("--observers", name, also=[each[1:] for each in (LIMITED, INFORMED)]).split("+")
+    if len(set(changes)) < len(changes):
+        raise ValueError(f"{said} has a change twice, say each once")
+    if INFORMED not in name:
+        return name
+    if recorded:
+        raise ValueError(f"{said}: those of --recordings are told the candidates already")
+    if LIMITED in name:
+        raise ValueError(f"{said}: who is informed has no limits, leave out one of the two")
+    if base not in (*variants.WITH_PARTICLES, *variants.VARIANTS):
+        raise ValueError(f"{said} has no particles to inform, such as {variants.FULL}{INFORMED} has")
+    return name
 
 
 class Attention:
@@ -95,7 +122,7 @@ class Limits:
         Returns:
             Keywords, none where it is not limited.
         """
-        without = LIMITED not in name or plain(name) in WITHOUT_MAP
+        without = LIMITED not in name or plain(name) in variants.WITHOUT_MAP
         return {} if without else {"memory_seconds": self.memory_seconds}
 
     def namer(self, name: str, shape: ShapePosterior, control_hz: float) -> ShapePosterior:

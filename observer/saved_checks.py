@@ -154,6 +154,8 @@ def _known(made: Any) -> None:
     array("known._touching", known._touching, BOOL, (links,))
     array("known._without._felt", without._felt, BOOL, (links,))
     array("known._without._counts", without._counts, REAL, (2, 2))
+    if not (without._counts[:, 0] > 0.0).all() or not (without._counts[:, 0] < without._counts[:, 1]).all():
+        raise ValueError("known._without._counts must each be more than 0, and fewer than those they are among")
     if not isinstance(known._before, list) or len(known._before) > 1:
         raise ValueError("known._before must be one step at most")
     for step in known._before:

@@ -19,7 +19,7 @@ from haptic_lab.believed import Believed
 from haptic_lab.conditions import Condition
 from haptic_lab.exploration.learnt import JITTER
 from haptic_lab.files import part_of_name
-from haptic_lab.limits import INFORMED, LIMITED, Limits, plain
+from haptic_lab.limits import LIMITED, Limits, check_name
 from haptic_lab.sweeps.results import Key
 from observer import variants
 from observer.classifiers import CLASSIFIERS
@@ -113,8 +113,7 @@ class SweepSettings(Believed):
             if not self.classifiers:
                 raise ValueError("--maps-every is when maps are named, and there are no --classifiers to name them")
         for name in self.observers:
-            variants.check("--observers", name, also=tuple(each.removeprefix("+") for each in (LIMITED, INFORMED)))
-        self._check_informed()
+            check_name(name, recorded=self.recordings is not None)
         self._check_limits()
         for what, given, valid in (
             ("shape", self.shapes, self.shapes or tuple(shapes.SHAPES)),
@@ -128,18 +127,6 @@ class SweepSettings(Believed):
                 raise ValueError(f"--{what}s must name at least one of {', '.join(sorted(valid))}")
             if len(set(given)) < len(given):
                 raise ValueError(f"--{what}s must name each {what} once, got {', '.join(given)}")
-
-    def _check_informed(self) -> None:
-        """Raise `ValueError` for an observer that would be told what the object may be and cannot make use of it."""
-        informed = [name for name in self.observers if INFORMED in name]
-        if informed and self.recordings:
-            raise ValueError(f"{informed[0]} of --observers: those of --recordings are told the candidates already")
-        for name in informed:
-            if plain(name).partition("+")[0] not in (*variants.WITH_PARTICLES, *variants.VARIANTS):
-                raise ValueError(
-                    f"{name} of --observers has no particles to inform, {variants.FULL}{INFORMED} or "
-                    f"{variants.WITH_PARTICLES[-1]}{INFORMED} have"
-                )
 
     def _check_limits(self) -> None:
         """Raise `ValueError` for limits that are no observer's, and for an observer that is limited by none."""

@@ -205,6 +205,10 @@ def test_a_file_that_is_not_there_is_told_before_the_command_is_loaded(
         ("replay", "--hand adroit joints.csv"),
         ("replay", "joints.csv --hand two_finger"),
         ("replay", "joints.csv --hand mine.toml"),
+        ("replay", "joints.csv --hand adroit --hand two_finger"),  # the last one counts
+        ("replay", "joints.csv --han two_finger"),
+        ("replay", "joints.csv --en HapticSLAM/TwoFinger-v0"),
+        ("replay", "other.csv --hand adroit --col map.toml"),
         ("replay", "--hand adroit other.csv --columns map.toml"),
         ("replay", "--part p p.npz"),
         ("evaluate", "--config sweep.toml"),

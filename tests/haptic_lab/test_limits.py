@@ -86,6 +86,7 @@ def test_who_is_told_the_candidates_has_another_pose_and_the_same_map(tmp_path: 
     _swept(folder, "--observers", *both, "--bias-deg", "3", "--sigmas", "1", "5")
     blind, informed = (_measured(folder, name) for name in both)
     assert (blind["pose_error_lagged_deg"] != informed["pose_error_lagged_deg"]).all()
+    assert informed["pose_error_lagged_deg"].mean() < blind["pose_error_lagged_deg"].mean()
     of_maps = [name for name in blind if name.startswith(("surface_", "touched_"))]
     assert len(of_maps) > 3
     pd.testing.assert_frame_equal(blind[of_maps], informed[of_maps])
@@ -133,6 +134,14 @@ def test_each_finger_has_its_turn_for_as_long(hand: str) -> None:
         (["--observers", "haptic_slam+limited", "--memory-seconds", "0"], "memory_seconds must be"),
         (["--observers", "haptic_slam+limited", "--attention-seconds", "nan"], "attention_seconds must be"),
         (["--observers", "haptic_slam+limitd"], "(did you mean 'limited'?); choose from informed, limited, no_caution"),
+        (
+            ["--observers", "haptic_slam+informed+informed"],
+            "haptic_slam+informed+informed of --observers has a change tw",
+        ),
+        (
+            ["--observers", "haptic_slam+limited+informed", "--memory-seconds", "1"],
+            "haptic_slam+limited+informed of --observers: who is informed has no limits",
+        ),
         (["--observers", "floor+informed"], "floor+informed of --observers has no particles to inform"),
         (["--observers", "nobody+limited", "--memory-seconds", "1"], "unknown --observers 'nobody'"),
     ],
