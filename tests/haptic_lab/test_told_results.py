@@ -313,9 +313,9 @@ COMMANDS = {
     "sheaths": Command("people.md", "`haptic-slam study sheaths --trials 24` (96 explorations", {96}),
     "whole_hand": Command(
         "learning.md",
-        "    haptic-slam evaluate --hand myo --policy whole_hand random_torque enclosure --sigmas 5 3 --trials 3 "
+        "    haptic-slam evaluate --hand myo --policy whole_hand random_torque enclosure --sigmas 5 3 --trials 6 "
         "--first-seed 77700 --observers haptic_slam --names-only --size-jitter 0.2 --yaw-jitter 45 ",
-        {12, 24},
+        {24, 48},
     ),
 }
 
