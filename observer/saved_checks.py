@@ -145,17 +145,32 @@ def _waiting(name: str, step: Any, patches: int) -> None:
         array(name, step.unmeasured, BOOL, (patches,))
 
 
+def null_model(name: str, given: Any, parts: int) -> None:
+    """Check what was learned of touch without any object.
+
+    Args:
+        name: of it, for messages.
+        given: the `NullModel` that was read.
+        parts: how many patches, or links, it is of.
+
+    Raises:
+        ValueError: for what does not fit.
+    """
+    number(f"{name}.log_likelihood", given.log_likelihood)
+    array(f"{name}._felt", given._felt, BOOL, (parts,))
+    array(f"{name}._counts", given._counts, REAL, (2, 2))
+    changed, among = given._counts.T
+    if not ((changed > 0.0) & (changed < among)).all():
+        raise ValueError(f"{name}._counts must each be more than 0, and fewer than those they are among")
+
+
 def _known(made: Any) -> None:
     """What corrects the pose by solids; what these are like now was checked as it was read."""
-    known, patches = made._known, len(made.hand.patches)
-    without, links = known._without, len(made.hand.links)
-    for name, each in (("_against", known._against), ("_missed", known._missed), ("_without", without.log_likelihood)):
-        number(f"known.{name}", each)
+    known, patches, links = made._known, len(made.hand.patches), len(made.hand.links)
+    number("known._against", known._against)
+    number("known._missed", known._missed)
     array("known._touching", known._touching, BOOL, (links,))
-    array("known._without._felt", without._felt, BOOL, (links,))
-    array("known._without._counts", without._counts, REAL, (2, 2))
-    if not (without._counts[:, 0] > 0.0).all() or not (without._counts[:, 0] < without._counts[:, 1]).all():
-        raise ValueError("known._without._counts must each be more than 0, and fewer than those they are among")
+    null_model("known._without", known._without, links)
     if not isinstance(known._before, list) or len(known._before) > 1:
         raise ValueError("known._before must be one step at most")
     for step in known._before:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from haptic_env import validate
 from observer.belief import Transition
-from observer.saved_checks import BOOL, REAL, array, history, number, record
+from observer.saved_checks import REAL, array, history, null_model, number, record
 from observer.shape.pose_correction import PoseCorrection
 from observer.shape.posterior import ShapePosterior
 
@@ -109,10 +109,9 @@ def check_state(read: ShapePosterior) -> None:
     if np.abs(read._units).max() > 1.0:
         raise ValueError("known._units must lie in [-1, 1]")
     history("known.said", read.said, fresh.said)
-    array("known._habit._felt", read._habit._felt, BOOL, fresh._habit._felt.shape)
-    array("known._habit._counts", read._habit._counts, REAL, fresh._habit._counts.shape)
+    null_model("known._habit", read._habit, len(read.hand.patches))
     _names(read, fresh)
-    for each in (read._unfit, read._habit.log_likelihood, *read._misfit._recent):
+    for each in (read._unfit, *read._misfit._recent):
         number("known", each)
     if type(read._steps) is not int or read._steps < 0:
         raise ValueError("known._steps must be a whole number")

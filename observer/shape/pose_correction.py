@@ -174,7 +174,8 @@ class PoseCorrection:
             tree, touches, at = placed(self._tree, root), self._told(contacts, unmeasured), (k * joints, len(where))
             for i, (h, mean, covariance) in enumerate(zip(likely, means, covariances, strict=True)):
                 log_p = take_in(tree, self._skin, hypotheses.solids, h, touches, (mean, covariance), at, self._anew)
-                told[i] = log_p if k == now else told[i]
+                if k == now:
+                    told[i] = log_p
         weights = np.exp(log[likely] - np.logaddexp.reduce(log[likely]))
         lagged = slice(now * joints, (now + 1) * joints)
         means, covariances, unfit = means[:, lagged], covariances[:, lagged, lagged], None

@@ -143,6 +143,8 @@ def test_a_state_that_does_not_fit_is_told(tmp_path, trial):
             wrong = np.full_like(each, np.nan)
         if name.endswith("_units"):
             wrong = np.full_like(each, 1e9)
+        if name.endswith("_counts"):
+            wrong = np.array([[0.7, 250.0], [-2.0, 7.5]])
         np.savez(tmp_path / "changed.npz", **{**saved, name: wrong})
         with pytest.raises(ValueError, match=r"changed\.npz: "):
             HapticSLAM.load(tmp_path / "changed.npz", solids=solids)
