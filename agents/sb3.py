@@ -183,23 +183,6 @@ class Searched(Trained):
     shipped = FOLDER / "searched.npz"
 
 
-def asks_of(path: str | os.PathLike[str]) -> tuple[bool, bool]:
-    """Tell what a model must be given beside what is felt.
-
-    Args:
-        path: of the model; what a .zip was shown is not told by it.
-
-    Returns:
-        Whether it reads beliefs, and whether it asks what the object may be.
-
-    Raises:
-        ValueError: for a file that is none.
-    """
-    saved = is_model(path) and Path(path).suffix == SAVED
-    entries = [] if saved else load_model(path).told.get("entries", [])
-    return entries != FELT, not entries or tell_names(entries)
-
-
 class Reflexes(Trained):
     """The model that ships of the preset `reflexes`: a rhythm that touch changes, its gains found by a search.
 
@@ -235,6 +218,23 @@ def is_model(name: object) -> bool:
         Whether it is.
     """
     return isinstance(name, str | os.PathLike) and Path(name).suffix in (WEIGHTS, SAVED)
+
+
+def asks_of(path: str | os.PathLike[str]) -> tuple[bool, bool]:
+    """Tell what a model must be given beside what is felt.
+
+    Args:
+        path: of the model; what a .zip was shown is not told by it.
+
+    Returns:
+        Whether it reads beliefs, and whether it asks what the object may be.
+
+    Raises:
+        ValueError: for a file that is none.
+    """
+    saved = is_model(path) and Path(path).suffix == SAVED
+    entries = [] if saved else load_model(path).told.get("entries", [])
+    return entries != FELT, not entries or tell_names(entries)
 
 
 def load_model(

@@ -76,7 +76,7 @@ def _curve(axes: Axes, at: NDArray[Any], values: NDArray[Any], best: int) -> Non
     mean = values.mean(axis=1)
     error = 1.96 * values.std(axis=1) / np.sqrt(values.shape[1])
     axes.fill_between(at, mean - error, mean + error, color=BETTER, alpha=0.2, lw=0, label="95 % interval")
-    axes.plot(at, mean, color=BETTER, marker="o", ms=4)
-    axes.plot(at[best], mean[best], "o", ms=11, mfc="none", mec="black", label="kept")
+    axes.plot(at, mean, color=BETTER, marker="o", ms=4, clip_on=False)  # a share may be 100 %
+    axes.plot(at[best], mean[best], "o", ms=11, mfc="none", mec="black", label="kept", clip_on=False)
     axes.grid(alpha=0.3)
     axes.spines[["top", "right"]].set_visible(False)
