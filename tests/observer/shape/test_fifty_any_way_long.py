@@ -27,7 +27,7 @@ SOLIDS = (
 NAMES = [each for pair in zip(MESHES, [*SOLIDS, *[""] * len(MESHES)], strict=False) for each in pair if each]
 JITTER = {"size_jitter": 0.2, "position_jitter": 0.02, "rotation_jitter": 180.0}
 SIGMA, SECONDS, AFTER = 3.0, 10.0, (2, 5, 10)
-FIRST = 70_300  # nothing was tuned on these seeds; names were tuned on the first thirteen objects
+FIRST = 78_000  # nothing was tuned on these seeds; names were tuned on the first thirteen objects, and on hollow ones
 GOAL = 0.9
 
 pytestmark = [
