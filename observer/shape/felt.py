@@ -120,7 +120,7 @@ class Felt:
     def _near(self, look: Look) -> NDArray[np.bool_]:
         """(L,) which links any hypothesis may come near: the others are as they would be without it."""
         ball = look.position + self._skin.middle[:, None] * look.rotation[:, :, 2]
-        return np.asarray(self._apart(ball) < self._skin.ball + CLEAR * look.model.tolerance)
+        return self._close(ball, self._skin.ball + CLEAR * look.model.tolerance)
 
     def log_likelihood(self, solids: Solids, temper: float, least: Array | None = None) -> tuple[Array, int]:
         """Tell how probable all that was felt is.
@@ -190,7 +190,7 @@ class Felt:
             surprise,
         )
         n, patch, share = _chosen(worth[n], MOST_PATCHES, rng, n, patch)
-        near = np.flatnonzero(self._apart(balls) < skin.radius[bead])
+        near = np.flatnonzero(self._close(balls, skin.radius[bead]))
         near, cost = _chosen(worth[m[near]], MOST_BALLS, rng, near)
         mine, each = tolerance[m[near]], np.zeros(len(near))
         alone, around = np.arange(len(near) + 1), np.zeros((len(near), 4))
@@ -218,9 +218,11 @@ class Felt:
         points = np.einsum("mij,mj->mi", self._records.rotation[of], self._skin.points[which])
         return points + self._records.position[of], begin
 
-    def _apart(self, points: Array) -> Array:
-        """(M,) m, from points (M, 3) to where any hypothesis reaches."""
-        return np.asarray((np.linalg.norm(points[:, None] - self._middle, axis=2) - self._reach).min(axis=1))
+    def _close(self, points: Array, distance: Array) -> NDArray[np.bool_]:
+        """(M,) whether points (M, 3) are closer than a distance (M,) m to where any hypothesis reaches."""
+        close = np.empty(len(points), dtype=np.bool_)
+        _near_any(points, distance, self._middle, self._reach, close)
+        return close
 
     def _held_against(self, solids: Solids, which: NDArray[np.int64], temper: float, least: Array) -> tuple[Array, int]:
         out = np.empty(len(solids.scale))
@@ -241,6 +243,19 @@ def _with_room(array: NDArray[Any], rows: int) -> NDArray[Any]:
     if rows <= len(array):
         return array
     return np.concatenate([array, np.empty((max(len(array), rows - len(array)), *array.shape[1:]), array.dtype)])
+
+
+@kernel()
+def _near_any(points, distance, middle, reach, close):
+    """Fill `close` (M,): whether points (M, 3) are closer than a distance (M,) to any of some balls."""
+    for m in range(len(points)):
+        close[m] = False
+        for k in range(len(middle)):
+            x, y, z = points[m, 0] - middle[k, 0], points[m, 1] - middle[k, 1], points[m, 2] - middle[k, 2]
+            most = distance[m] + reach[k]
+            if most > 0.0 and x * x + y * y + z * z < most * most:
+                close[m] = True
+                break
 
 
 @kernel(fastmath=True)

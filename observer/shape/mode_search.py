@@ -27,9 +27,9 @@ from observer.resampling import normalise
 from observer.shape.distance_fields import Solids
 from observer.shape.felt import Felt
 from observer.shape.hypotheses import RANGES, Variants
-from observer.shape.modes import Found, Modes, log_normal, log_of_turns, shares, turns_between
+from observer.shape.modes import Found, Modes, log_mixture, shares
 from observer.shape.registration import UNKNOWNS, Touched, register
-from observer.shape.symmetry import symmetries
+from observer.shape.turns import angle, product
 
 STARTS, AGAIN = 64, 4  # turns at random, and variants there are that explain most
 FEW_STEPS, PROMISING, MANY_STEPS = 3, 8, 8  # how far all starts are moved, and how many of them on
@@ -63,7 +63,6 @@ class ModeSearch:
         self._free = np.append(self._ranges > 0.0, [True] * 3)
         self._touched: tuple[Touched, Touched]
         self._so_far = 0.0
-        self._alike: dict[int, Rotation] = {}
 
     def modes(self, felt: Felt, solid: int, known: Array, rng: np.random.Generator, least: float = -np.inf) -> Modes:
         """Find where a solid explains what was felt.
@@ -105,43 +104,36 @@ class ModeSearch:
         """At most `MODES` that explain most and lie apart, also from the copies of others by symmetry."""
         best = np.argsort(-modes.fit, kind="stable")[:LOOKED_AT]
         best = best[modes.fit[best] > modes.fit.max() - WORSE]
-        turns, alike = Rotation.from_quat(modes.units[best, RANGES:]), self._symmetries(solid)
-        kept: list[int] = []
-        for i, each in enumerate(best):
-            apart = np.abs((modes.units[best[kept]] - modes.units[each])[:, SIZE_AND_PLACE]).max(axis=1) > APART_UNITS
-            near = np.flatnonzero(~apart)
-            if all(((turns[kept[k]].inv() * turns[i]).inv() * alike).magnitude().min() > APART[1] for k in near):
-                kept.append(i)
+        places, turns, alike = modes.units[:, SIZE_AND_PLACE], modes.units[:, RANGES:], self._variants.alike[solid]
+        kept: list[tuple[int, Array]] = []
+        for each in best:
+            for other, copies in kept:
+                near = np.abs(places[other] - places[each]).max() <= APART_UNITS
+                if near and angle(np.abs(copies @ turns[each]).max()) <= APART[1]:
+                    break
+            else:
+                kept.append((int(each), product(turns[each], alike)))
             if len(kept) == min(MODES, max(1, MOST_COPIES // len(alike))):
                 break
-        return modes.of(best[kept])
+        return modes.of(np.array([each for each, _ in kept]))
 
     def _copied(self, modes: Modes, solid: int) -> tuple[Modes, NDArray[np.int64]]:
         """Modes with all their copies by the symmetries of the solid, and of which (M,) each is one."""
-        alike = self._symmetries(solid)
+        alike = self._variants.alike[solid]
         of = np.arange(len(modes.fit)).repeat(len(alike))
         copies = modes.of(of)
-        turns = Rotation.from_quat(copies.units[:, RANGES:]) * Rotation.concatenate([alike] * len(modes.fit))
-        copies.units[:, RANGES:] = turns.as_quat()
+        copies.units[:, RANGES:] = product(copies.units[:, RANGES:], np.tile(alike, (len(modes.fit), 1)))
         possible = self._variants.turns.allowed(copies.units[:, RANGES:])
         possible[:: len(alike)] = True  # it was found there
         return copies.of(np.flatnonzero(possible)), of[possible]
 
-    def _symmetries(self, solid: int) -> Rotation:
-        """Turns by which a solid looks the same, in its frame before it is turned."""
-        if solid not in self._alike:
-            nominal = self._variants.nominal
-            usual = Rotation.from_matrix(nominal.rotation[solid])
-            self._alike[solid] = usual * Rotation.from_quat(symmetries(nominal, solid)) * usual.inv()
-        return self._alike[solid]
-
     def _apart(self, starts: Solids, cost: Array, most: int) -> NDArray[np.int64]:
         """Which starts explain most, at most so many, and lie apart."""
         kept: list[int] = []
-        turns = Rotation.from_matrix(starts.rotation)
+        turns, near = starts.rotation.reshape(-1, 9), 1.0 + 2.0 * np.cos(APART[1])  # a trace
         for i in np.argsort(cost, kind="stable"):
             apart = np.linalg.norm(starts.position[kept] - starts.position[i], axis=1) > APART[0]
-            if not kept or np.all(apart | ((turns[kept] * turns[i].inv()).magnitude() > APART[1])):
+            if np.all(apart | (turns[kept] @ turns[i] < near)):
                 kept.append(int(i))
             if len(kept) == most:
                 break
@@ -176,7 +168,7 @@ class ModeSearch:
         free = np.flatnonzero(self._free)
         _, log_det = np.linalg.slogdet(modes.spread[:, free[:, None], free] / WIDER**2)
         volume = 0.5 * (log_det + len(free) * np.log(2.0 * np.pi)) - np.log(8.0 * np.pi**2)
-        return float(logsumexp(modes.fit + volume) + self._log_prior() + np.log(len(self._symmetries(solid))))
+        return float(logsumexp(modes.fit + volume) + self._log_prior() + np.log(len(self._variants.alike[solid])))
 
     def posterior(self, felt: Felt, solid: int, modes: Modes, rng: np.random.Generator, draws: int) -> Found:
         """Sample the posterior of one solid, in stages, until enough draws matter: what was drawn tells where to draw
@@ -211,8 +203,8 @@ class ModeSearch:
     def _weighed(self, units: Array, fit: Array, asked: list[tuple[Modes, Array]]) -> Found:
         """The posterior of draws that were made about some modes with shares (M,), as many as about any others."""
         log_weight, inside = np.full(len(units), -np.inf), fit > -np.inf
-        proposed = np.array([self._log_proposal(units[inside], *about) for about in asked])
-        proposed = logsumexp(proposed, axis=0) - np.log(len(asked))
+        proposed = np.logaddexp.reduce([self._log_proposal(units[inside], *about) for about in asked])
+        proposed -= np.log(len(asked))
         log_weight[inside] = fit[inside] + self._log_prior() - proposed - np.log(len(units))
         log_evidence, _, effective = normalise(log_weight.copy())
         return Found(units, log_weight, fit, log_evidence, effective)
@@ -230,8 +222,8 @@ class ModeSearch:
         drawn = rng.uniform(-1.0, 1.0, (draws, 4)) * self._free[:4]
         units[:, SIZE_AND_PLACE] = np.where(blind[:, None], drawn, units[:, SIZE_AND_PLACE])
         anew = blind | (rng.random(draws) < ANY_TURN)
-        turns = Rotation.from_rotvec(off[:, 4:]) * Rotation.from_quat(units[:, RANGES:])
-        units[:, RANGES:] = np.where(anew[:, None], self._variants.turns.draw(draws, rng), turns.as_quat())
+        turns = product(Rotation.from_rotvec(off[:, 4:]).as_quat(), units[:, RANGES:])
+        units[:, RANGES:] = np.where(anew[:, None], self._variants.turns.draw(draws, rng), turns)
         return units, of
 
     def _explained(self, felt: Felt, solid: int, units: Array, least: float) -> Array:
@@ -250,14 +242,11 @@ class ModeSearch:
 
     def _log_proposal(self, units: Array, modes: Modes, share: Array) -> Array:
         """(D,) log density with which draws are made about modes, in the measure of `_log_prior`."""
-        place = np.flatnonzero(self._free[:4])
-        every = np.append(place, [4, 5, 6])
-        turn = turns_between(units[:, RANGES:], modes.units[:, RANGES:])
-        off = np.concatenate([(units[None] - modes.units[:, None])[:, :, SIZE_AND_PLACE], turn], axis=2)
-        about = log_normal(off[:, :, every], modes.spread[:, every[:, None], every]) - log_of_turns(turn)
-        any_turn = log_normal(off[:, :, place], modes.spread[:, place[:, None], place])
-        any_turn -= np.log(self._variants.turns.share)
-        much = np.log(share * (1.0 - ANYWHERE))[:, None]
-        anywhere = np.full((1, len(units)), self._log_prior() + np.log(ANYWHERE))
-        parts = [anywhere, about + much + np.log(1.0 - ANY_TURN), any_turn + much + np.log(ANY_TURN)]
-        return np.asarray(logsumexp(np.concatenate(parts), axis=0))
+        free = np.flatnonzero(self._free)
+        covariance = modes.spread[:, free[:, None], free] + 1e-12 * np.eye(len(free))
+        much = np.log(share * (1.0 - ANYWHERE))
+        any_turn = much + np.log(ANY_TURN) - np.log(self._variants.turns.share)
+        log_share = np.stack([much + np.log(1.0 - ANY_TURN), any_turn], axis=1)
+        out, factor, place = np.empty(len(units)), np.linalg.cholesky(covariance), SIZE_AND_PLACE[self._free[:4]]
+        log_mixture(units, modes.units, factor, place, log_share, self._log_prior() + np.log(ANYWHERE), out)
+        return out

@@ -5,12 +5,16 @@ Shapes: M modes, D draws. Lengths in metres.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
+from haptic_env.compiled import kernel, part
+
+LOG_CIRCLE, LOG_TURNS = math.log(2.0 * math.pi), math.log(8.0 * math.pi**2)
 
 
 class Modes(NamedTuple):
@@ -69,50 +73,62 @@ def shares(fit: Array) -> Array:
     return np.asarray(share / share.sum())
 
 
-def log_normal(off: Array, covariance: Array) -> Array:
-    """Tell how probable it is to be so far from modes.
+@kernel()
+def log_mixture(units, modes, factor, place, log_share, floor, out):
+    """Tell how probable draws from a mixture are: about modes, about the places of modes at any turn, and anywhere.
 
     Args:
-        off: (M, D, k).
-        covariance: (M, k, k).
-
-    Returns:
-        (M, D) log density of normals about 0.
+        units: (D, 9) as of `Variants.draw`.
+        modes: (M, 9).
+        factor: (M, k, k) Cholesky's, of the covariance of what is not known, a turn being the last three.
+        place: (k - 3,) columns of the others.
+        log_share: (M, 2) logs of the shares of the first two, the second less that of turns that may be.
+        floor: log of the third's share times its density.
+        out: (D,), filled with the logs of densities, of turns by the share of all turns.
     """
-    size = covariance.shape[-1]
-    factor = np.linalg.cholesky(covariance + 1e-12 * np.eye(size))
-    scaled = np.linalg.solve(factor, off.transpose(0, 2, 1))
-    log_det = np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(axis=1)
-    return np.asarray(-0.5 * (scaled**2).sum(axis=1) - log_det[:, None] - 0.5 * size * np.log(2.0 * np.pi))
+    size, places = factor.shape[1], len(place)
+    scaled, terms = np.empty(size), np.empty(2 * len(modes) + 1)
+    log_det = np.zeros((len(modes), 2))
+    for m in range(len(modes)):
+        for i in range(size):
+            log_det[m, 0] += math.log(factor[m, i, i])
+            if i < places:
+                log_det[m, 1] = log_det[m, 0]
+    for d in range(len(units)):
+        most = terms[-1] = floor
+        for m in range(len(modes)):
+            x, y, z, angle = _turn_between(units[d], modes[m])
+            square = at_any_turn = 0.0
+            for i in range(size):
+                if i < places:
+                    off = units[d, place[i]] - modes[m, place[i]]
+                else:
+                    off = x if i == places else (y if i == places + 1 else z)
+                for j in range(i):
+                    off -= factor[m, i, j] * scaled[j]
+                scaled[i] = off / factor[m, i, i]
+                square += scaled[i] ** 2
+                if i == places - 1:
+                    at_any_turn = square
+            # How many turns there are to a rotation vector: most about 0.
+            crowded = math.log(2.0 * (1.0 - math.cos(angle)) / angle**2) - LOG_TURNS
+            terms[2 * m] = log_share[m, 0] - 0.5 * square - log_det[m, 0] - 0.5 * size * LOG_CIRCLE - crowded
+            terms[2 * m + 1] = log_share[m, 1] - 0.5 * at_any_turn - log_det[m, 1] - 0.5 * places * LOG_CIRCLE
+            most = max(most, terms[2 * m], terms[2 * m + 1])
+        total = 0.0
+        for term in terms:
+            total += math.exp(term - most)
+        out[d] = most + math.log(total)
 
 
-def log_of_turns(turn: Array) -> Array:
-    """Tell how many turns there are to a rotation vector.
-
-    Args:
-        turn: (..., 3) rad.
-
-    Returns:
-        (...) log of the share of all turns in a unit of volume, which is largest about 0.
-    """
-    angle = np.maximum(np.linalg.norm(turn, axis=-1), 1e-6)
-    return np.asarray(np.log(2.0 * (1.0 - np.cos(angle)) / angle**2) - np.log(8.0 * np.pi**2))
-
-
-def turns_between(turns: Array, modes: Array) -> Array:
-    """Tell by what turn in the world each draw differs from each mode.
-
-    Args:
-        turns: (D, 4) quaternions xyzw.
-        modes: (M, 4).
-
-    Returns:
-        (M, D, 3) rad, rotation vectors.
-    """
-    vector, real = turns[None, :, :3], turns[None, :, 3:]
-    other, its_real = -modes[:, None, :3], modes[:, None, 3:]
-    axis = real * other + its_real * vector + np.cross(vector, other)
-    w = real * its_real - (vector * other).sum(axis=-1, keepdims=True)
-    axis = np.where(w < 0.0, -axis, axis)
-    sine = np.maximum(np.linalg.norm(axis, axis=-1, keepdims=True), 1e-12)
-    return np.asarray(2.0 * np.arctan2(sine, np.abs(w)) / sine * axis)
+@part()
+def _turn_between(draw, mode):
+    """By what turn in the world a draw (9,) differs from a mode (9,): a rotation vector, rad, and its length."""
+    a, b, c, d = draw[5], draw[6], draw[7], draw[8]
+    x, y, z, w = -mode[5], -mode[6], -mode[7], mode[8]
+    u, v, t = d * x + a * w + b * z - c * y, d * y - a * z + b * w + c * x, d * z + a * y - b * x + c * w
+    real = d * w - a * x - b * y - c * z
+    sine = max(math.sqrt(u * u + v * v + t * t), 1e-12)
+    angle = 2.0 * math.atan2(sine, abs(real))
+    by = angle / sine if real >= 0.0 else -angle / sine
+    return by * u, by * v, by * t, max(angle, 1e-6)

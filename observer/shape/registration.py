@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
-from haptic_env.compiled import inner, kernel
+from haptic_env.compiled import inner, kernel, part
 from observer.shape.contact_likelihood import CLEAR
-from observer.shape.distance_fields import distance_from, way_out
+from observer.shape.distance_fields import box_of
+from observer.shape.slopes import gap_from, way_from
 
 UNKNOWNS = 7  # log size, place, and a small turn about each axis of the world
 FIRST_DAMPING = 1e-2
@@ -81,26 +82,7 @@ class Ranges(NamedTuple):
     turns: bool
 
 
-@inner()
-def _gap(solids, s, x, y, z, slope):
-    """Fill `slope` (3,) with the derivative of the distance of a point of the world from start `s` by the point; of
-    those far off it is the way from the middle.
-
-    Returns:
-        The distance, m.
-    """
-    gap = distance_from(solids, s, x, y, z)
-    if gap < solids.scale[s] * solids.far:
-        way_out(solids, s, x, y, z, 0.5 * solids.resolution, slope)
-        return gap
-    at = solids.position[s]
-    dx, dy, dz = x - at[0], y - at[1], z - at[2]
-    apart = math.sqrt(dx * dx + dy * dy + dz * dz)
-    slope[0], slope[1], slope[2] = dx / apart, dy / apart, dz / apart
-    return gap
-
-
-@inner()
+@part()
 def _add(weight, off, gap, slope, arm, equations):
     """Add a residual `off` m, which changes as a gap with `slope` (3,) at `arm` (3,) from the middle, to the normal
     equations (7, 7) and (7,)."""
@@ -121,7 +103,7 @@ def _add(weight, off, gap, slope, arm, equations):
             normal[i, j] += weight * row[i] * row[j]
 
 
-@inner()
+@part()
 def _pull(gap, tolerance, weight, surprise):
     """What of a touch is left to be explained, and the weight of the square of its gap."""
     if surprise <= 0.0:
@@ -134,7 +116,7 @@ def _pull(gap, tolerance, weight, surprise):
     return -2.0 * weight * math.log(surprise + fit), weight * fit / ((surprise + fit) * tolerance**2)
 
 
-@inner()
+@part()
 def _push(gap, tolerance, deep, weight, surprise):
     """What of silence is left to be explained, the weight of a square, and of what it is the square."""
     if surprise <= 0.0:
@@ -155,44 +137,44 @@ def _push(gap, tolerance, deep, weight, surprise):
 
 
 @inner()
-def _equations(solids, s, touched, slope, normal, right):
+def _equations(solids, s, touched, normal, right):
     """Fill the normal equations (7, 7), their lower triangle, and (7,); returns what is to be made least."""
     total = 0.0
     for i in range(UNKNOWNS):
         right[i] = 0.0
         for j in range(UNKNOWNS):
             normal[i, j] = 0.0
-    at = solids.position[s]
+    at, box = solids.position[s], box_of(solids, solids.drawn_in[s])
     for n in range(len(touched.weight)):
         nearest, least = touched.begin[n], np.inf
         for k in range(touched.begin[n], touched.begin[n + 1]):
-            gap = distance_from(solids, s, touched.points[k, 0], touched.points[k, 1], touched.points[k, 2])
+            gap = gap_from(solids, s, box, touched.points[k, 0], touched.points[k, 1], touched.points[k, 2])
             if gap < least:
                 nearest, least = k, gap
         cost, weight = _pull(least, touched.tolerance[n], touched.weight[n], touched.surprise)
         total += cost
         if weight > 0.0:
             x, y, z = touched.points[nearest, 0], touched.points[nearest, 1], touched.points[nearest, 2]
-            gap = _gap(solids, s, x, y, z, slope)
-            _add(weight, gap, gap, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
+            slope = way_from(solids, s, box, x, y, z)
+            _add(weight, least, least, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
     exact = solids.exact[solids.drawn_in[s]]
     for u in range(len(touched.cost)):
         begin, end, clear = touched.first[u], touched.first[u + 1], CLEAR * touched.slack[u]
         if end > begin + 1:
             x, y, z = touched.ball[u, 0], touched.ball[u, 1], touched.ball[u, 2]
-            if distance_from(solids, s, x, y, z) > touched.ball[u, 3] + clear:
+            if gap_from(solids, s, box, x, y, z) > touched.ball[u, 3] + clear:
                 continue
         deepest, least = begin, np.inf
         for k in range(begin, end):
             radius = touched.radius[k] if exact else 0.0  # where the surface is not known, nothing lies inside of it
-            gap = distance_from(solids, s, touched.balls[k, 0], touched.balls[k, 1], touched.balls[k, 2]) - radius
+            gap = gap_from(solids, s, box, touched.balls[k, 0], touched.balls[k, 1], touched.balls[k, 2]) - radius
             if gap < least:
                 deepest, least = k, gap
         cost, weight, off = _push(least, touched.slack[u], touched.deep[u], touched.cost[u], touched.surprise)
         total += cost
         if cost > 0.0:
             x, y, z = touched.balls[deepest, 0], touched.balls[deepest, 1], touched.balls[deepest, 2]
-            gap = _gap(solids, s, x, y, z, slope)
+            slope, gap = way_from(solids, s, box, x, y, z), gap_from(solids, s, box, x, y, z)
             _add(weight, off, gap, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
     return total
 
@@ -262,7 +244,7 @@ def register(solids, touched, ranges, steps, cost, information):
         cost: (S,) filled with what is left to be explained, half of which is a negative log likelihood.
         information: (S, 7, 7) filled with the normal equations there.
     """
-    slope, right, step = np.empty(3), np.empty(UNKNOWNS), np.zeros(UNKNOWNS)
+    right, step = np.empty(UNKNOWNS), np.zeros(UNKNOWNS)
     normal, trial = np.empty((UNKNOWNS, UNKNOWNS)), np.empty((UNKNOWNS, UNKNOWNS))
     factor, wrong = np.empty((UNKNOWNS, UNKNOWNS)), np.empty(UNKNOWNS)
     free = np.ones(UNKNOWNS, dtype=np.bool_)
@@ -272,12 +254,12 @@ def register(solids, touched, ranges, steps, cost, information):
         free[4 + i] = ranges.turns
     for s in range(len(cost)):
         damping = FIRST_DAMPING
-        best = _equations(solids, s, touched, slope, normal, right)
+        best = _equations(solids, s, touched, normal, right)
         for _ in range(steps):
             scale, place, turn = solids.scale[s], solids.position[s].copy(), solids.rotation[s].copy()
             _solve(normal, right, damping, free, factor, step)
             _moved(solids, s, scale, place, turn, step, ranges)
-            total = _equations(solids, s, touched, slope, trial, wrong)
+            total = _equations(solids, s, touched, trial, wrong)
             if total < best:
                 gained, best, damping = best - total, total, max(0.2 * damping, 1e-6)
                 normal[:], right[:] = trial, wrong

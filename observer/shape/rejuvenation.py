@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from haptic_env.arrays import Array
-from observer.resampling import systematic_counts
+from observer.resampling import log_sums, systematic_counts
 from observer.shape.distance_fields import Solids
 from observer.shape.felt import Felt, Look
 from observer.shape.hypotheses import RANGES, Variants, reflected
@@ -59,6 +59,7 @@ class Rejuvenation:
         solids = variants.hypotheses // variants.count
         self._worth = WORTH * min(1.0, MANY_SOLIDS / solids)
         self._step = np.full(solids, FIRST_STEP)
+        self._first = np.arange(solids) * variants.count
         self._due = np.zeros(solids, dtype=np.int64)  # moves of each solid
         self._awake = np.full(solids, variants.count)
         self._search = ModeSearch(variants, temper)
@@ -78,7 +79,7 @@ class Rejuvenation:
         log_evidence[awake] += gained
         self._fit[awake] += gained
 
-    def resample(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> bool:
+    def resample(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> set[int]:
         """Resample the variants of each solid of which fewer than half are effective; they are to be moved.
 
         Args:
@@ -87,9 +88,9 @@ class Rejuvenation:
             rng: draws.
 
         Returns:
-            Whether any has changed.
+            Which solids' have changed.
         """
-        changed = False
+        changed = set()
         share = self._share(log_evidence)
         wanted = np.where(share < self._worth, min(FEW, self._variants.count), self._variants.count)
         for solid, _, kept in self._variants.resampled(log_evidence, rng, self._awake, wanted):
@@ -98,15 +99,21 @@ class Rejuvenation:
             units[mine], self._fit[mine] = units[kept], self._fit[kept]
             self._awake[solid] = len(kept)
             self._due[solid] = np.clip(REPLAYED // self._felt.looks, FEWEST, MOST)
-            changed = True
+            changed.add(solid)
         return changed
+
+    def _log_sums(self, log_evidence: Array) -> Array:
+        """(K,) the log evidence of each solid."""
+        sums = np.empty(len(self._due))
+        log_sums(log_evidence, self._first, sums)
+        return sums
 
     def _share(self, log_evidence: Array) -> Array:
         """(K,) the posterior of each solid."""
-        share = np.exp(log_evidence - np.logaddexp.reduce(log_evidence))
-        return share.reshape(len(self._due), -1).sum(axis=1)
+        of_solids = self._log_sums(log_evidence)
+        return np.asarray(np.exp(of_solids - np.logaddexp.reduce(of_solids)))
 
-    def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> bool:
+    def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> set[int]:
         """Make some of the moves that are due, those of the likeliest solids first: no step takes long.
 
         Args:
@@ -115,7 +122,7 @@ class Rejuvenation:
             rng: draws.
 
         Returns:
-            Whether any has moved.
+            Which solids' have moved.
         """
         changed, spent, self._spent = self._look_for_modes(units, log_evidence, rng), self._spent, 0
         if not self._due.any():
@@ -126,24 +133,24 @@ class Rejuvenation:
             solid = int(np.argmax(np.where(self._due > 0, share, -1.0)))
             spent += self._metropolis(units, solid, rng)
             self._due[solid] -= 1
-            changed = True
+            changed.add(solid)
         return changed
 
-    def _look_for_modes(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> bool:
+    def _look_for_modes(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> set[int]:
         """Search for modes of the one solid for which most was touched since; where its variants have missed them, draw
         them anew, and their evidence.
 
         Returns:
-            Whether that was so.
+            That solid where it was so.
         """
         grown = self._felt.touched_so_far / np.maximum(self._searched, FEWEST_TOUCHES / SOONEST)
         if grown.max() < SOONEST:
-            return False
-        of_solids = np.logaddexp.reduce(log_evidence.reshape(len(self._due), -1), axis=1)
+            return set()
+        of_solids = self._log_sums(log_evidence)
         grown /= np.minimum(SOONEST + (of_solids.max() - of_solids) / NATS_LATER, LATEST)
         solid = int(np.argmax(grown))
         if grown[solid] < 1.0:
-            return False
+            return set()
         self._searched[solid] = self._felt.touched_so_far
         first, awake = solid * self._variants.count, self._awake[solid]
         fit = self._fit[first : first + awake]
@@ -151,13 +158,13 @@ class Rejuvenation:
         least = there - HOPELESS
         modes = self._search.modes(self._felt, solid, units[first + np.argsort(-fit)[:AGAIN]], rng, least)
         if modes.fit.max() < max(least, fit.max() - MISSED):  # no evidence is above the best fit
-            return False
+            return set()
         guess = max(self._search.log_evidence(solid, modes), evidence)
         if guess < least:
-            return False
+            return set()
         found = self._search.posterior(self._felt, solid, modes, rng, MANY if guess > there - LIKELY else SOME)
         if not found.effective >= ENOUGH and not found.log_evidence >= evidence + MISSED:
-            return False
+            return set()
         kept, log_weight = np.arange(len(found.units)), found.log_weight
         if len(kept) > self._variants.count:
             copies = systematic_counts(np.exp(log_weight - found.log_evidence), rng.random(), self._variants.count)
@@ -167,7 +174,7 @@ class Rejuvenation:
         units[mine], self._fit[mine], self._awake[solid] = found.units[kept], found.fit[kept], len(kept)
         log_evidence[first : first + self._variants.count] = -np.inf
         log_evidence[mine] = log_weight
-        return True
+        return {solid}
 
     def _metropolis(self, units: Array, solid: int, rng: np.random.Generator) -> int:
         """Propose one move to each variant of a solid, by steps of chance in all that is not known, and make it where

@@ -13,7 +13,7 @@ from haptic_env.arrays import Array
 from observer.shape.distance_fields import Solids
 
 FOLDS = 3, 5, 8  # of an axis, besides those of a cube
-POINTS = 400
+POINTS, FIRST_POINTS = 400, 20  # and those that exclude most turns
 NEAR = 1.5  # nodes of the field, from the surface
 SAME, SAME_MOST = 0.0004, 0.001  # m, by which 95 % of distances may differ, and all
 MOST, OF_ROUND = 24, 8  # turns; of more than that a solid is round, and few are enough
@@ -34,6 +34,7 @@ def _candidates() -> Rotation:
 
 
 CANDIDATES = _candidates()
+TURNS = CANDIDATES.as_matrix()
 
 
 def symmetries(solids: Solids, solid: int) -> Array:
@@ -53,11 +54,14 @@ def symmetries(solids: Solids, solid: int) -> Array:
     at = near[rng.permutation(len(near))[:POINTS]]
     points = low + step * at
     told = field[tuple(at.T)]
-    kept = []
-    for i, turn in enumerate(CANDIDATES):
-        there = (turn.apply(points) - low) / step
-        off = np.abs(ndimage.map_coordinates(field, there.T, order=1, cval=1.0) - told)
-        if i == 0 or (np.quantile(off, 0.95) < SAME and off.max() < SAME_MOST):
-            kept.append(i)
+    kept = np.arange(len(TURNS))
+    for few in (slice(FIRST_POINTS), slice(None)):
+        there = (np.einsum("gij,nj->ign", TURNS[kept], points[few]) - low[:, None, None]) / step
+        off = np.abs(ndimage.map_coordinates(field, there, order=1, cval=1.0) - told[few])
+        same = off.max(axis=1) < SAME_MOST
+        if few.stop is None:
+            same &= np.quantile(off, 0.95, axis=1) < SAME
+        same[0] = True
+        kept = kept[same]
     every = 1 if len(kept) <= MOST else len(kept) // OF_ROUND
     return np.asarray(CANDIDATES[kept[::every]].as_quat())
