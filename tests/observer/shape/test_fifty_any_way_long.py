@@ -1,13 +1,11 @@
 """Fifty objects that lie any way, of unknown size and place, enclosed by a whole hand: how often they are named.
 
-All of it takes hours. With the environment variable `HAPTIC_SLAM_KEPT`, a folder, what was felt and named is kept
-there, and whoever runs it again goes on; it is to be emptied where the code has changed.
+All of it takes hours, and may be done in pieces (`tests.kept`).
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import gymnasium as gym
@@ -22,6 +20,7 @@ from observer import ObserverWrapper, ShapePosterior
 from observer.brackets import DeadReckoning, TruePose
 from observer.pose.seen import LaggedPose
 from observer.pose_only import PoseOnly
+from tests.kept import Arrays, folder_of, once
 
 MESHES = sorted(map(str, (Path(__file__).parents[4] / "shared" / "objects").glob("*.*")))
 SOLIDS = (
@@ -43,17 +42,6 @@ pytestmark = [
     pytest.mark.timeout(4 * 3600),
     pytest.mark.skipif(not MESHES, reason="needs ../shared/objects"),
 ]
-Arrays = dict[str, np.ndarray]
-
-
-def _once(path: Path, make: Callable[[], Arrays]) -> Arrays:
-    """What was made, now or before."""
-    if not path.exists():
-        half = path.with_suffix(".half.npz")
-        np.savez(half, **make())  # type: ignore[arg-type]
-        half.replace(path)
-    with np.load(path) as arrays:
-        return dict(arrays)
 
 
 def _explored(seed: int, name: str) -> Arrays:
@@ -119,15 +107,13 @@ def _scattered(sure: np.ndarray) -> tuple[float, float]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    kept = Path(os.environ.get("HAPTIC_SLAM_KEPT") or tmp_path_factory.mktemp("kept"))
-    kept.mkdir(parents=True, exist_ok=True)
-    return kept
+    return folder_of("fifty", tmp_path_factory)
 
 
 def _explorations(folder: Path) -> Iterator[tuple[int, str, Arrays]]:
     """Seed and name of each object that can be explored, and what was felt of it."""
     for seed, name in enumerate(NAMES, FIRST):
-        felt = _once(folder / f"{seed}.npz", lambda: _explored(seed, name))  # noqa: B023
+        felt = once(folder / f"{seed}.npz", lambda: _explored(seed, name))  # noqa: B023
         if NEITHER not in felt:
             yield seed, name, felt
 
@@ -137,7 +123,7 @@ def _known(folder: Path) -> list[tuple[str, dict[str, Arrays]]]:
     namer, trials = ShapePosterior(hands.make("myo"), NAMES, **JITTER), []
     for seed, name, felt in _explorations(folder):
         named = {
-            who: _once(folder / f"{seed} {who} known.npz", lambda: _named(felt, who, namer, seed))  # noqa: B023
+            who: once(folder / f"{seed} {who} known.npz", lambda: _named(felt, who, namer, seed))  # noqa: B023
             for who in WHO
         }
         trials.append((name, named))
@@ -153,7 +139,7 @@ def _new(folder: Path) -> list[tuple[str, dict[str, Arrays]]]:
             others = [each for each in NAMES if each != name]  # noqa: B023
             return _named(felt, who, ShapePosterior(hands.make("myo"), others, **JITTER), seed)  # noqa: B023
 
-        trials.append((name, {who: _once(folder / f"{seed} {who} new.npz", lambda: named(who)) for who in WHO[:2]}))  # noqa: B023
+        trials.append((name, {who: once(folder / f"{seed} {who} new.npz", lambda: named(who)) for who in WHO[:2]}))  # noqa: B023
     return trials
 
 
