@@ -66,34 +66,27 @@ class Touched(NamedTuple):
     surprise: float
 
     def sparse(self, patches: int, looks: int) -> Touched:
-        """Choose some of what was felt, from first to last, to tell at a glance what may explain it.
+        """Choose some of what was felt, evenly spaced.
 
         Args:
             patches: at most, each by the middle one of its points.
             looks: at most, each by its first ball.
 
         Returns:
-            That.
+            Those.
         """
         n, u = _spaced(len(self.weight), patches), _spaced(len(self.cost), looks)
-        return Touched(
-            self.points[(self.begin[n] + self.begin[n + 1]) // 2],
-            np.arange(len(n) + 1),
-            self.weight[n],
-            self.tolerance[n],
-            self.balls[self.first[u]],
-            self.radius[self.first[u]],
-            np.arange(len(u) + 1),
-            self.ball[u],
-            self.cost[u],
-            self.slack[u],
-            self.deep[u],
-            self.surprise,
+        return self._replace(
+            points=self.points[(self.begin[n] + self.begin[n + 1]) // 2],
+            begin=np.arange(len(n) + 1),
+            first=np.arange(len(u) + 1),
+            **{each: getattr(self, each)[n] for each in ("weight", "tolerance")},
+            **{each: getattr(self, each)[self.first[u]] for each in ("balls", "radius")},
+            **{each: getattr(self, each)[u] for each in ("ball", "cost", "slack", "deep")},
         )
 
 
 def _spaced(count: int, most: int) -> NDArray[np.int64]:
-    """At most so many of a count, evenly spaced."""
     return np.arange(count) if count <= most else np.linspace(0, count - 1, most).astype(np.int64)
 
 
