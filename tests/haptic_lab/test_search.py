@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -9,6 +11,7 @@ from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 
@@ -21,7 +24,7 @@ from agents.sb3 import read_model
 from agents.sweep import SweepingMotion
 from haptic_env import hand_env
 from haptic_lab.commands import train
-from haptic_lab.learning import candidates, presets, search
+from haptic_lab.learning import candidates, presets, search, several_runs
 from haptic_lab.learning.candidates import Outcome, doubts
 from haptic_lab.learning.covering import Covering
 from haptic_lab.learning.evaluation import OF_EVALUATIONS
@@ -388,3 +391,47 @@ def test_angles_may_be_taken_at_their_word_where_only_names_are_asked():
             TrainingWorld(**{"filtered": False, "observation": ("contacts",), **change})
     with pytest.raises(ValueError, match="filtered must be"):
         TrainingWorld(filtered=1)
+
+
+def as_seed(finished: Path, folder: Path, seed: int, better: float) -> Path:
+    """The same run, as if another seed had come to other rewards."""
+    shutil.copytree(finished, folder)
+    told = json.loads((folder / "training.json").read_text())
+    (folder / "training.json").write_text(json.dumps(told | {"seed": seed}))
+    with np.load(folder / "evaluations.npz") as kept:
+        table = dict(kept)
+    np.savez(folder / "evaluations.npz", **table | {"results": table["results"] + better})
+    return folder
+
+
+def test_runs_of_several_seeds_are_held_against_each_other(finished, tmp_path):
+    runs = [as_seed(finished, tmp_path / str(seed), seed, better) for seed, better in enumerate((0.0, 0.5, 0.7))]
+    table = several_runs.compare(runs, tmp_path / "out")
+    assert (tmp_path / "out" / "runs.png").stat().st_size > 5000
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "out" / "runs.csv").astype({"seed": "Int64"}), table)
+    with np.load(finished / "evaluations.npz") as kept:
+        rewards, decisions = kept["results"].mean(axis=1), kept["timesteps"]
+    mine = table[table["measure"] == "reward"]
+    of_all = mine[mine["seed"].isna()]
+    assert of_all["environment_steps"].tolist() == (2 * decisions).tolist()
+    np.testing.assert_allclose(of_all["value"], rewards + 0.4)
+    half = 4.302653 * np.std((0.0, 0.5, 0.7), ddof=1) / np.sqrt(3)  # Student's t of two degrees of freedom
+    np.testing.assert_allclose(of_all["high"] - of_all["value"], half, rtol=1e-6)
+    np.testing.assert_allclose(mine[mine["seed"] == 1]["value"], rewards + 0.5)
+    seconds = table[(table["measure"] == "median_seconds") & (table["seed"] == 2)]["value"]
+    assert seconds.between(0.04, 0.3).all(), "a decision at least, and no longer than an exploration"
+
+
+def test_runs_that_are_not_of_one_preset_are_not_compared(finished, tmp_path):
+    first, second = (as_seed(finished, tmp_path / str(seed), seed, 0.0) for seed in range(2))
+    with pytest.raises(ValueError, match="two runs or more, got 1"):
+        several_runs.compare([first], tmp_path / "out")
+    with pytest.raises(ValueError, match="a seed each, got 0, 0"):
+        several_runs.compare([first, first], tmp_path / "out")
+    with pytest.raises(ValueError, match="nothing holds no run of training that has ended"):
+        several_runs.compare([first, tmp_path / "nothing"], tmp_path / "out")
+    told = json.loads((second / "training.json").read_text())
+    (second / "training.json").write_text(json.dumps(told | {"learner": {**told["learner"], "step": 0.3}}))
+    with pytest.raises(ValueError, match="1 has another learner"):
+        several_runs.compare([first, second], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
