@@ -51,20 +51,20 @@ def draw(
 
 
 @styled
-def draw_touched(path: Path, steps: Array, touched: Array, longest: float, best: int) -> None:
+def draw_touched(path: Path, steps: Array, touched: Array, when: str, best: int) -> None:
     """Draw how much of a surface was touched in E evaluations, over the same K explorations.
 
     Args:
         path: of the picture.
         steps: (E,) of the environment, before each evaluation.
         touched: (E, K) shares.
-        longest: s, of an exploration.
+        when: they were touched, in words.
         best: index of the evaluation whose model is kept.
     """
     figure = Figure(figsize=(7.0, 3.4), layout="constrained")
     axes = figure.subplots()
     _curve(axes, steps / 1e3, 100.0 * touched, best)
-    axes.set(ylabel=f"surface touched in {longest:g} s (%)", xlabel="thousand steps of the environment")
+    axes.set(ylabel=f"surface touched {when} (%)", xlabel="thousand steps of the environment")
     axes.legend(frameon=False, loc="lower right")
     figure.suptitle(
         f"Learning to touch: {touched.shape[1]} explorations of sizes not trained with", fontsize=11, fontweight="bold"

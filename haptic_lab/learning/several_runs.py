@@ -20,7 +20,7 @@ from haptic_lab.analysis.statistics import interval
 from haptic_lab.files import write_csv
 from haptic_lab.learning.evaluation import EVALUATIONS, read_evaluations
 from haptic_lab.learning.learning_curve import draw_runs
-from haptic_lab.learning.presets import MAP, Preset, TrainingWorld, configuration
+from haptic_lab.learning.presets import MAP, SEARCH, Preset, TrainingWorld, configuration
 from haptic_lab.learning.report import decision_seconds
 from haptic_lab.learning.sweeping_motion import SweepingMotion
 
@@ -115,7 +115,7 @@ def read(folder: Path) -> Run:
         decisions, rewards, lengths, _ = read_evaluations(folder / EVALUATIONS).values()
     except (OSError, KeyError, TypeError, AttributeError, ValueError) as error:
         raise ValueError(f"{folder} holds no run of training that has ended: {error}") from error
-    if preset.rhythm is not None and preset.world.task == MAP:
+    if preset.algorithm == SEARCH and preset.world.task == MAP:
         measures = {"touched": rewards.mean(axis=1)}
     else:
         ended = np.minimum(decision_seconds(preset) * lengths, preset.world.seconds)  # which may cut a decision short

@@ -333,6 +333,71 @@ def test_what_is_touched_is_counted_where_it_is_touched():
     assert covering.play(still, 900_000)[0] < share
 
 
+def test_how_soon_a_surface_is_touched_is_a_mean_through_time():
+    """Of the share by each decision, which grows to that in the end; a pose filter tells what a candidate reads."""
+    preset = replace(presets.read("anywhere"), world=replace(presets.read("anywhere").world, seconds=1.0))
+    covering = Covering(preset.world, held_out=False)
+    weights = search._weights(explored_as_usual(preset.world), preset)
+    candidate = weights.candidate(np.zeros(weights.size))
+    soon, decisions = covering.play(candidate, 900_002)
+    touched, solid = covering._touched, hand_env(covering._env).solid
+    shares = touched.shares(solid)
+    assert len(shares) == decisions == 25
+    assert (np.diff(shares) >= 0.0).all()
+    assert 0.0 < soon < shares[-1] == touched.share(solid)
+    assert soon == pytest.approx(np.prod(np.maximum(shares, 1e-3)) ** (1.0 / 25))
+    judge = candidates.Judge(preset.world, jobs=1)
+    (outcome,) = judge.judge([(candidate, 900_002)])
+    assert outcome == (pytest.approx(-np.log(soon)), soon, 25, False)
+    blind = candidate.copy()
+    blind[:, 1 + 6 + 50 :] = 0.0  # the believed pose
+    assert covering.play(blind, 900_002)[0] != soon
+
+
+def test_a_search_goes_on_with_the_weights_of_a_policy():
+    preset = presets.read("anywhere")
+    weights = search._weights(explored_as_usual(preset.world), preset)
+    shipped = read_model(agents.POLICIES["searched"].shipped)
+    made = weights.network(np.zeros(weights.size), {})
+    np.testing.assert_array_equal(made.mean.weight, shipped.mean.weight)
+    np.testing.assert_array_equal(made.mean.bias, shipped.mean.bias)
+    moved = weights.network(np.full(weights.size, 0.1), {})
+    assert not np.allclose(moved.mean.weight, shipped.mean.weight)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"begin": "sweeped"}, "unknown begin 'sweeped' .*choose from"),
+        ({"begin": "sweep"}, "begin must be a policy of linear weights, got 'sweep'"),
+        ({"begin": "reflexes"}, "begin must be a policy of linear weights, got 'reflexes'"),
+        ({"begin": "trained"}, "a search begins with a model that is shown rhythm, contacts, pose, got"),
+        ({"begin": None}, r"task, for CMA-ES without \[rhythm\],"),
+        ({"rhythm": {}}, r"\[rhythm\] tells itself how it begins"),
+        ({"sweep": SweepingMotion()}, r"begin .* stands without \[sweep\]"),
+        ({"algorithm": "PPO"}, "begin is for CMA-ES, not for PPO"),
+    ],
+)
+def test_a_search_that_begins_with_no_such_policy_is_refused(change, message):
+    preset = presets.read("anywhere")
+    if "algorithm" in change:
+        change = {**change, "learner": {"policy": "MlpPolicy"}}
+
+    def begun() -> None:
+        changed = replace(preset, **change)
+        search._weights(explored_as_usual(changed.world), changed)
+
+    with pytest.raises(ValueError, match=message):
+        begun()
+
+
+def test_only_what_is_touched_may_be_paid_the_more_the_sooner():
+    with pytest.raises(ValueError, match=r"task, where soon is true,.*'name'"):
+        TrainingWorld(soon=True)
+    with pytest.raises(ValueError, match="soon must be"):
+        TrainingWorld(soon=1)
+
+
 def features_of_contacts(hand) -> BeliefFeatures:
     return BeliefFeatures(hand, (), 10.0, 50.0, ["contacts"])
 
