@@ -214,11 +214,11 @@ class Preset:
         self._check_search()
 
     def _check_search(self) -> None:
-        for name in (name for name, told in (("[rhythm]", self.rhythm), ("begin", self.begin)) if told is not None):
-            if self.algorithm != SEARCH:
+        for name, told in (("[rhythm]", self.rhythm), ("begin", self.begin), ("soon", self.world.soon or None)):
+            if told is not None and self.algorithm != SEARCH:
                 raise ValueError(f"{name} is for {SEARCH}, not for {self.algorithm}")
-            if self.sweep is not None:
-                raise ValueError(f"{name} begins as the sweep by itself, and stands without [sweep]")
+        if self.sweep is not None and (self.rhythm is not None or self.begin is not None):
+            raise ValueError("[rhythm] begins as the sweep by itself, begin as a policy: each stands without [sweep]")
         if self.rhythm is not None:
             if self.begin is not None:
                 raise ValueError("[rhythm] tells itself how it begins, and stands without begin")

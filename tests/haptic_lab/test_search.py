@@ -396,6 +396,11 @@ def test_only_what_is_touched_may_be_paid_the_more_the_sooner():
         TrainingWorld(soon=True)
     with pytest.raises(ValueError, match="soon must be"):
         TrainingWorld(soon=1)
+    preset, learner = presets.read("anywhere"), {"policy": "MlpPolicy"}
+    with pytest.raises(ValueError, match="soon is for CMA-ES, not for PPO"):
+        replace(preset, begin=None, algorithm="PPO", learner=learner)
+    with pytest.raises(ValueError, match="'soon'"):
+        gym.make("HapticSLAM/Map-v0", soon=True)  # which pays bits
 
 
 def features_of_contacts(hand) -> BeliefFeatures:

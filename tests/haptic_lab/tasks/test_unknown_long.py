@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -54,10 +55,7 @@ def test_who_soon_touches_much_names_objects_that_lie_any_way(tmp_path_factory: 
     kept = folder_of("unknown", tmp_path_factory)
     found = np.array(
         [
-            [
-                once(kept / f"{policy}_{seed}.npz", lambda policy=policy, seed=seed: explored(policy, seed))["found"]
-                for policy in POLICIES
-            ]
+            [once(kept / f"{policy}_{seed}.npz", partial(explored, policy, seed))["found"] for policy in POLICIES]
             for seed in range(FIRST_SEED, FIRST_SEED + WORLDS)
         ]
     )  # (world, policy, what)
