@@ -105,7 +105,7 @@ def read(folder: Path) -> Run:
     """
     try:
         kept = json.loads(reading.text(folder / "training.json"))
-        told: dict[str, Any] = {each.name: kept[each.name] for each in fields(Preset)}
+        told: dict[str, Any] = {each.name: kept[each.name] for each in fields(Preset) if each.name in kept}
         world, sweep = told.pop("world"), told.pop("sweep")
         lists: dict[str, Any] = {
             name: tuple(value) if isinstance(value, list) else value for name, value in world.items()
