@@ -31,7 +31,8 @@ from observer.shape.modes import Found, Modes, log_mixture, shares
 from observer.shape.registration import UNKNOWNS, Touched, register
 from observer.shape.turns import angle, product
 
-STARTS, AGAIN = 64, 4  # turns at random, and variants there are that explain most
+GLANCED_AT, AT_PATCHES, AT_LOOKS = 1024, 16, 24  # starts at random that are moved by one step, for so little of all
+STARTS, AGAIN = 48, 4  # that look best by that, and variants there are that explain most
 FEW_STEPS, PROMISING, MANY_STEPS = 3, 8, 8  # how far all starts are moved, and how many of them on
 AS_KNOWN = 2  # variants that are not moved by that
 REFINED, REFINING = 4, 6  # of these, how many are moved by all that was felt, and how far
@@ -61,7 +62,7 @@ class ModeSearch:
         self._variants, self._temper = variants, temper
         self._ranges = variants.ranges[SIZE_AND_PLACE]
         self._free = np.append(self._ranges > 0.0, [True] * 3)
-        self._touched: tuple[Touched, Touched]
+        self._touched: tuple[Touched, Touched, Touched]
         self._so_far = 0.0
 
     def modes(self, felt: Felt, solid: int, known: Array, rng: np.random.Generator, least: float = -np.inf) -> Modes:
@@ -77,13 +78,17 @@ class ModeSearch:
         Returns:
             At most `MODES` of them, one of those that symmetry makes of each.
         """
+        (glance, few, every), bounds = self._felt_by_now(felt, rng), self._variants.bounds(solid)
+        units = np.zeros((GLANCED_AT, RANGES + 4))
+        units[:, SIZE_AND_PLACE] = rng.uniform(-0.5, 0.5, (GLANCED_AT, 4)) * self._free[:4]
+        units[:, RANGES:] = self._variants.turns.draw(GLANCED_AT, rng)
+        mine = np.full(GLANCED_AT, solid * self._variants.count)
+        starts = self._variants.place(units, mine)
+        cost, information = np.empty(GLANCED_AT), np.empty((GLANCED_AT, UNKNOWNS, UNKNOWNS))
+        register(starts, glance, bounds, 1, cost, information)
+        best = np.argsort(cost, kind="stable")[:STARTS]
+        starts = starts.of(best).and_of(self._variants.place(known, mine[: len(known)]))
         count = STARTS + len(known)
-        units = np.zeros((count, RANGES + 4))
-        units[:STARTS, SIZE_AND_PLACE] = rng.uniform(-0.5, 0.5, (STARTS, 4)) * self._free[:4]
-        units[:STARTS, RANGES:] = self._variants.turns.draw(STARTS, rng)
-        units[STARTS:] = known
-        starts = self._variants.place(units, np.full(count, solid * self._variants.count))
-        (few, every), bounds = self._felt_by_now(felt, rng), self._variants.bounds(solid)
         cost, information = np.empty(count), np.empty((count, UNKNOWNS, UNKNOWNS))
         as_known = starts.of(np.arange(STARTS, min(STARTS + AS_KNOWN, count)))
         register(starts, few, bounds, FEW_STEPS, cost, information)
@@ -139,10 +144,11 @@ class ModeSearch:
                 break
         return np.array(kept)
 
-    def _felt_by_now(self, felt: Felt, rng: np.random.Generator) -> tuple[Touched, Touched]:
-        """What was touched, made anew only where that has become more since."""
+    def _felt_by_now(self, felt: Felt, rng: np.random.Generator) -> tuple[Touched, Touched, Touched]:
+        """What was touched, a little of it, more and all; made anew only where that has become more since."""
         if felt.touched_so_far > NEWER * self._so_far:
-            self._touched, self._so_far = felt.touched(self._temper, rng), felt.touched_so_far
+            few, every = felt.touched(self._temper, rng)
+            self._touched, self._so_far = (few.sparse(AT_PATCHES, AT_LOOKS), few, every), felt.touched_so_far
         return self._touched
 
     def _spread(self, information: Array, units: Array) -> Array:

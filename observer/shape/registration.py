@@ -65,6 +65,30 @@ class Touched(NamedTuple):
     deep: Array
     surprise: float
 
+    def sparse(self, patches: int, looks: int) -> Touched:
+        """Choose some of what was felt, evenly spaced.
+
+        Args:
+            patches: at most, each by the middle one of its points.
+            looks: at most, each by its first ball.
+
+        Returns:
+            Those.
+        """
+        n, u = _spaced(len(self.weight), patches), _spaced(len(self.cost), looks)
+        return self._replace(
+            points=self.points[(self.begin[n] + self.begin[n + 1]) // 2],
+            begin=np.arange(len(n) + 1),
+            first=np.arange(len(u) + 1),
+            **{each: getattr(self, each)[n] for each in ("weight", "tolerance")},
+            **{each: getattr(self, each)[self.first[u]] for each in ("balls", "radius")},
+            **{each: getattr(self, each)[u] for each in ("ball", "cost", "slack", "deep")},
+        )
+
+
+def _spaced(count: int, most: int) -> NDArray[np.int64]:
+    return np.arange(count) if count <= most else np.linspace(0, count - 1, most).astype(np.int64)
+
 
 class Ranges(NamedTuple):
     """What a solid may be.

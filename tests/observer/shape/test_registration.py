@@ -131,3 +131,16 @@ def test_no_touch_moves_nothing_that_lies_outside():
     cost, _ = _registered(solids, nothing, WIDE)
     np.testing.assert_array_equal(cost, 0.0)
     np.testing.assert_array_equal(solids.position, before)
+
+
+@pytest.mark.parametrize(("patches", "looks"), [(5, 3), (1000, 1000)])
+def test_a_glance_is_a_part_of_what_was_felt(patches, looks):
+    touched = _touched("cube", Rotation.identity(), np.zeros(3), 1.0)
+    glance = touched.sparse(patches, looks)
+    assert len(glance.weight) == min(patches, len(touched.weight)) == len(glance.begin) - 1
+    assert len(glance.cost) == min(looks, len(touched.cost)) == len(glance.first) - 1
+    for points, of in ((glance.points, touched.points), (glance.balls, touched.balls)):
+        assert {tuple(each) for each in points} <= {tuple(each) for each in of}
+    cost, information = np.empty(STARTS), np.empty((STARTS, UNKNOWNS, UNKNOWNS))
+    register(_starts("cube", WIDE), glance, WIDE, 1, cost, information)
+    assert np.isfinite(cost).all()
