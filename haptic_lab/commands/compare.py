@@ -60,7 +60,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         given.asked = sorted(set(table["seconds"]))
         given.trials = round(float(table.groupby("subject").size().median()))
     except (ValueError, OSError) as error:
-        parser.error(str(error))
+        parser.error(options.in_flags(str(error)))
     return given
 
 

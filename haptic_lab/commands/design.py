@@ -59,7 +59,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         check_models(given.models)
         given.seconds = options.seconds_of(given.seconds, courses)
     except (ValueError, OSError) as error:
-        parser.error(str(error))
+        parser.error(options.in_flags(str(error)))
     return given
 
 

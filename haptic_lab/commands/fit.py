@@ -51,7 +51,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         given.model = Model.named(given.model, courses, options.ranges_of(given))
         given.tables = options.by_subject(table, [given.model])
     except (ValueError, OSError) as error:
-        parser.error(str(error))
+        parser.error(options.in_flags(str(error)))
     return given
 
 

@@ -58,7 +58,7 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
         given.model = Model("simulated", given.courses, (), ranges)
         given.seconds = options.seconds_of(given.seconds, given.courses)
     except (ValueError, OSError) as error:
-        parser.error(str(error))
+        parser.error(options.in_flags(str(error)))
     return given
 
 

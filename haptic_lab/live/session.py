@@ -21,9 +21,8 @@ from haptic_lab.live.record import StepRecord
 from haptic_lab.live.torques import HeldTorques
 from observer import Belief, HapticSLAM, ShapePosterior
 
-NEVER = 5.0  # s: what has not come by then is told
+NEVER = 5.0  # s: what has not come by then is told, and again each time that it was waited for twice as long
 READ = 0.1  # s: so often what has come is read, however many steps wait
-AGAIN = 5.0  # s between two times that the same is told
 LOST = {  # what it means that nothing comes
     "joints": "no joint is measured, and the belief grows vaguer",
     "touch": "no touch is measured, and the belief grows vaguer",
@@ -236,8 +235,8 @@ class LiveSession:
         for kind, stream in self._streams.items():
             count = getattr(counts, kind)
             never = f"no samples of {kind} have come from {stream} for {now - begun:.0f} s; waiting on"
-            if not count and now - begun > NEVER and now - self._never.get(kind, -np.inf) > AGAIN:
-                self._never[kind] = now
+            if not count and now - begun > self._never.get(kind, NEVER):
+                self._never[kind] = 2.0 * (now - begun)
                 self._say(never)
             if (kind in silent) != (kind in self._silent):
                 self._silent ^= {kind}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 from collections.abc import Collection, Iterable
 from pathlib import Path
 
@@ -215,6 +216,11 @@ def ranges_of(given: argparse.Namespace) -> dict[str, tuple[float, float]]:
             raise ValueError(f"{flag} must be a value, or a least and a largest one, got {validate.shown(values)}")
         found[name] = (values[0], values[-1])
     return found
+
+
+def in_flags(told: str) -> str:
+    """What an error `told` of the range of a parameter, by the name of its flag."""
+    return re.sub(r"^range of (\w+)", lambda found: FLAGS[found[1]], told)
 
 
 def model_of(

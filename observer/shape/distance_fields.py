@@ -79,6 +79,22 @@ class Solids(NamedTuple):
             position=self.position[hypotheses],
         )
 
+    def and_of(self, others: Solids) -> Solids:
+        """Add hypotheses.
+
+        Args:
+            others: of the same fields.
+
+        Returns:
+            These and then those.
+        """
+        return self._replace(
+            drawn_in=np.concatenate([self.drawn_in, others.drawn_in]),
+            scale=np.concatenate([self.scale, others.scale]),
+            rotation=np.concatenate([self.rotation, others.rotation]),
+            position=np.concatenate([self.position, others.position]),
+        )
+
 
 def farthest(hypotheses: Sequence[Solid]) -> float:
     """Tell how far tables may reach.

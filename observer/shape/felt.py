@@ -76,7 +76,8 @@ class Felt:
             reach: (K,) m, their radii.
         """
         self._middle, self._reach = middle, reach
-        self._points = [skin.points[skin.patch == patch] for patch in range(skin.first_patch[-1])]
+        self._of_patches = np.argsort(skin.patch, kind="stable")  # points, those of each patch one after the other
+        self._points = np.searchsorted(skin.patch[self._of_patches], np.arange(skin.first_patch[-1] + 1))
         self.looks, self._first_of_last, self._count = 0, 0, 0
         self.touched_so_far = 0.0  # patches, each with its exponent
         self._skin = skin
@@ -119,7 +120,7 @@ class Felt:
     def _near(self, look: Look) -> NDArray[np.bool_]:
         """(L,) which links any hypothesis may come near: the others are as they would be without it."""
         ball = look.position + self._skin.middle[:, None] * look.rotation[:, :, 2]
-        return np.asarray(self._apart(ball) < self._skin.ball + CLEAR * look.model.tolerance)
+        return self._close(ball, self._skin.ball + CLEAR * look.model.tolerance)
 
     def log_likelihood(self, solids: Solids, temper: float, least: Array | None = None) -> tuple[Array, int]:
         """Tell how probable all that was felt is.
@@ -151,7 +152,7 @@ class Felt:
         least = np.full(len(solids.scale), -np.inf)
         return self._held_against(solids, np.arange(self._first_of_last, self._count), temper, least)
 
-    def touched(self, temper: float, rng: np.random.Generator) -> Touched:
+    def touched(self, temper: float, rng: np.random.Generator) -> tuple[Touched, Touched]:
         """Put all that was felt into the world, as points that touch and balls of flesh that lie outside.
 
         Args:
@@ -159,34 +160,69 @@ class Felt:
             rng: chooses, where there is more than enough.
 
         Returns:
-            At most `MOST_PATCHES` and `MOST_BALLS`; together they count as much as all.
+            At most `MOST_PATCHES` and `MOST_BALLS`, which together count as much as all and draw from afar; and all,
+            which say what the likelihood says.
         """
         skin, all_of = self._skin, slice(self._count)
-        link, look, position, rotation, _, exponent, tolerance, contacts = self._records
-        link, position, rotation = link[all_of], position[all_of], rotation[all_of]
-        worth = temper * exponent[all_of] / tolerance[all_of] ** 2
+        link, look, position, rotation, touches, exponent, tolerance, contacts = self._records
+        link, position, rotation, tolerance = link[all_of], position[all_of], rotation[all_of], tolerance[all_of]
+        exponent = temper * exponent[all_of]
+        worth = exponent / tolerance**2
         owner = np.repeat(np.arange(len(skin.body)), np.diff(skin.first_patch))
         n, patch = np.nonzero((contacts[look[all_of]] > 0) & (owner == link[:, None]))
-        n, patch, share = _chosen(worth[n], MOST_PATCHES, rng, n, patch)
-        begin = np.concatenate([[0], np.cumsum([len(self._points[each]) for each in patch])])
-        points = np.concatenate(
-            [
-                np.zeros((0, 3)),
-                *(self._points[each] @ rotation[m].T + position[m] for m, each in zip(n, patch, strict=True)),
-            ]
-        )
         beads = np.diff(skin.first_bead)[link]
         m = np.arange(self._count).repeat(beads)
         bead = np.arange(len(m)) - np.repeat(np.cumsum(beads) - beads, beads) + skin.first_bead[link[m]]
         balls = position[m] + skin.along[bead, None] * rotation[m, :, 2]
-        near = np.flatnonzero(self._apart(balls) < skin.radius[bead])
+        middle = position + skin.middle[link, None] * rotation[:, :, 2]
+        press, surprise = self._model.press, self._model.surprise
+        every = Touched(
+            *self._points_of(n, patch),
+            exponent[n],
+            tolerance[n],
+            balls,
+            skin.radius[bead],
+            np.concatenate([[0], np.cumsum(beads)]),
+            np.concatenate([middle, skin.ball[link, None]], axis=1),
+            exponent,
+            tolerance,
+            np.where(touches[all_of] > 0, tolerance + press, 0.0),
+            surprise,
+        )
+        n, patch, share = _chosen(worth[n], MOST_PATCHES, rng, n, patch)
+        near = np.flatnonzero(self._close(balls, skin.radius[bead]))
         near, cost = _chosen(worth[m[near]], MOST_BALLS, rng, near)
-        radius = skin.radius[bead[near]] - tolerance[m[near]]
-        return Touched(points, begin, share, balls[near], radius, cost)
+        mine, each = tolerance[m[near]], np.zeros(len(near))
+        alone, around = np.arange(len(near) + 1), np.zeros((len(near), 4))
+        few = Touched(
+            *self._points_of(n, patch),
+            share * tolerance[n] ** 2,
+            tolerance[n],
+            balls[near],
+            skin.radius[bead[near]],
+            alone,
+            around,
+            cost * mine**2,
+            mine,
+            each,
+            0.0,
+        )
+        return few, every
 
-    def _apart(self, points: Array) -> Array:
-        """(M,) m, from points (M, 3) to where any hypothesis reaches."""
-        return np.asarray((np.linalg.norm(points[:, None] - self._middle, axis=2) - self._reach).min(axis=1))
+    def _points_of(self, record: NDArray[np.int64], patch: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+        """The points (M, 3) m in the world of patches (N,) of records, and where those of each begin (N + 1,)."""
+        count = self._points[patch + 1] - self._points[patch]
+        begin = np.concatenate([[0], np.cumsum(count)])
+        which = self._of_patches[np.arange(begin[-1]) - np.repeat(begin[:-1] - self._points[patch], count)]
+        of = np.repeat(record, count)
+        points = np.einsum("mij,mj->mi", self._records.rotation[of], self._skin.points[which])
+        return points + self._records.position[of], begin
+
+    def _close(self, points: Array, distance: Array) -> NDArray[np.bool_]:
+        """(M,) whether points (M, 3) are closer than a distance (M,) m to where any hypothesis reaches."""
+        close = np.empty(len(points), dtype=np.bool_)
+        _near_any(points, distance, self._middle, self._reach, close)
+        return close
 
     def _held_against(self, solids: Solids, which: NDArray[np.int64], temper: float, least: Array) -> tuple[Array, int]:
         out = np.empty(len(solids.scale))
@@ -207,6 +243,19 @@ def _with_room(array: NDArray[Any], rows: int) -> NDArray[Any]:
     if rows <= len(array):
         return array
     return np.concatenate([array, np.empty((max(len(array), rows - len(array)), *array.shape[1:]), array.dtype)])
+
+
+@kernel()
+def _near_any(points, distance, middle, reach, close):
+    """Fill `close` (M,): whether points (M, 3) are closer than a distance (M,) to any of some balls."""
+    for m in range(len(points)):
+        close[m] = False
+        for k in range(len(middle)):
+            x, y, z = points[m, 0] - middle[k, 0], points[m, 1] - middle[k, 1], points[m, 2] - middle[k, 2]
+            most = distance[m] + reach[k]
+            if most > 0.0 and x * x + y * y + z * z < most * most:
+                close[m] = True
+                break
 
 
 @kernel(fastmath=True)

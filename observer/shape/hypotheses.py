@@ -20,6 +20,7 @@ from observer.shape.contact_likelihood import CLEAR
 from observer.shape.distance_fields import Solids, farthest, solids_of
 from observer.shape.drawn_fields import FIELD_RESOLUTION
 from observer.shape.registration import Ranges
+from observer.shape.symmetry import symmetries
 from observer.shape.turns import Turns
 
 MOST_JITTER = 0.5  # of the size
@@ -69,6 +70,7 @@ class Variants:
         count: V; 1 where all is known.
         hypotheses: H.
         nominal: tables of the K solids as they were told.
+        alike: of each solid, (G, 4) turns in the world by which it looks the same; none where it is not turned.
     """
 
     def __init__(
@@ -107,8 +109,14 @@ class Variants:
         self.hypotheses = self.count * len(solids)
         memory.check(f"variants={self.count} of {len(solids)} solids", memory.of_hypotheses(1, self.hypotheses, 1))
         self.nominal = solids_of(solids, far / (1.0 - size))
+        self.alike = [self._alike(solid) for solid in range(len(solids))] if self.turns.most else []
         self._radius = np.array([0.5 * float(np.linalg.norm(solid.size)) for solid in solids])
         self._solid_of = np.repeat(np.arange(len(solids)), self.count)
+
+    def _alike(self, solid: int) -> Array:
+        """(G, 4), turns by which a solid looks the same, before it is turned."""
+        usual = Rotation.from_matrix(self.nominal.rotation[solid])
+        return np.asarray((usual * Rotation.from_quat(symmetries(self.nominal, solid)) * usual.inv()).as_quat())
 
     @property
     def temper(self) -> float:
@@ -160,6 +168,23 @@ class Variants:
             rotation=turn @ nominal.rotation[of],
             position=nominal.position[of] + np.stack(offset, axis=1),
         )
+
+    def place_again(self, solids: Solids, units: Array, changed: NDArray[np.int64]) -> Solids:
+        """Make the solids of what was drawn where some of it has changed.
+
+        Args:
+            solids: H as they were; left as they are.
+            units: (H, 9) as of `draw`.
+            changed: (K,) which of the K solids' variants have.
+
+        Returns:
+            The tables.
+        """
+        which = (changed[:, None] * self.count + np.arange(self.count)).ravel()
+        anew = self.place(units[which], which)
+        scale, rotation, position = solids.scale.copy(), solids.rotation.copy(), solids.position.copy()
+        scale[which], rotation[which], position[which] = anew.scale, anew.rotation, anew.position
+        return solids._replace(scale=scale, rotation=rotation, position=position)
 
     def balls(self) -> tuple[Array, Array]:
         """Find what no variant reaches out of.

@@ -4,72 +4,49 @@ Shapes: M modes, D draws. Lengths in metres.
 
 Samples that were drawn before anything was felt may all be far from every place where a solid explains what was felt;
 its evidence is then that of a bad fit. So starts of any turn are registered to the touches
-(`observer.shape.registration`), and those that fit best are modes of the posterior. Draws about the modes, weighted by
-what they explain of all that was felt and by how improbably they were drawn, are the posterior; the mean of their
-weights is its evidence.
+(`observer.shape.registration`), and those that fit best are modes of the posterior. Draws about the modes and their
+copies by symmetry (`observer.shape.symmetry`), weighted by what they explain of all that was felt and by how improbably
+they were drawn, are the posterior; the mean of their weights is its evidence. They are made in stages: the best of
+those before are modes too.
 
 References:
+    Cornuet et al. 2012, Scand. J. Stat. 39, 798-812 (stages of importance sampling, each weighted by all).
     Owen & Zhou 2000, J. Am. Stat. Assoc. 95, 135-143 (importance sampling from a mixture, with a defensive part).
     Tierney & Kadane 1986, J. Am. Stat. Assoc. 81, 82-86 (Gaussians about the modes).
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from scipy.special import logsumexp
 
 from haptic_env.arrays import Array
 from observer.resampling import normalise
+from observer.shape.distance_fields import Solids
 from observer.shape.felt import Felt
 from observer.shape.hypotheses import RANGES, Variants
+from observer.shape.modes import Found, Modes, log_mixture, shares
 from observer.shape.registration import UNKNOWNS, Touched, register
+from observer.shape.turns import angle, product
 
-STARTS, AGAIN = 64, 4  # turns at random, and variants there are that explain most
-FEW_STEPS, PROMISING, MANY_STEPS = 3, 8, 12  # how far all starts are moved, and how many of them on
-MODES = 8
+GLANCED_AT, AT_PATCHES, AT_LOOKS = 1024, 16, 24  # starts at random that are moved by one step, for so little of all
+STARTS, AGAIN = 48, 4  # that look best by that, and variants there are that explain most
+FEW_STEPS, PROMISING, MANY_STEPS = 3, 8, 8  # how far all starts are moved, and how many of them on
+AS_KNOWN = 2  # variants that are not moved by that
+REFINED, REFINING = 4, 6  # of these, how many are moved by all that was felt, and how far
+MODES, LOOKED_AT, MOST_COPIES = 4, 16, 64  # of the best, so many that lie apart, and with their copies
 NEWER = 1.03  # times as much touched as when it was last put into the world
 APART = 0.003, 0.2  # m and rad by which modes differ
+APART_UNITS = 0.15  # of a range, by which draws do that are modes of the next stage
+STAGES, ENOUGH = 4, 5.0  # of draws, at most, and how many of these are to be effective
 WIDER = 1.2  # times as wide as the touches say, lest the tails be missed
 WIDEST_TURN = 0.7  # rad, SD about each axis; wider ones go around
 ANY_TURN = 0.25  # of the draws about modes: any turn at all, as of what is round
 ANYWHERE = 0.1  # of the draws: as if nothing had been felt, so that no weight is beyond bounds
 WORSE = 12.0  # nats below the best mode, what does not matter any more
 SIZE_AND_PLACE = np.array([0, 2, 3, 4])  # of the units of a variant
-
-
-class Modes(NamedTuple):
-    """Where a solid explains what was felt.
-
-    Attributes:
-        units: (M, 9) as of `Variants.draw`.
-        spread: (M, 7, 7) covariances of size and place in units and of a turn in rad, with which touches leave them.
-        fit: (M,) log likelihood of all that was felt.
-    """
-
-    units: Array
-    spread: Array
-    fit: Array
-
-
-class Found(NamedTuple):
-    """The posterior of one solid.
-
-    Attributes:
-        units: (D, 9) as of `Variants.draw`.
-        log_weight: (D,) log of weights, whose sum is the evidence.
-        fit: (D,) log likelihood of all that was felt.
-        log_evidence: of the solid; no number where no draw explains anything.
-        effective: how many draws matter; likewise.
-    """
-
-    units: Array
-    log_weight: Array
-    fit: Array
-    log_evidence: float
-    effective: float
 
 
 class ModeSearch:
@@ -85,10 +62,10 @@ class ModeSearch:
         self._variants, self._temper = variants, temper
         self._ranges = variants.ranges[SIZE_AND_PLACE]
         self._free = np.append(self._ranges > 0.0, [True] * 3)
-        self._touched: Touched
+        self._touched: tuple[Touched, Touched, Touched]
         self._so_far = 0.0
 
-    def modes(self, felt: Felt, solid: int, known: Array, rng: np.random.Generator) -> Modes:
+    def modes(self, felt: Felt, solid: int, known: Array, rng: np.random.Generator, least: float = -np.inf) -> Modes:
         """Find where a solid explains what was felt.
 
         Args:
@@ -96,39 +73,82 @@ class ModeSearch:
             solid: index.
             known: (A, 9) units of variants to begin with, besides those of any turn.
             rng: draws.
+            least: log likelihood below which none is looked at more closely.
 
         Returns:
-            At most `MODES` of them.
+            At most `MODES` of them, one of those that symmetry makes of each.
         """
+        (glance, few, every), bounds = self._felt_by_now(felt, rng), self._variants.bounds(solid)
+        units = np.zeros((GLANCED_AT, RANGES + 4))
+        units[:, SIZE_AND_PLACE] = rng.uniform(-0.5, 0.5, (GLANCED_AT, 4)) * self._free[:4]
+        units[:, RANGES:] = self._variants.turns.draw(GLANCED_AT, rng)
+        mine = np.full(GLANCED_AT, solid * self._variants.count)
+        starts = self._variants.place(units, mine)
+        cost, information = np.empty(GLANCED_AT), np.empty((GLANCED_AT, UNKNOWNS, UNKNOWNS))
+        register(starts, glance, bounds, 1, cost, information)
+        best = np.argsort(cost, kind="stable")[:STARTS]
+        starts = starts.of(best).and_of(self._variants.place(known, mine[: len(known)]))
         count = STARTS + len(known)
-        units = np.zeros((count, RANGES + 4))
-        units[:STARTS, SIZE_AND_PLACE] = rng.uniform(-0.5, 0.5, (STARTS, 4)) * self._free[:4]
-        units[:STARTS, RANGES:] = self._variants.turns.draw(STARTS, rng)
-        units[STARTS:] = known
-        starts = self._variants.place(units, np.full(count, solid * self._variants.count))
-        touched, bounds = self._felt_by_now(felt, rng), self._variants.bounds(solid)
         cost, information = np.empty(count), np.empty((count, UNKNOWNS, UNKNOWNS))
-        register(starts, touched, bounds, FEW_STEPS, cost, information)
+        as_known = starts.of(np.arange(STARTS, min(STARTS + AS_KNOWN, count)))
+        register(starts, few, bounds, FEW_STEPS, cost, information)
         promising = np.argsort(cost, kind="stable")[:PROMISING]
         starts, cost, information = starts.of(promising), cost[promising], information[promising]
-        register(starts, touched, bounds, MANY_STEPS, cost, information)
-        units = self._variants.units_of(starts, solid)
+        register(starts, few, bounds, MANY_STEPS, cost, information)
+        starts = starts.of(self._apart(starts, cost, REFINED)).and_of(as_known)
+        cost, information = np.empty(len(starts.scale)), np.empty((len(starts.scale), UNKNOWNS, UNKNOWNS))
+        register(starts, every, bounds, 0, cost, information)
+        best = np.argsort(cost, kind="stable")[:REFINED]
+        starts, cost, information = starts.of(best), cost[best], information[best]
+        register(starts, every, bounds, REFINING if -0.5 * cost[0] > least else 0, cost, information)
+        units, kept = self._variants.units_of(starts, solid), self._apart(starts, cost, REFINED)
+        fit, _ = felt.log_likelihood(starts.of(kept), self._temper)
+        return self._different(Modes(units[kept], self._spread(information[kept], units[kept]), fit), solid)
+
+    def _different(self, modes: Modes, solid: int) -> Modes:
+        """At most `MODES` that explain most and lie apart, also from the copies of others by symmetry."""
+        best = np.argsort(-modes.fit, kind="stable")[:LOOKED_AT]
+        best = best[modes.fit[best] > modes.fit.max() - WORSE]
+        places, turns, alike = modes.units[:, SIZE_AND_PLACE], modes.units[:, RANGES:], self._variants.alike[solid]
+        kept: list[tuple[int, Array]] = []
+        for each in best:
+            for other, copies in kept:
+                near = np.abs(places[other] - places[each]).max() <= APART_UNITS
+                if near and angle(np.abs(copies @ turns[each]).max()) <= APART[1]:
+                    break
+            else:
+                kept.append((int(each), product(turns[each], alike)))
+            if len(kept) == min(MODES, max(1, MOST_COPIES // len(alike))):
+                break
+        return modes.of(np.array([each for each, _ in kept]))
+
+    def _copied(self, modes: Modes, solid: int) -> tuple[Modes, NDArray[np.int64]]:
+        """Modes with all their copies by the symmetries of the solid, and of which (M,) each is one."""
+        alike = self._variants.alike[solid]
+        of = np.arange(len(modes.fit)).repeat(len(alike))
+        copies = modes.of(of)
+        copies.units[:, RANGES:] = product(copies.units[:, RANGES:], np.tile(alike, (len(modes.fit), 1)))
+        possible = self._variants.turns.allowed(copies.units[:, RANGES:])
+        possible[:: len(alike)] = True  # it was found there
+        return copies.of(np.flatnonzero(possible)), of[possible]
+
+    def _apart(self, starts: Solids, cost: Array, most: int) -> NDArray[np.int64]:
+        """Which starts explain most, at most so many, and lie apart."""
         kept: list[int] = []
-        turns = Rotation.from_quat(units[:, RANGES:])
+        turns, near = starts.rotation.reshape(-1, 9), 1.0 + 2.0 * np.cos(APART[1])  # a trace
         for i in np.argsort(cost, kind="stable"):
             apart = np.linalg.norm(starts.position[kept] - starts.position[i], axis=1) > APART[0]
-            turned = np.array([(turns[i] * turns[k].inv()).magnitude() for k in kept]) > APART[1]
-            if np.all(apart | turned):
+            if np.all(apart | (turns[kept] @ turns[i] < near)):
                 kept.append(int(i))
-            if len(kept) == MODES:
+            if len(kept) == most:
                 break
-        fit, _ = felt.log_likelihood(starts.of(np.array(kept)), self._temper)
-        return Modes(units[kept], self._spread(information[kept], units[kept]), fit)
+        return np.array(kept)
 
-    def _felt_by_now(self, felt: Felt, rng: np.random.Generator) -> Touched:
-        """What was touched, made anew only where that has become more since."""
+    def _felt_by_now(self, felt: Felt, rng: np.random.Generator) -> tuple[Touched, Touched, Touched]:
+        """What was touched, a little of it, more and all; made anew only where that has become more since."""
         if felt.touched_so_far > NEWER * self._so_far:
-            self._touched, self._so_far = felt.touched(self._temper, rng), felt.touched_so_far
+            few, every = felt.touched(self._temper, rng)
+            self._touched, self._so_far = (few.sparse(AT_PATCHES, AT_LOOKS), few, every), felt.touched_so_far
         return self._touched
 
     def _spread(self, information: Array, units: Array) -> Array:
@@ -141,74 +161,98 @@ class ModeSearch:
         spread = WIDER**2 * np.linalg.inv(information)
         return np.asarray(spread * (self._free[:, None] & self._free))
 
+    def log_evidence(self, solid: int, modes: Modes) -> float:
+        """Guess the evidence of a solid from Gaussians about its modes.
+
+        Args:
+            solid: index.
+            modes: of it.
+
+        Returns:
+            Its log.
+        """
+        free = np.flatnonzero(self._free)
+        _, log_det = np.linalg.slogdet(modes.spread[:, free[:, None], free] / WIDER**2)
+        volume = 0.5 * (log_det + len(free) * np.log(2.0 * np.pi)) - np.log(8.0 * np.pi**2)
+        return float(logsumexp(modes.fit + volume) + self._log_prior() + np.log(len(self._variants.alike[solid])))
+
     def posterior(self, felt: Felt, solid: int, modes: Modes, rng: np.random.Generator, draws: int) -> Found:
-        """Sample the posterior of one solid.
+        """Sample the posterior of one solid, in stages, until enough draws matter: what was drawn tells where to draw
+        next.
 
         Args:
             felt: all that was.
             solid: index.
             modes: of it.
             rng: draws.
-            draws: D.
+            draws: of a stage.
 
         Returns:
-            The draws with their weights.
+            The draws with their weights, those of two to `STAGES` stages.
         """
-        at, spread, fit = modes
-        share = np.exp(0.5 * (fit - fit.max()))
-        share /= share.sum()
-        of = rng.choice(len(at), draws, p=share)
-        factor = np.linalg.cholesky(spread + 1e-12 * np.eye(UNKNOWNS))
+        asked: list[tuple[Modes, Array]] = []
+        every: list[Array] = []
+        explained: list[Array] = []
+        while True:
+            copies, of = self._copied(modes, solid)
+            asked.append((copies, shares(copies.fit)))
+            units, about = self._drawn(*asked[-1], rng, draws)
+            every.append(units)
+            explained.append(self._explained(felt, solid, units, modes.fit.max() - WORSE))
+            if len(asked) > 1:
+                found = self._weighed(np.concatenate(every), np.concatenate(explained), asked)
+                if found.effective >= ENOUGH or len(asked) == STAGES:
+                    return found
+            drawn = units, modes.spread[of[about]], explained[-1]
+            modes = self._different(Modes(*(np.concatenate(pair) for pair in zip(modes, drawn, strict=True))), solid)
+
+    def _weighed(self, units: Array, fit: Array, asked: list[tuple[Modes, Array]]) -> Found:
+        """The posterior of draws that were made about some modes with shares (M,), as many as about any others."""
+        log_weight, inside = np.full(len(units), -np.inf), fit > -np.inf
+        proposed = np.logaddexp.reduce([self._log_proposal(units[inside], *about) for about in asked])
+        proposed -= np.log(len(asked))
+        log_weight[inside] = fit[inside] + self._log_prior() - proposed - np.log(len(units))
+        log_evidence, _, effective = normalise(log_weight.copy())
+        return Found(units, log_weight, fit, log_evidence, effective)
+
+    def _drawn(
+        self, modes: Modes, share: Array, rng: np.random.Generator, draws: int
+    ) -> tuple[Array, NDArray[np.int64]]:
+        """Draws (D, 9) about modes with a `share` (M,) each, and about which (D,)."""
+        of = rng.choice(len(share), draws, p=share)
+        factor = np.linalg.cholesky(modes.spread + 1e-12 * np.eye(UNKNOWNS))
         off = np.einsum("dij,dj->di", factor[of], rng.standard_normal((draws, UNKNOWNS)))
-        units = at[of]
+        units = modes.units[of]
         units[:, SIZE_AND_PLACE] += off[:, :4] * self._free[:4]
         blind = rng.random(draws) < ANYWHERE
         drawn = rng.uniform(-1.0, 1.0, (draws, 4)) * self._free[:4]
         units[:, SIZE_AND_PLACE] = np.where(blind[:, None], drawn, units[:, SIZE_AND_PLACE])
         anew = blind | (rng.random(draws) < ANY_TURN)
-        turns = Rotation.from_rotvec(off[:, 4:]) * Rotation.from_quat(units[:, RANGES:])
-        units[:, RANGES:] = np.where(anew[:, None], self._variants.turns.draw(draws, rng), turns.as_quat())
-        inside = np.all(np.abs(units[:, SIZE_AND_PLACE]) <= 1.0, axis=1) & self._variants.turns.allowed(
-            units[:, RANGES:]
-        )
-        log_weight, explained = np.full(draws, -np.inf), np.full(draws, -np.inf)
-        mine = np.full(draws, solid * self._variants.count)[inside]
-        least = np.full(len(mine), fit.max() - WORSE)
-        explained[inside], _ = felt.log_likelihood(self._variants.place(units[inside], mine), self._temper, least)
-        proposed = self._log_proposal(units[inside], at, spread, share)
-        log_weight[inside] = explained[inside] + self._log_prior() - proposed - np.log(draws)
-        log_evidence, _, effective = normalise(log_weight.copy())
-        return Found(units, log_weight, explained, log_evidence, effective)
+        turns = product(Rotation.from_rotvec(off[:, 4:]).as_quat(), units[:, RANGES:])
+        units[:, RANGES:] = np.where(anew[:, None], self._variants.turns.draw(draws, rng), turns)
+        return units, of
+
+    def _explained(self, felt: Felt, solid: int, units: Array, least: float) -> Array:
+        """(D,) log likelihood of all that was felt; -inf where it is below `least`, or beyond what may be."""
+        inside = np.all(np.abs(units[:, SIZE_AND_PLACE]) <= 1.0, axis=1)
+        inside &= self._variants.turns.allowed(units[:, RANGES:])
+        mine = np.full(np.count_nonzero(inside), solid * self._variants.count)
+        explained = np.full(len(units), -np.inf)
+        placed = self._variants.place(units[inside], mine)
+        explained[inside], _ = felt.log_likelihood(placed, self._temper, np.full(len(mine), least))
+        return explained
 
     def _log_prior(self) -> float:
         """The log density of any size and place, in units, and of any turn, by the share of all turns."""
         return float(-np.log(2.0) * self._free[:4].sum() - np.log(self._variants.turns.share))
 
-    def _log_proposal(self, units: Array, modes: Array, spread: Array, share: Array) -> Array:
-        """(D,) log density with which `posterior` draws, in the measure of `_log_prior`."""
-        parts = [np.full(len(units), self._log_prior() + np.log(ANYWHERE))]
-        place = np.flatnonzero(self._free[:4])
-        every = np.append(place, [4, 5, 6])
-        for mode, wide, much in zip(modes, spread, share, strict=True):
-            turn = (Rotation.from_quat(units[:, RANGES:]) * Rotation.from_quat(mode[RANGES:]).inv()).as_rotvec()
-            off = np.concatenate([(units - mode)[:, SIZE_AND_PLACE], turn], axis=1)
-            about = _log_normal(off[:, every], wide[np.ix_(every, every)]) - _log_of_turns(turn)
-            any_turn = _log_normal(off[:, place], wide[np.ix_(place, place)]) - np.log(self._variants.turns.share)
-            much *= 1.0 - ANYWHERE
-            parts += [about + np.log(much * (1 - ANY_TURN)), any_turn + np.log(much * ANY_TURN)]
-        return np.asarray(logsumexp(parts, axis=0))
-
-
-def _log_normal(off: Array, covariance: Array) -> Array:
-    """(D,) log density of a normal about 0 of (k, k)."""
-    factor = np.linalg.cholesky(covariance + 1e-12 * np.eye(len(covariance)))
-    scaled = np.linalg.solve(factor, off.T)
-    return np.asarray(
-        -0.5 * (scaled**2).sum(axis=0) - np.log(np.diag(factor)).sum() - 0.5 * len(covariance) * np.log(2.0 * np.pi)
-    )
-
-
-def _log_of_turns(turn: Array) -> Array:
-    """(D,) log of the share of all turns in a unit of volume of rotation vectors (D, 3), which is largest about 0."""
-    angle = np.maximum(np.linalg.norm(turn, axis=1), 1e-6)
-    return np.asarray(np.log(2.0 * (1.0 - np.cos(angle)) / angle**2) - np.log(8.0 * np.pi**2))
+    def _log_proposal(self, units: Array, modes: Modes, share: Array) -> Array:
+        """(D,) log density with which draws are made about modes, in the measure of `_log_prior`."""
+        free = np.flatnonzero(self._free)
+        covariance = modes.spread[:, free[:, None], free] + 1e-12 * np.eye(len(free))
+        much = np.log(share * (1.0 - ANYWHERE))
+        any_turn = much + np.log(ANY_TURN) - np.log(self._variants.turns.share)
+        log_share = np.stack([much + np.log(1.0 - ANY_TURN), any_turn], axis=1)
+        out, factor, place = np.empty(len(units)), np.linalg.cholesky(covariance), SIZE_AND_PLACE[self._free[:4]]
+        log_mixture(units, modes.units, factor, place, log_share, self._log_prior() + np.log(ANYWHERE), out)
+        return out

@@ -17,7 +17,7 @@ touch without any object (`observer.shape.null_model`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -284,9 +284,7 @@ class ShapePosterior:
     def _follow(self) -> None:
         """Let samples and variants go where the evidence is."""
         if self.variants.turns.most:
-            if self._rejuvenation.resample(self._units, self._log_evidence, self._rng):
-                self._solids = self.variants.place(self._units)
-            self._move()
+            self._move(self._rejuvenation.resample(self._units, self._log_evidence, self._rng))
             return
         uniform = self._rng.random(len(self._weights))
         choose_again(self._poses, self._weights, self._parts, self._log_evidence, uniform)
@@ -294,7 +292,7 @@ class ShapePosterior:
             self._weights = np.ascontiguousarray(self._weights[:, source])
             self._solids = self.variants.place(self._units)
 
-    def _move(self) -> None:
-        """Let hypotheses that lie any way find what fits better."""
-        if self._rejuvenation.move(self._units, self._log_evidence, self._rng):
-            self._solids = self.variants.place(self._units)
+    def _move(self, changed: Set[int] = frozenset()) -> None:
+        """Let hypotheses that lie any way find what fits better; the variants of some solids have `changed` before."""
+        if changed := changed | self._rejuvenation.move(self._units, self._log_evidence, self._rng):
+            self._solids = self.variants.place_again(self._solids, self._units, np.array(sorted(changed)))

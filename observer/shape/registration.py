@@ -1,13 +1,15 @@
 """Where a solid would have to lie to be what was touched: registration of touches to its surface, compiled.
 
-Shapes: S starts, N patches that touch, M points of them, B balls of flesh. Lengths in metres.
+Shapes: S starts, N patches that touch, M points of them, U links' looks, B balls of flesh. Lengths in metres.
 
-Touches lie on the surface, balls of flesh outside of it. What departs from that is made least by
-Levenberg and Marquardt's steps in size, place and turn, down the slopes of the solid's distance field.
+Touches lie on the surface, balls of flesh outside of it. What departs from that is made least by Levenberg and
+Marquardt's steps in size, place and turn, down the slopes of the solid's distance field: of a sample of what was felt
+its square, which draws from afar; of all of it what the likelihood (`observer.shape.contact_likelihood`) has to say.
 
 References:
     Fitzgibbon 2003, Image Vision Comput. 21, 1145-1153 (registration by Levenberg-Marquardt on a distance field).
     Besl & McKay 1992, IEEE PAMI 14, 239-256.
+    Jaakkola & Jordan 2000, Stat. Comput. 10, 25-37 (a parabola that touches the logistic's log and lies beyond it).
 """
 
 from __future__ import annotations
@@ -19,13 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
-from haptic_env.compiled import inner, kernel
-from observer.shape.distance_fields import distance_from, way_out
+from haptic_env.compiled import inner, kernel, part
+from observer.shape.contact_likelihood import CLEAR
+from observer.shape.distance_fields import box_of
+from observer.shape.slopes import gap_from, way_from
 
 UNKNOWNS = 7  # log size, place, and a small turn about each axis of the world
 FIRST_DAMPING = 1e-2
 OUTLIER = 0.006  # m: a touch so far away pulls no more than in proportion to its distance
 FURTHEST = 0.02, 0.5  # m and rad, at most in one step
+STEEP = 1.7  # of the logistic that is nearly a normal's distribution function
 
 
 class Touched(NamedTuple):
@@ -34,18 +39,55 @@ class Touched(NamedTuple):
     Attributes:
         points: (M, 3) m, of skin.
         begin: (N + 1,) those of patch n, which felt contact, are `begin[n]` up to `begin[n + 1]`.
-        weight: (N,) 1/m², of the square of the distance of the nearest of each from the surface.
+        weight: (N,) exponents of what patches say.
+        tolerance: (N,) m, SDs of their gaps.
         balls: (B, 3) m, middles of balls of flesh.
         radius: (B,) m.
-        cost: (B,) 1/m², of the square of how deep each lies inside.
+        first: (U + 1,) those of a look are `first[u]` up to `first[u + 1]`.
+        ball: (U, 4) m, middle and radius of a ball about all of a look's.
+        cost: (U,) exponents of what looks say.
+        slack: (U,) m, SDs of their gaps.
+        deep: (U,) m, how deep flesh may lie: a link that feels contact presses.
+        surprise: probability of what the model cannot explain; 0: squares of gaps are what is to be explained, however
+            improbable.
     """
 
     points: Array
     begin: NDArray[np.int64]
     weight: Array
+    tolerance: Array
     balls: Array
     radius: Array
+    first: NDArray[np.int64]
+    ball: Array
     cost: Array
+    slack: Array
+    deep: Array
+    surprise: float
+
+    def sparse(self, patches: int, looks: int) -> Touched:
+        """Choose some of what was felt, evenly spaced.
+
+        Args:
+            patches: at most, each by the middle one of its points.
+            looks: at most, each by its first ball.
+
+        Returns:
+            Those.
+        """
+        n, u = _spaced(len(self.weight), patches), _spaced(len(self.cost), looks)
+        return self._replace(
+            points=self.points[(self.begin[n] + self.begin[n + 1]) // 2],
+            begin=np.arange(len(n) + 1),
+            first=np.arange(len(u) + 1),
+            **{each: getattr(self, each)[n] for each in ("weight", "tolerance")},
+            **{each: getattr(self, each)[self.first[u]] for each in ("balls", "radius")},
+            **{each: getattr(self, each)[u] for each in ("ball", "cost", "slack", "deep")},
+        )
+
+
+def _spaced(count: int, most: int) -> NDArray[np.int64]:
+    return np.arange(count) if count <= most else np.linspace(0, count - 1, most).astype(np.int64)
 
 
 class Ranges(NamedTuple):
@@ -64,26 +106,7 @@ class Ranges(NamedTuple):
     turns: bool
 
 
-@inner()
-def _gap(solids, s, x, y, z, slope):
-    """Fill `slope` (3,) with the derivative of the distance of a point of the world from start `s` by the point; of
-    those far off it is the way from the middle.
-
-    Returns:
-        The distance, m.
-    """
-    gap = distance_from(solids, s, x, y, z)
-    if gap < solids.scale[s] * solids.far:
-        way_out(solids, s, x, y, z, 0.5 * solids.resolution, slope)
-        return gap
-    at = solids.position[s]
-    dx, dy, dz = x - at[0], y - at[1], z - at[2]
-    apart = math.sqrt(dx * dx + dy * dy + dz * dz)
-    slope[0], slope[1], slope[2] = dx / apart, dy / apart, dz / apart
-    return gap
-
-
-@inner()
+@part()
 def _add(weight, off, gap, slope, arm, equations):
     """Add a residual `off` m, which changes as a gap with `slope` (3,) at `arm` (3,) from the middle, to the normal
     equations (7, 7) and (7,)."""
@@ -104,37 +127,78 @@ def _add(weight, off, gap, slope, arm, equations):
             normal[i, j] += weight * row[i] * row[j]
 
 
+@part()
+def _pull(gap, tolerance, weight, surprise):
+    """What of a touch is left to be explained, and the weight of the square of its gap."""
+    if surprise <= 0.0:
+        size, weight = abs(gap), weight / tolerance**2
+        if size < OUTLIER:
+            return weight * size * size, weight
+        return weight * OUTLIER * (2.0 * size - OUTLIER), weight * OUTLIER / size
+    ratio = gap / tolerance
+    fit = (1.0 - surprise) * math.exp(-0.5 * ratio * ratio) if abs(ratio) < CLEAR else 0.0
+    return -2.0 * weight * math.log(surprise + fit), weight * fit / ((surprise + fit) * tolerance**2)
+
+
+@part()
+def _push(gap, tolerance, deep, weight, surprise):
+    """What of silence is left to be explained, the weight of a square, and of what it is the square."""
+    if surprise <= 0.0:
+        off = min(gap + tolerance, 0.0)
+        size, weight = -off, weight / tolerance**2
+        if size < OUTLIER:
+            return weight * size * size, weight, off
+        return weight * OUTLIER * (2.0 * size - OUTLIER), weight * OUTLIER / size, off
+    x = -STEEP * (gap + deep) / tolerance
+    if x < -STEEP * CLEAR:
+        return 0.0, 0.0, 0.0
+    inside = 1.0 / (1.0 + math.exp(-x)) if x > -30.0 else 0.0
+    clear = surprise + (1.0 - surprise) * (1.0 - inside)
+    bend = 0.125 if abs(x) < 1e-3 else (inside - 0.5) / (2.0 * x)
+    square = 2.0 * weight * bend * (STEEP / tolerance) ** 2
+    slope = -2.0 * weight * (1.0 - surprise) * inside * (1.0 - inside) / clear * STEEP / tolerance
+    return -2.0 * weight * math.log(clear), square, 0.5 * slope / square
+
+
 @inner()
-def _equations(solids, s, touched, slope, normal, right):
+def _equations(solids, s, touched, normal, right):
     """Fill the normal equations (7, 7), their lower triangle, and (7,); returns what is to be made least."""
     total = 0.0
     for i in range(UNKNOWNS):
         right[i] = 0.0
         for j in range(UNKNOWNS):
             normal[i, j] = 0.0
-    at = solids.position[s]
+    at, box = solids.position[s], box_of(solids, solids.drawn_in[s])
     for n in range(len(touched.weight)):
         nearest, least = touched.begin[n], np.inf
         for k in range(touched.begin[n], touched.begin[n + 1]):
-            gap = distance_from(solids, s, touched.points[k, 0], touched.points[k, 1], touched.points[k, 2])
+            gap = gap_from(solids, s, box, touched.points[k, 0], touched.points[k, 1], touched.points[k, 2])
             if gap < least:
                 nearest, least = k, gap
-        x, y, z = touched.points[nearest, 0], touched.points[nearest, 1], touched.points[nearest, 2]
-        gap = _gap(solids, s, x, y, z, slope)
-        size = abs(gap)
-        weight = touched.weight[n] * (1.0 if size < OUTLIER else OUTLIER / size)
-        total += weight * size * (size if size < OUTLIER else 2.0 * size - OUTLIER)
-        _add(weight, gap, gap, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
+        cost, weight = _pull(least, touched.tolerance[n], touched.weight[n], touched.surprise)
+        total += cost
+        if weight > 0.0:
+            x, y, z = touched.points[nearest, 0], touched.points[nearest, 1], touched.points[nearest, 2]
+            slope = way_from(solids, s, box, x, y, z)
+            _add(weight, least, least, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
     exact = solids.exact[solids.drawn_in[s]]
-    for n in range(len(touched.balls)):
-        x, y, z = touched.balls[n, 0], touched.balls[n, 1], touched.balls[n, 2]
-        radius = touched.radius[n] if exact else 0.0  # where the surface is not known, nothing lies inside of it
-        if distance_from(solids, s, x, y, z) < radius:
-            gap = _gap(solids, s, x, y, z, slope)
-            off = gap - radius
-            size = -off
-            weight = touched.cost[n] * (1.0 if size < OUTLIER else OUTLIER / size)
-            total += weight * size * (size if size < OUTLIER else 2.0 * size - OUTLIER)
+    for u in range(len(touched.cost)):
+        begin, end, clear = touched.first[u], touched.first[u + 1], CLEAR * touched.slack[u]
+        if end > begin + 1:
+            x, y, z = touched.ball[u, 0], touched.ball[u, 1], touched.ball[u, 2]
+            if gap_from(solids, s, box, x, y, z) > touched.ball[u, 3] + clear:
+                continue
+        deepest, least = begin, np.inf
+        for k in range(begin, end):
+            radius = touched.radius[k] if exact else 0.0  # where the surface is not known, nothing lies inside of it
+            gap = gap_from(solids, s, box, touched.balls[k, 0], touched.balls[k, 1], touched.balls[k, 2]) - radius
+            if gap < least:
+                deepest, least = k, gap
+        cost, weight, off = _push(least, touched.slack[u], touched.deep[u], touched.cost[u], touched.surprise)
+        total += cost
+        if cost > 0.0:
+            x, y, z = touched.balls[deepest, 0], touched.balls[deepest, 1], touched.balls[deepest, 2]
+            slope, gap = way_from(solids, s, box, x, y, z), gap_from(solids, s, box, x, y, z)
             _add(weight, off, gap, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
     return total
 
@@ -204,7 +268,7 @@ def register(solids, touched, ranges, steps, cost, information):
         cost: (S,) filled with what is left to be explained, half of which is a negative log likelihood.
         information: (S, 7, 7) filled with the normal equations there.
     """
-    slope, right, step = np.empty(3), np.empty(UNKNOWNS), np.zeros(UNKNOWNS)
+    right, step = np.empty(UNKNOWNS), np.zeros(UNKNOWNS)
     normal, trial = np.empty((UNKNOWNS, UNKNOWNS)), np.empty((UNKNOWNS, UNKNOWNS))
     factor, wrong = np.empty((UNKNOWNS, UNKNOWNS)), np.empty(UNKNOWNS)
     free = np.ones(UNKNOWNS, dtype=np.bool_)
@@ -214,12 +278,12 @@ def register(solids, touched, ranges, steps, cost, information):
         free[4 + i] = ranges.turns
     for s in range(len(cost)):
         damping = FIRST_DAMPING
-        best = _equations(solids, s, touched, slope, normal, right)
+        best = _equations(solids, s, touched, normal, right)
         for _ in range(steps):
             scale, place, turn = solids.scale[s], solids.position[s].copy(), solids.rotation[s].copy()
             _solve(normal, right, damping, free, factor, step)
             _moved(solids, s, scale, place, turn, step, ranges)
-            total = _equations(solids, s, touched, slope, trial, wrong)
+            total = _equations(solids, s, touched, trial, wrong)
             if total < best:
                 gained, best, damping = best - total, total, max(0.2 * damping, 1e-6)
                 normal[:], right[:] = trial, wrong

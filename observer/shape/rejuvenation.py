@@ -17,10 +17,11 @@ from __future__ import annotations
 import numpy as np
 
 from haptic_env.arrays import Array
+from observer.resampling import log_sums, systematic_counts
 from observer.shape.distance_fields import Solids
 from observer.shape.felt import Felt, Look
 from observer.shape.hypotheses import RANGES, Variants, reflected
-from observer.shape.mode_search import AGAIN, ModeSearch
+from observer.shape.mode_search import AGAIN, ENOUGH, ModeSearch
 from observer.shape.skin import Skin
 
 FEWEST, MOST, REPLAYED = 1, 2, 80  # moves each time that a solid's variants are resampled: many while looks are few
@@ -28,12 +29,12 @@ AT_A_STEP = 15_000  # records held against hypotheses after which moves wait for
 WORTH = 0.01  # share of the posterior below which a solid's variants are resampled and not moved; less beyond
 MANY_SOLIDS = 50
 FEW = 40  # variants of such a solid
-FEWEST_TOUCHES, GROWN = 3.0, 1.5  # before modes are searched for; times as many before they are again
-SOONER = 1.2  # solids that may be it are searched for so many times sooner
+FEWEST_TOUCHES = 3.0  # before modes are searched for
+SOONEST, LATEST = 1.2, 2.0  # times as many before they are again: of the likeliest solid, and of one that is hopeless,
+NATS_LATER = 40.0  # as much later as it is less likely, by one for so many nats
 MISSED = 1.0  # nats by which modes must be better than what there is, unless so many draws are effective:
-ENOUGH = 5.0
-HOPELESS = 10.0  # nats below all evidence, a solid that explains no more than that is not it
-MANY = 120  # draws of a solid that may be it
+HOPELESS, LIKELY = 12.0, 5.0  # nats below all evidence: a solid is not it, or hardly
+MANY, SOME = 40, 20  # draws, each time, of a solid that may be it, and of one that is hardly
 FIRST_STEP, SHORTEST, LONGEST = 0.3, 0.006, 0.6  # of a range, and rad, of a move
 VARIED = 0.7  # SD of the log of a step's length: short and long ones at any time
 ANEW = 0.15  # of the moves: any turn at all
@@ -58,6 +59,7 @@ class Rejuvenation:
         solids = variants.hypotheses // variants.count
         self._worth = WORTH * min(1.0, MANY_SOLIDS / solids)
         self._step = np.full(solids, FIRST_STEP)
+        self._first = np.arange(solids) * variants.count
         self._due = np.zeros(solids, dtype=np.int64)  # moves of each solid
         self._awake = np.full(solids, variants.count)
         self._search = ModeSearch(variants, temper)
@@ -77,7 +79,7 @@ class Rejuvenation:
         log_evidence[awake] += gained
         self._fit[awake] += gained
 
-    def resample(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> bool:
+    def resample(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> set[int]:
         """Resample the variants of each solid of which fewer than half are effective; they are to be moved.
 
         Args:
@@ -86,9 +88,9 @@ class Rejuvenation:
             rng: draws.
 
         Returns:
-            Whether any has changed.
+            Which solids' have changed.
         """
-        changed = False
+        changed = set()
         share = self._share(log_evidence)
         wanted = np.where(share < self._worth, min(FEW, self._variants.count), self._variants.count)
         for solid, _, kept in self._variants.resampled(log_evidence, rng, self._awake, wanted):
@@ -97,15 +99,21 @@ class Rejuvenation:
             units[mine], self._fit[mine] = units[kept], self._fit[kept]
             self._awake[solid] = len(kept)
             self._due[solid] = np.clip(REPLAYED // self._felt.looks, FEWEST, MOST)
-            changed = True
+            changed.add(solid)
         return changed
+
+    def _log_sums(self, log_evidence: Array) -> Array:
+        """(K,) the log evidence of each solid."""
+        sums = np.empty(len(self._due))
+        log_sums(log_evidence, self._first, sums)
+        return sums
 
     def _share(self, log_evidence: Array) -> Array:
         """(K,) the posterior of each solid."""
-        share = np.exp(log_evidence - np.logaddexp.reduce(log_evidence))
-        return share.reshape(len(self._due), -1).sum(axis=1)
+        of_solids = self._log_sums(log_evidence)
+        return np.asarray(np.exp(of_solids - np.logaddexp.reduce(of_solids)))
 
-    def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> bool:
+    def move(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> set[int]:
         """Make some of the moves that are due, those of the likeliest solids first: no step takes long.
 
         Args:
@@ -114,7 +122,7 @@ class Rejuvenation:
             rng: draws.
 
         Returns:
-            Whether any has moved.
+            Which solids' have moved.
         """
         changed, spent, self._spent = self._look_for_modes(units, log_evidence, rng), self._spent, 0
         if not self._due.any():
@@ -125,40 +133,48 @@ class Rejuvenation:
             solid = int(np.argmax(np.where(self._due > 0, share, -1.0)))
             spent += self._metropolis(units, solid, rng)
             self._due[solid] -= 1
-            changed = True
+            changed.add(solid)
         return changed
 
-    def _look_for_modes(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> bool:
+    def _look_for_modes(self, units: Array, log_evidence: Array, rng: np.random.Generator) -> set[int]:
         """Search for modes of the one solid for which most was touched since; where its variants have missed them, draw
         them anew, and their evidence.
 
         Returns:
-            Whether that was so.
+            That solid where it was so.
         """
-        grown = self._felt.touched_so_far / np.maximum(self._searched, FEWEST_TOUCHES / GROWN)
-        if SOONER * grown.max() < GROWN:
-            return False
-        grown *= np.where(self._share(log_evidence) > self._worth, SOONER, 1.0)
+        grown = self._felt.touched_so_far / np.maximum(self._searched, FEWEST_TOUCHES / SOONEST)
+        if grown.max() < SOONEST:
+            return set()
+        of_solids = self._log_sums(log_evidence)
+        grown /= np.minimum(SOONEST + (of_solids.max() - of_solids) / NATS_LATER, LATEST)
         solid = int(np.argmax(grown))
-        if grown[solid] < GROWN:
-            return False
+        if grown[solid] < 1.0:
+            return set()
         self._searched[solid] = self._felt.touched_so_far
         first, awake = solid * self._variants.count, self._awake[solid]
         fit = self._fit[first : first + awake]
-        modes = self._search.modes(self._felt, solid, units[first + np.argsort(-fit)[:AGAIN]], rng)
-        evidence = np.logaddexp.reduce(log_evidence[first : first + awake])
-        there = np.logaddexp.reduce(log_evidence)
-        if modes.fit.max() < max(there - HOPELESS, fit.max() - MISSED):  # no evidence is above the best fit
-            return False
-        draws = min(MANY if modes.fit.max() > there - MISSED else FEW, self._variants.count)
-        found = self._search.posterior(self._felt, solid, modes, rng, draws)
+        evidence, there = of_solids[solid], np.logaddexp.reduce(of_solids)
+        least = there - HOPELESS
+        modes = self._search.modes(self._felt, solid, units[first + np.argsort(-fit)[:AGAIN]], rng, least)
+        if modes.fit.max() < max(least, fit.max() - MISSED):  # no evidence is above the best fit
+            return set()
+        guess = max(self._search.log_evidence(solid, modes), evidence)
+        if guess < least:
+            return set()
+        found = self._search.posterior(self._felt, solid, modes, rng, MANY if guess > there - LIKELY else SOME)
         if not found.effective >= ENOUGH and not found.log_evidence >= evidence + MISSED:
-            return False
-        mine = slice(first, first + draws)
-        units[mine], self._fit[mine], self._awake[solid] = found.units, found.fit, draws
+            return set()
+        kept, log_weight = np.arange(len(found.units)), found.log_weight
+        if len(kept) > self._variants.count:
+            copies = systematic_counts(np.exp(log_weight - found.log_evidence), rng.random(), self._variants.count)
+            kept = kept.repeat(copies)
+            log_weight = np.full(len(kept), found.log_evidence - np.log(len(kept)))
+        mine = slice(first, first + len(kept))
+        units[mine], self._fit[mine], self._awake[solid] = found.units[kept], found.fit[kept], len(kept)
         log_evidence[first : first + self._variants.count] = -np.inf
-        log_evidence[mine] = found.log_weight
-        return True
+        log_evidence[mine] = log_weight
+        return {solid}
 
     def _metropolis(self, units: Array, solid: int, rng: np.random.Generator) -> int:
         """Propose one move to each variant of a solid, by steps of chance in all that is not known, and make it where

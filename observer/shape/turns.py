@@ -12,6 +12,41 @@ from haptic_env.arrays import Array
 ROUNDED = 1e-9  # rad, by which a turn may be too far
 
 
+def angle(cosine: Array) -> Array:
+    """Tell how far turns are.
+
+    Args:
+        cosine: (...) of the half angles, the real parts of quaternions or the products of two.
+
+    Returns:
+        (...) rad, in [0, pi].
+    """
+    return np.asarray(2.0 * np.arccos(np.minimum(np.abs(cosine), 1.0)))
+
+
+def product(second: Array, first: Array) -> Array:
+    """Turn by one turn and then by another.
+
+    Args:
+        second: (..., 4).
+        first: (..., 4).
+
+    Returns:
+        (..., 4).
+    """
+    a, b, c, d = np.moveaxis(second, -1, 0)
+    x, y, z, w = np.moveaxis(first, -1, 0)
+    return np.stack(
+        [
+            d * x + a * w + b * z - c * y,
+            d * y - a * z + b * w + c * x,
+            d * z + a * y - b * x + c * w,
+            d * w - a * x - b * y - c * z,
+        ],
+        axis=-1,
+    )
+
+
 class Turns:
     """Turns by no more than an angle.
 
@@ -53,7 +88,7 @@ class Turns:
         Returns:
             (M,).
         """
-        return np.asarray(Rotation.from_quat(turns).magnitude() <= self.most + ROUNDED)
+        return np.asarray(angle(turns[:, 3]) <= self.most + ROUNDED)
 
     def propose(self, turns: Array, step: Array, anew: NDArray[np.bool_], rng: np.random.Generator) -> Array:
         """Propose other turns, as probably from one to the other as back.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ from scipy import stats
 import agents
 from haptic_env import shapes
 from haptic_env.hand import Hand
+from haptic_env.shapes import sets
 from observer import HapticSLAM, Library, ObserverWrapper, ShapePosterior
 from observer.belief import Belief
 from observer.brackets import DeadReckoning, TruePose
+from tests.kept import Arrays, folder_of, once
 from tests.observer.shape.test_any_way_long import NAMES
 
 LEARNT, FELT = 20.0, 10.0  # s
@@ -24,6 +27,11 @@ SIZES = 0.2  # plus or minus, of which the namer knows as much
 SEEDS = range(70_000, 70_024)  # two of each solid; nothing was tuned on them
 LATER = 1_000_000  # added to the seed of the second exploration
 OTHER = 2_000_000  # and to that of a third, of a solid that is known
+STRANGERS = (  # none of the set `fifty`
+    "ellipsoid(1, 1.2, 2.4)", "cuboid(1, 1.4, 2.4)", "cone(2)", "frustum(0.3, 1.3)", "torus(0.25)", "prism(4, 1.5)",
+    "prism(5, 0.6)", "L(0.3, 1)", "capsule(2.5)", "superquadric(0.4, 1.4)", "noise(21)", "noise(22)",
+)  # fmt: skip
+FIRST_STRANGER = 78_600  # nothing was tuned on these seeds
 MINE = "mine"
 WHO = ("raw angles", "observer", "true pose")
 GOAL = 0.9
@@ -57,46 +65,65 @@ def _explore(
     return hand, beliefs
 
 
-def _recognise(seed: int, folder: Path) -> dict[str, dict[str, dict[str, float]]]:
-    """The posterior over eleven known solids and the twelfth, which was learnt, of who felt it and of who felt another.
+def _recognise(seed: int, folder: Path, name: str, other: str, known: Sequence[str]) -> Arrays:
+    """The posterior over `known` solids and one that was learnt, of each of `WHO`: of who felt it, and of who felt
+    another.
 
     That a learnt object is recognised says something only beside how often a known one is taken for it.
     """
-    name, other = NAMES[seed % len(NAMES)], NAMES[(seed + 1 + seed // len(NAMES) % 11) % len(NAMES)]
     scale = 1 + SIZES * np.random.default_rng([8, seed]).uniform(-1, 1)
     hand, learnt = _explore(seed, name, scale * shapes.default_size(name), LEARNT, WHO)
     _, again = _explore(LATER + seed, name, scale * shapes.default_size(name), FELT, WHO)
     _, known_one = _explore(OTHER + seed, other, scale * shapes.default_size(other), FELT, WHO)
-    known = {each: [shapes.usual(each, hand)] for each in NAMES if each != name}
-    result: dict[str, dict[str, dict[str, float]]] = {}
+    candidates, result = {each: [shapes.usual(each, hand)] for each in known}, {}
     for who in WHO:
         library = Library(folder / who)
         library.add(MINE, learnt[who][-1], replace=True)
-        namer = ShapePosterior(hand, {**known, **library.candidates(hand)}, size_jitter=SIZES, **LIES)
-        result[who] = {}
-        for right, felt in ((MINE, again), (other, known_one)):
+        namer = ShapePosterior(hand, {**candidates, **library.candidates(hand)}, size_jitter=SIZES, **LIES)
+        assert namer.labels == (*known, MINE)
+        for what, felt in (("learnt", again), ("known", known_one)):
             namer.reset(seed)
             for belief in felt[who]:
                 namer.update(belief)
-            result[who][right] = dict(zip(namer.labels, map(float, namer.posterior), strict=True))
-        told = {right: (max(said, key=said.__getitem__), said[MINE]) for right, said in result[who].items()}
-        print(seed, who, {right: (named, round(mine, 3)) for right, (named, mine) in told.items()}, flush=True)
+            result[f"{who} {what}"] = namer.posterior.copy()
+            print(seed, name, who, what, namer.labels[int(namer.posterior.argmax())], namer.posterior[-1].round(3))
     return result
 
 
-def test_what_was_learnt_is_recognised_and_what_is_known_not_taken_for_it(tmp_path: Path) -> None:
-    trials = [_recognise(seed, tmp_path) for seed in SEEDS]
-    learnt, right = {}, {}
+def _tell(trials: list[tuple[Arrays, int]]) -> dict[str, list[float]]:
+    """Of each of `WHO`, how often what was learnt was named, and right names of all; `trials` have the index of the
+    known one."""
+    share = {}
     for who in WHO:
-        hits: dict[str, list[bool]] = {"learnt": [], "known": []}
-        for trial in trials:
-            for name, said in trial[who].items():
-                hits["learnt" if name == MINE else "known"].append(max(said, key=said.__getitem__) == name)
-        for what, several in hits.items():
+        hits = [[int(named[f"{who} {what}"].argmax()) for named, _ in trials] for what in ("learnt", "known")]
+        mine = len(trials[0][0][f"{who} learnt"]) - 1
+        learnt, known = [each == mine for each in hits[0]], [a == b for a, (_, b) in zip(hits[1], trials, strict=True)]
+        for what, several in (("learnt", learnt), ("known", known)):
             low, high = stats.binomtest(sum(several), len(several)).proportion_ci(method="wilson")
             print(f"{who}: {what} named {sum(several)} of {len(several)} [{low:.2f}, {high:.2f}]")
-        taken = sum(said[MINE] > 0.5 for trial in trials for name, said in trial[who].items() if name != MINE)
+        taken = sum(named[f"{who} known"][mine] > 0.5 for named, _ in trials)
         print(f"{who}: a known one taken for the learnt one {taken} of {len(trials)}")
-        learnt[who], right[who] = np.mean(hits["learnt"]), np.mean(hits["learnt"] + hits["known"])
-    assert learnt["observer"] >= GOAL
-    assert right["raw angles"] <= right["observer"]  # who smears all into one blob takes anything for it
+        share[who] = [np.mean(learnt), np.mean(learnt + known)]
+    return share
+
+
+def test_what_was_learnt_is_recognised_and_what_is_known_not_taken_for_it(tmp_path: Path, tmp_path_factory) -> None:
+    kept, trials = folder_of("learnt", tmp_path_factory), []
+    for seed in SEEDS:
+        name, other = NAMES[seed % len(NAMES)], NAMES[(seed + 1 + seed // len(NAMES) % 11) % len(NAMES)]
+        known = [each for each in NAMES if each != name]
+        named = once(kept / f"{seed}.npz", lambda: _recognise(seed, tmp_path, name, other, known))  # noqa: B023
+        trials.append((named, known.index(other)))
+    share = _tell(trials)
+    assert share["observer"][0] >= GOAL
+    assert share["raw angles"][1] <= share["observer"][1]  # who smears all into one blob takes anything for it
+
+
+def test_what_was_learnt_is_recognised_among_fifty(tmp_path: Path, tmp_path_factory) -> None:
+    kept, known, trials = folder_of("learnt among fifty", tmp_path_factory), sets.read("fifty"), []
+    for seed, name in enumerate(STRANGERS, FIRST_STRANGER):
+        other = int(np.random.default_rng([9, seed]).integers(len(known)))
+        named = once(kept / f"{seed}.npz", lambda: _recognise(seed, tmp_path, name, known[other], known))  # noqa: B023
+        trials.append((named, other))
+    share = _tell(trials)
+    assert share["observer"][0] >= GOAL

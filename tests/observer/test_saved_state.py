@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from collections import deque
@@ -206,8 +207,10 @@ def test_another_hand_is_told(tmp_path, saved):
 
 
 def test_arrays_that_do_not_fit_are_told(tmp_path, saved):
-    """Whatever is changed: kernels look nothing up outside their arrays."""
-    arrays = {name: each for name, each in saved[1].items() if name.startswith(("pose", "state", "reports"))}
+    """Whatever is changed: kernels look nothing up outside their arrays. Of steps that are alike the last is."""
+    names = [name for name in saved[1] if name.startswith(("pose", "state", "reports"))]
+    last = {re.sub(r"(_fresh|waiting)\.\d+", r"\1", name): name for name in names}
+    arrays = {name: saved[1][name] for name in last.values()}
     assert len(arrays) > 40
     for number, (name, each) in enumerate(arrays.items()):
         wrong = [np.concatenate([each, each]) if number % 2 and each.size else each.astype(np.complex128)]

@@ -302,9 +302,11 @@ def test_what_never_comes_is_told(hand, monkeypatch):
     made._say = said.append
     clock = itertools.count(0.0, 0.5)
     monkeypatch.setattr("haptic_lab.live.session.time.monotonic", lambda: next(clock))
-    made.run(Played(iter([[]] * 20)), [], 9.0)
-    assert [each for each in said if "no samples of joints have come from joints" in each]
-    assert [each for each in said if "no samples of touch have come from contacts" in each]
+    made.run(Played(iter([[]] * 200)), [], 99.0)
+    for stream in ("joints have come from joints", "touch have come from contacts"):
+        waited = [float(each.split(" s;")[0].split()[-1]) for each in said if f"no samples of {stream}" in each]
+        assert len(waited) >= 3
+        assert all(later > 1.9 * sooner for sooner, later in itertools.pairwise(waited)), "and ever more seldom"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are POSIX's")

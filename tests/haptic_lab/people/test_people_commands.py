@@ -166,7 +166,7 @@ def test_a_design_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ca
     ("main", "arguments", "words"),
     [
         (fit.main, [*ONE, "--model", "idle"], "'idle'"),
-        (fit.main, [*ONE, "--sigma", "1"], "sigma_deg"),
+        (fit.main, [*ONE, "--sigma", "1"], "--sigma, where"),
         (fit.main, [*ONE, "--lapse", "0.1", "0.2", "0.3"], "--lapse"),
         (fit.main, [*ONE, "--draws", "-1"], "--draws"),
         (fit.main, ["missing.csv", "--courses", "example"], "missing.csv"),
@@ -185,7 +185,7 @@ def test_a_design_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ca
         (simulate.main, ["--courses", "example", "--sigma", "3", "--out", "a.txt"], "--out"),
         (simulate.main, ["--courses", "example", "--sigma", "90", "--out", "a.csv"], "90"),
         (simulate.main, ["--courses", "example", "--sigma", "3", "--seconds", "50", "--out", "a.csv"], "50"),
-        (simulate.main, ["--courses", "example", "--sigma", "3", "--stop-at", "2", "--out", "a.csv"], "stop_at"),
+        (simulate.main, ["--courses", "example", "--sigma", "3", "--stop-at", "2", "--out", "a.csv"], "--stop-at must"),
     ],
 )
 def test_what_makes_no_sense_is_refused_in_one_line(

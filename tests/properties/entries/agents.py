@@ -36,6 +36,7 @@ from tests.properties.parameters import (
     name,
     number,
     one_of,
+    one_of_these,
     seed,
     several,
     switch,
@@ -252,7 +253,7 @@ ENTRIES: dict[str, Entry] = {
         {
             "entries": several(name(["names", "rhythm"]), 1, 2).always,
             "path": one_of("a.npz").always,
-            "episodes": integer(0, 1),
+            "episodes": one_of_these(0, 1, -1, 1001, 1.5, "one"),  # of hundreds, which it takes, each is explored
         },
         Allowed(words=("entry", "entries", "path", "to must")),
         weight=0.3,
