@@ -12,16 +12,16 @@ from typing import Any, NamedTuple
 import gymnasium as gym
 import numpy as np
 
-from agents.rhythm import Memory, Rhythm
+from agents.rhythm import Memory
 from haptic_env import hand_env
 from haptic_env.arrays import Array
+from haptic_lab.learning.acting import Candidate, act
 from haptic_lab.learning.covering import Covering
 from haptic_lab.learning.explored import explored
 from haptic_lab.learning.presets import MAP, TrainingWorld
 from haptic_lab.processes import end_with_parent
 from observer.wrappers.belief_observation import labels_of
 
-Candidate = Array | Rhythm
 Pair = tuple[Candidate, int]
 SURE, MOST = 0.95, 1.0 - 1e-6
 SOFTNESS = 1.5  # nats
@@ -31,7 +31,8 @@ class Outcome(NamedTuple):
     """What an exploration came to.
 
     Attributes:
-        doubt: s, how long the truth was in doubt; of a map the share of the surface that it lacks.
+        doubt: s, how long the truth was in doubt; of a map the share of the surface that it lacks, or, where it is paid
+            how soon it is touched, by how many nats that share falls short of 1.
         reward: of it, nats; of a map the share of the surface that was touched.
         decisions: that it took.
         right: whether it ended with the right name the most probable; never, of a map.
@@ -91,16 +92,14 @@ class _Player:
         self._world = world
         self._env: dict[bool, gym.Env[Any, Any]] = {}
         self._covering: dict[bool, Covering] = {}
-        self._rng = np.random.default_rng(0)  # which no candidate asks
 
     def play(self, held_out: bool, pair: Pair) -> Outcome:
         candidate, seed = pair
         if self._world.task == MAP:
-            assert isinstance(candidate, Rhythm)
             if held_out not in self._covering:
                 self._covering[held_out] = Covering(self._world, held_out)
             covered, decisions = self._covering[held_out].play(candidate, seed)
-            return Outcome(1.0 - covered, covered, decisions, False)
+            return Outcome(-float(np.log(covered)) if self._world.soon else 1.0 - covered, covered, decisions, False)
         if held_out not in self._env:
             self._env[held_out] = explored(self._world, held_out)
         env = self._env[held_out]
@@ -113,10 +112,7 @@ class _Player:
         info: dict[str, Any] = {}
         memory: Memory = ()
         while not over:
-            if isinstance(candidate, Rhythm):
-                torque, memory = candidate.predict(observation, memory, decisions == 0, True, self._rng)
-            else:
-                torque = np.clip(candidate[:, 0] + candidate[:, 1:] @ observation, -1.0, 1.0).astype(np.float32)
+            torque, memory = act(candidate, observation, memory, decisions == 0)
             observation, reward, terminated, truncated, info = env.step(torque)
             total, decisions, over = total + float(reward), decisions + 1, terminated or truncated
             told += float(reward) + self._world.price * seconds

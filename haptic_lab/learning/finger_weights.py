@@ -48,19 +48,22 @@ class FingerWeights:
         size: K.
     """
 
-    def __init__(self, hand: Hand, features: BeliefFeatures, labels: int, sweep: SweepingMotion | None) -> None:
+    def __init__(
+        self, hand: Hand, features: BeliefFeatures, labels: int, begin: SweepingMotion | Network | None
+    ) -> None:
         """Lay the weights out.
 
         Args:
             hand: that explores.
             features: of the observation, none of a map.
             labels: of the names.
-            sweep: that is what weights of 0 do; None: no torque at all.
+            begin: what weights of 0 do, a sweep or a linear policy; None: no torque at all.
 
         Raises:
-            ValueError: for a sweep without the entry "rhythm", which it follows.
+            ValueError: for a sweep without the entry "rhythm", which it follows, and for a policy that is shown
+                something else or is not linear.
         """
-        if sweep is not None and "rhythm" not in features.entries:
+        if isinstance(begin, SweepingMotion) and "rhythm" not in features.entries:
             raise ValueError(f'[sweep] needs the entry "rhythm" in observation, got {", ".join(features.entries)}')
         joints = _joints(hand)
         columns = [[Part(None, CONSTANT, 1.0)]]
@@ -80,9 +83,11 @@ class FingerWeights:
         self._rows, self._columns, self._keys = np.array(shared).T
         self._signs = np.array(signs)
         self._begin = np.zeros((len(joints), len(columns)))
-        if sweep is not None:
+        if isinstance(begin, Network):
+            self._begin = _matrix(begin, features)
+        elif begin is not None:
             clocks = [c for c, parts in enumerate(columns) if parts and parts[0].what.startswith((CONSTANT, "rhythm"))]
-            self._begin[:, clocks] = _as_weights(sweep, hand)
+            self._begin[:, clocks] = _as_weights(begin, hand)
         self._space = features.space
 
     def candidate(self, weights: ArrayLike) -> Array:
@@ -112,6 +117,15 @@ class FingerWeights:
         action = gym.spaces.Box(-1.0, 1.0, (len(matrix),), np.float32)
         mean = Layer(np.ascontiguousarray(matrix[:, 1:]), matrix[:, 0].copy())
         return Network(self._space, action, (), mean, squash=False, told=told)
+
+
+def _matrix(model: Network, features: BeliefFeatures) -> Array:
+    """(J, 1 + D): a linear policy."""
+    if model.hidden or model.cells or model.squash or model.normalization is not None:
+        raise ValueError("a search begins with a model that is linear, as the presets of a search write, got another")
+    if (shown := model.told.get("entries")) != list(features.entries):
+        raise ValueError(f"a search begins with a model that is shown {', '.join(features.entries)}, got {shown}")
+    return np.column_stack([model.mean.bias, model.mean.weight]).astype(np.float64)
 
 
 def _side(finger: int) -> float:

@@ -46,6 +46,7 @@ class TrainingWorld(Believed):
         position_jitter: as the environment's.
         rotation_jitter: as the environment's.
         task: "name": `DecisionReward` until a name is sure; "map": bits of the surface (`InformationGainReward`).
+        soon: whether what a rhythm touches of a surface counts the more the sooner, not in the end alone.
         observation: entries of the belief, or ("raw",) for what is felt.
         hold: control steps of an action.
         price: of `DecisionReward`.
@@ -82,6 +83,7 @@ class TrainingWorld(Believed):
     position_jitter: float = 0.005
     rotation_jitter: float = 0.0
     task: str = NAME
+    soon: bool = False
     observation: tuple[str, ...] = USUAL
     hold: int = 5
     price: float = 0.25
@@ -116,14 +118,15 @@ class TrainingWorld(Believed):
             raise ValueError(f"sigma_deg must be two numbers, the least and the largest, got {self.sigma_deg!r}")
         for sigma in self.sigma_deg:
             validate.number("sigma_deg", sigma, 0.0, 90.0, above=0.0, unit="degrees")
-        low, high = self.sigma_deg
-        if low > high:
+        if self.sigma_deg[0] > self.sigma_deg[1]:
             raise ValueError(f"sigma_deg must be the least and the largest, got {self.sigma_deg!r}")
         validate.number("size_jitter", self.size_jitter, 0.0, 0.5)
         validate.number("yaw_jitter", self.yaw_jitter, 0.0, 180.0, unit="degrees")
         validate.number("position_jitter", self.position_jitter, 0.0, 0.05, unit="m")
         rotation.jitter(self.rotation_jitter, self.yaw_jitter)
         validate.choice("task", self.task, TASKS)
+        if validate.boolean("soon", self.soon):
+            validate.choice("task, where soon is true,", self.task, (MAP,))
         if not isinstance(self.observation, tuple) or not self.observation:
             raise ValueError(f"observation must be a list of {', '.join((*ENTRIES, RAW))}, got {self.observation!r}")
         for entry in self.observation:
@@ -171,6 +174,7 @@ class Preset:
         world: in which it learns.
         sweep: what it begins with; None: with what chance has put into the network.
         rhythm: gains of `agents.rhythm` that are searched, as they begin, by name; None: weights are.
+        begin: policy or model file of linear weights, which a search goes on with; None: with `sweep`.
         seed: of everything random.
         steps: of the environment, in all.
         envs: side by side.
@@ -187,6 +191,7 @@ class Preset:
     world: TrainingWorld = field(default_factory=TrainingWorld)
     sweep: SweepingMotion | None = None
     rhythm: Mapping[str, float] | None = None
+    begin: str | None = None
     seed: int = 0
     steps: int = 1_000_000
     envs: int = 8
@@ -206,21 +211,24 @@ class Preset:
         validate.integer("envs", self.envs, 1, 1024)
         validate.integer("episodes", self.episodes, 1, 1_000_000)
         options.check(self.algorithm, self.learner, raw=self.world.observation == (RAW,))
+        self._check_search()
+
+    def _check_search(self) -> None:
+        for name, told in (("[rhythm]", self.rhythm), ("begin", self.begin), ("soon", self.world.soon or None)):
+            if told is not None and self.algorithm != SEARCH:
+                raise ValueError(f"{name} is for {SEARCH}, not for {self.algorithm}")
+        if self.sweep is not None and (self.rhythm is not None or self.begin is not None):
+            raise ValueError("[rhythm] begins as the sweep by itself, begin as a policy: each stands without [sweep]")
         if self.rhythm is not None:
-            self._check_rhythm()
+            if self.begin is not None:
+                raise ValueError("[rhythm] tells itself how it begins, and stands without begin")
+            if self.world.observation != FELT:
+                raise ValueError(f"observation must be contacts, for [rhythm], got {', '.join(self.world.observation)}")
+            object.__setattr__(self, "rhythm", gains_of(self.rhythm, "key of [rhythm]"))
         elif self.algorithm == SEARCH:
-            validate.choice(f"task, for {SEARCH} without [rhythm],", self.world.task, (NAME,))
+            validate.choice(f"task, for {SEARCH} without [rhythm],", self.world.task, TASKS if self.begin else (NAME,))
             for entry in self.world.observation:
                 validate.choice(f"entry of observation, for {SEARCH},", entry, SEARCHED)
-
-    def _check_rhythm(self) -> None:
-        if self.algorithm != SEARCH:
-            raise ValueError(f"[rhythm] is for {SEARCH}, not for {self.algorithm}")
-        if self.sweep is not None:
-            raise ValueError("[rhythm] begins as the sweep by itself, and stands without [sweep]")
-        if self.world.observation != FELT:
-            raise ValueError(f"observation must be contacts, for [rhythm], got {', '.join(self.world.observation)}")
-        object.__setattr__(self, "rhythm", gains_of(self.rhythm or {}, "key of [rhythm]"))
 
 
 def configuration(preset: Preset) -> dict[str, Any]:
@@ -234,11 +242,10 @@ def configuration(preset: Preset) -> dict[str, Any]:
         of which runs from before there were any do not tell.
     """
     usual = asdict(TrainingWorld())
-    later = (*NOISES, "shapes", "rotation_jitter", "task", "wrist", "filtered")
+    later = (*NOISES, "shapes", "rotation_jitter", "task", "soon", "wrist", "filtered")
     world = {name: value for name, value in asdict(preset.world).items() if name not in later or value != usual[name]}
     told = {**asdict(preset), "world": world, "steps": None}
-    if preset.rhythm is None:
-        told.pop("rhythm")
+    told = {name: value for name, value in told.items() if name not in ("rhythm", "begin") or value is not None}
     return json.loads(json.dumps(told))
 
 

@@ -15,7 +15,7 @@ from haptic_lab.files import write_json
 from haptic_lab.learning.evaluation import EVALUATIONS, read_evaluations
 from haptic_lab.learning.explored import unobserved
 from haptic_lab.learning.learning_curve import draw, draw_touched
-from haptic_lab.learning.presets import MAP, Preset
+from haptic_lab.learning.presets import MAP, SEARCH, Preset
 from haptic_lab.sweeps.provenance import versions
 
 
@@ -51,10 +51,11 @@ def report(
         evaluated, seconds_of = preset.world.hold * decisions, decision_seconds(preset) * lengths
         best = int(rewards.mean(axis=1).argmax() if kept is None else np.flatnonzero(decisions == kept)[0])
         told["best"] = {"environment_steps": int(evaluated[best])}
-        if preset.rhythm is not None and preset.world.task == MAP:
-            draw_touched(out / "learning_curve.png", evaluated, rewards, preset.world.seconds, best)
+        if preset.algorithm == SEARCH and preset.world.task == MAP:
+            when = f"{'as a mean through' if preset.world.soon else 'in'} {preset.world.seconds:g} s"
+            draw_touched(out / "learning_curve.png", evaluated, rewards, when, best)
             told["best"]["touched"] = float(rewards[best].mean())
-            found = f"{told['best']['touched']:.1%} of the surface touched in {preset.world.seconds:g} s"
+            found = f"{told['best']['touched']:.1%} of the surface touched {when}"
         else:
             draw(out / "learning_curve.png", evaluated, rewards, seconds_of, right, preset.world.seconds, best)
             told["best"]["median_seconds"] = float(np.median(seconds_of[best]))

@@ -17,6 +17,9 @@ import gymnasium as gym
 import numpy as np
 from rich.console import Console
 
+import agents
+from agents.network import Network
+from agents.sb3 import Trained, is_model, load_model
 from haptic_env import hand_env, reading
 from haptic_env.arrays import Array
 from haptic_lab.files import atomic
@@ -25,7 +28,7 @@ from haptic_lab.learning.evaluation import BEST, EVALUATION_SEED, EVALUATIONS, O
 from haptic_lab.learning.explored import explored
 from haptic_lab.learning.finger_weights import FingerWeights
 from haptic_lab.learning.interrupt import InterruptGuard, stopped
-from haptic_lab.learning.presets import Preset
+from haptic_lab.learning.presets import NAME, Preset
 from haptic_lab.learning.report import report
 from haptic_lab.learning.rhythm_gains import RhythmGains
 from haptic_lab.progress import ProgressLines
@@ -161,9 +164,22 @@ def prepare(preset: Preset, jobs: int, out: Path, stop: InterruptGuard, console:
 def _weights(env: gym.Env[Any, Any], preset: Preset) -> FingerWeights | RhythmGains:
     features, base = env.get_wrapper_attr("features"), hand_env(env)
     if preset.rhythm is None:
-        return FingerWeights(base.hand, features, len(labels_of(env)), preset.sweep)
+        labels = len(labels_of(env)) if preset.world.task == NAME else 0
+        return FingerWeights(
+            base.hand, features, labels, preset.sweep if preset.begin is None else _begun(preset.begin)
+        )
     seconds = preset.world.hold / base.control_hz
     return RhythmGains(base.hand, features, preset.rhythm, seconds, _told(preset))
+
+
+def _begun(name: str) -> Network:
+    """The weights that a search goes on with."""
+    policy = agents.find(name, "begin")
+    path = policy.shipped if issubclass(policy, Trained) else name
+    model = load_model(path) if is_model(path) else None
+    if not isinstance(model, Network):
+        raise ValueError(f"begin must be a policy of linear weights, got {name!r}")
+    return model
 
 
 def _told(preset: Preset) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from haptic_lab.tasks.registry import TASKS
 from haptic_lab.terminal import as_keys
 from haptic_lab.worlds import environment, shapes_of
 
-CHANGES = tuple(each.name for each in fields(TrainingWorld) if each.name not in ("env", "task"))
+CHANGES = tuple(each.name for each in fields(TrainingWorld) if each.name not in ("env", "task", "soon"))
 TOLD = ("posterior", "decision", "is_success")  # of the info; beliefs are attributes, for they are large
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -9,6 +11,7 @@ from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial import cKDTree
 
@@ -21,7 +24,7 @@ from agents.sb3 import read_model
 from agents.sweep import SweepingMotion
 from haptic_env import hand_env
 from haptic_lab.commands import train
-from haptic_lab.learning import candidates, presets, search
+from haptic_lab.learning import candidates, presets, search, several_runs
 from haptic_lab.learning.candidates import Outcome, doubts
 from haptic_lab.learning.covering import Covering
 from haptic_lab.learning.evaluation import OF_EVALUATIONS
@@ -330,6 +333,76 @@ def test_what_is_touched_is_counted_where_it_is_touched():
     assert covering.play(still, 900_000)[0] < share
 
 
+def test_how_soon_a_surface_is_touched_is_a_mean_through_time():
+    """Of the share by each decision, which grows to that in the end; a pose filter tells what a candidate reads."""
+    preset = replace(presets.read("anywhere"), world=replace(presets.read("anywhere").world, seconds=1.0))
+    covering = Covering(preset.world, held_out=False)
+    weights = search._weights(explored_as_usual(preset.world), preset)
+    candidate = weights.candidate(np.zeros(weights.size))
+    soon, decisions = covering.play(candidate, 900_002)
+    touched, solid = covering._touched, hand_env(covering._env).solid
+    shares = touched.shares(solid)
+    assert len(shares) == decisions == 25
+    assert (np.diff(shares) >= 0.0).all()
+    assert 0.0 < soon < shares[-1] == touched.share(solid)
+    assert soon == pytest.approx(np.prod(np.maximum(shares, 1e-3)) ** (1.0 / 25))
+    judge = candidates.Judge(preset.world, jobs=1)
+    (outcome,) = judge.judge([(candidate, 900_002)])
+    assert outcome == (pytest.approx(-np.log(soon)), soon, 25, False)
+    blind = candidate.copy()
+    blind[:, 1 + 6 + 50 :] = 0.0  # the believed pose
+    assert covering.play(blind, 900_002)[0] != soon
+
+
+def test_a_search_goes_on_with_the_weights_of_a_policy():
+    preset = presets.read("anywhere")
+    weights = search._weights(explored_as_usual(preset.world), preset)
+    shipped = read_model(agents.POLICIES["searched"].shipped)
+    made = weights.network(np.zeros(weights.size), {})
+    np.testing.assert_array_equal(made.mean.weight, shipped.mean.weight)
+    np.testing.assert_array_equal(made.mean.bias, shipped.mean.bias)
+    moved = weights.network(np.full(weights.size, 0.1), {})
+    assert not np.allclose(moved.mean.weight, shipped.mean.weight)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"begin": "sweeped"}, "unknown begin 'sweeped' .*choose from"),
+        ({"begin": "sweep"}, "begin must be a policy of linear weights, got 'sweep'"),
+        ({"begin": "reflexes"}, "begin must be a policy of linear weights, got 'reflexes'"),
+        ({"begin": "trained"}, "a search begins with a model that is shown rhythm, contacts, pose, got"),
+        ({"begin": None}, r"task, for CMA-ES without \[rhythm\],"),
+        ({"rhythm": {}}, r"\[rhythm\] tells itself how it begins"),
+        ({"sweep": SweepingMotion()}, r"begin .* stands without \[sweep\]"),
+        ({"algorithm": "PPO"}, "begin is for CMA-ES, not for PPO"),
+    ],
+)
+def test_a_search_that_begins_with_no_such_policy_is_refused(change, message):
+    preset = presets.read("anywhere")
+    if "algorithm" in change:
+        change = {**change, "learner": {"policy": "MlpPolicy"}}
+
+    def begun() -> None:
+        changed = replace(preset, **change)
+        search._weights(explored_as_usual(changed.world), changed)
+
+    with pytest.raises(ValueError, match=message):
+        begun()
+
+
+def test_only_what_is_touched_may_be_paid_the_more_the_sooner():
+    with pytest.raises(ValueError, match=r"task, where soon is true,.*'name'"):
+        TrainingWorld(soon=True)
+    with pytest.raises(ValueError, match="soon must be"):
+        TrainingWorld(soon=1)
+    preset, learner = presets.read("anywhere"), {"policy": "MlpPolicy"}
+    with pytest.raises(ValueError, match="soon is for CMA-ES, not for PPO"):
+        replace(preset, begin=None, algorithm="PPO", learner=learner)
+    with pytest.raises(ValueError, match="'soon'"):
+        gym.make("HapticSLAM/Map-v0", soon=True)  # which pays bits
+
+
 def features_of_contacts(hand) -> BeliefFeatures:
     return BeliefFeatures(hand, (), 10.0, 50.0, ["contacts"])
 
@@ -388,3 +461,47 @@ def test_angles_may_be_taken_at_their_word_where_only_names_are_asked():
             TrainingWorld(**{"filtered": False, "observation": ("contacts",), **change})
     with pytest.raises(ValueError, match="filtered must be"):
         TrainingWorld(filtered=1)
+
+
+def as_seed(finished: Path, folder: Path, seed: int, better: float) -> Path:
+    """The same run, as if another seed had come to other rewards."""
+    shutil.copytree(finished, folder)
+    told = json.loads((folder / "training.json").read_text())
+    (folder / "training.json").write_text(json.dumps(told | {"seed": seed}))
+    with np.load(folder / "evaluations.npz") as kept:
+        table = dict(kept)
+    np.savez(folder / "evaluations.npz", **table | {"results": table["results"] + better})
+    return folder
+
+
+def test_runs_of_several_seeds_are_held_against_each_other(finished, tmp_path):
+    runs = [as_seed(finished, tmp_path / str(seed), seed, better) for seed, better in enumerate((0.0, 0.5, 0.7))]
+    table = several_runs.compare(runs, tmp_path / "out")
+    assert (tmp_path / "out" / "runs.png").stat().st_size > 5000
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "out" / "runs.csv").astype({"seed": "Int64"}), table)
+    with np.load(finished / "evaluations.npz") as kept:
+        rewards, decisions = kept["results"].mean(axis=1), kept["timesteps"]
+    mine = table[table["measure"] == "reward"]
+    of_all = mine[mine["seed"].isna()]
+    assert of_all["environment_steps"].tolist() == (2 * decisions).tolist()
+    np.testing.assert_allclose(of_all["value"], rewards + 0.4)
+    half = 4.302653 * np.std((0.0, 0.5, 0.7), ddof=1) / np.sqrt(3)  # Student's t of two degrees of freedom
+    np.testing.assert_allclose(of_all["high"] - of_all["value"], half, rtol=1e-6)
+    np.testing.assert_allclose(mine[mine["seed"] == 1]["value"], rewards + 0.5)
+    seconds = table[(table["measure"] == "median_seconds") & (table["seed"] == 2)]["value"]
+    assert seconds.between(0.04, 0.3).all(), "a decision at least, and no longer than an exploration"
+
+
+def test_runs_that_are_not_of_one_preset_are_not_compared(finished, tmp_path):
+    first, second = (as_seed(finished, tmp_path / str(seed), seed, 0.0) for seed in range(2))
+    with pytest.raises(ValueError, match="two runs or more, got 1"):
+        several_runs.compare([first], tmp_path / "out")
+    with pytest.raises(ValueError, match="a seed each, got 0, 0"):
+        several_runs.compare([first, first], tmp_path / "out")
+    with pytest.raises(ValueError, match="nothing holds no run of training that has ended"):
+        several_runs.compare([first, tmp_path / "nothing"], tmp_path / "out")
+    told = json.loads((second / "training.json").read_text())
+    (second / "training.json").write_text(json.dumps(told | {"learner": {**told["learner"], "step": 0.3}}))
+    with pytest.raises(ValueError, match="1 has another learner"):
+        several_runs.compare([first, second], tmp_path / "out")
+    assert not (tmp_path / "out").exists()

@@ -96,6 +96,18 @@ def knows(lines: pd.DataFrame, noise: str, policy: str) -> list[str]:
     ]
 
 
+def ended(lines: pd.DataFrame, seed: str) -> list[str]:
+    """What a run of training came to, of `runs.csv`, or the mean over runs."""
+    last = lines[lines["evaluation"] == lines["evaluation"].max()]
+    mine = last[last["seed"].isna() if seed == "mean" else last["seed"] == float(seed)].set_index("measure")
+    assert len(mine) == 2
+    told = [str(int(mine["environment_steps"].iloc[0]))]
+    for name in ("reward", "median_seconds"):
+        value, low, high = mine.loc[name, ["value", "low", "high"]]
+        told.append(f"{value:.2f}" + ("" if np.isnan(low) else f" [{low:.2f}, {high:.2f}]"))
+    return told
+
+
 LESS = "haptic_slam less floor"  # in the same explorations, of `against_floor.csv`
 OBSERVERS = ("floor", "kalman", "smoother", "haptic_slam", "ceiling")
 MEASURES = {  # what the tables of brackets call them
@@ -236,6 +248,7 @@ HELD = [
     Held("benchmark.md", OF_NAMES, "benchmark_unknown", of_policy, nth=1),
     Held("benchmark.md", MAPS, "benchmark_map", of_policy),
     Held("learning.md", "σ | policy", "whole_hand", knows, 2, nth=1),
+    Held("learning.md", "seed | steps", "whole_hand_runs", ended),
     Held("notes/ablation.md", "variant | lagged", "one_candidate", less_than_whole, nth=1),
     Held("notes/calibration.md", "σ | measure", "brackets", between("floor", "haptic_slam", "ceiling", LESS), 2),
     Held("notes/maps.md", "measure | better", "against_floor", verdicts),
@@ -276,8 +289,8 @@ COMMANDS = {
     "benchmark_name": Command("benchmark.md", "    haptic-slam benchmark --tasks Name --worlds 8 --steps 4000 ", {8}),
     "benchmark_unknown": Command(
         "benchmark.md",
-        "    haptic-slam benchmark --tasks NameUnknown --worlds 3 --steps 4000 --policies random_torque enclosure ",
-        {3},
+        "    haptic-slam benchmark --tasks NameUnknown --worlds 14 --policies random_torque enclosure information_gain ",
+        {14},
     ),
     "brackets": Command(
         "results.md",
@@ -354,6 +367,8 @@ def test_tables_leave_out_nothing_of_their_files() -> None:
     assert [each.split()[0] for each in first("recordings.md", "object | F, raw angles")] == [*RECORDINGS]
     policies = [row[1].strip("`") for row in documents.rows("learning.md", "σ | policy", 1)]
     assert {*policies} == set(read("whole_hand")["policy"])
+    runs = read("whole_hand_runs")["seed"].dropna().astype(int)
+    assert first("learning.md", "seed | steps") == [*map(str, sorted({*runs})), "mean"]
     assert {*first("results.md", "shape | floor"), "all"} == set(read("brackets")["shape"])
     assert set(filter(None, first("results.md", "σ | measure"))) == {"1°", "3°", "5°"}
     assert set(read("brackets")["sigma_deg"]) == {1.0, 3.0, 5.0}

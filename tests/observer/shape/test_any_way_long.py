@@ -22,7 +22,7 @@ NAMES = (
 )  # fmt: skip
 JITTER = {"size_jitter": 0.2, "position_jitter": 0.005, "rotation_jitter": 180.0}
 SECONDS = (5, 10, 20)
-SEEDS = range(78_500, 78_536)  # three of each solid; nothing was tuned on them
+SEEDS = range(64_000, 64_036)  # three of each solid; nothing was tuned on them
 GOAL = 0.85
 
 pytestmark = [pytest.mark.statistical, pytest.mark.timeout(7200)]
