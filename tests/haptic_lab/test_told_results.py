@@ -289,7 +289,8 @@ COMMANDS = {
     "benchmark_name": Command("benchmark.md", "    haptic-slam benchmark --tasks Name --worlds 8 --steps 4000 ", {8}),
     "benchmark_unknown": Command(
         "benchmark.md",
-        "    haptic-slam benchmark --tasks NameUnknown --worlds 14 --policies random_torque enclosure information_gain ",
+        "    haptic-slam benchmark --tasks NameUnknown --worlds 14 "
+        "--policies random_torque enclosure information_gain ",
         {14},
     ),
     "brackets": Command(
