@@ -25,7 +25,7 @@ from observer.swept_volume import posed
 
 pytestmark = [pytest.mark.statistical, pytest.mark.timeout(3600)]
 SIGMA, SECONDS = 3.0, 60.0
-FIRST_SEED = 79010  # what the policy was made with had seeds from 900000 on
+FIRST_SEED = 77010  # what the policy was made with had seeds from 900000 on
 TOUCHES = (0, 1, 2, 4, 7, 11, 16, 24, 1000)  # near a place, from one class of places to the next
 
 
