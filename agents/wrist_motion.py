@@ -65,18 +65,19 @@ class WristMotion:
         roll, yaw = np.arctan2(-m[1, 2], m[2, 2]), np.arctan2(-m[0, 1], m[0, 0])
         return np.concatenate([way / self._lever_arm, [roll, pitch, yaw]])
 
-    def draw(self, rng: np.random.Generator) -> Rotation:
+    def draw(self, rng: np.random.Generator, farthest_tilt: float = FARTHEST_TILT) -> Rotation:
         """Draw a turn that can be reached, all as probable.
 
         Args:
             rng: gives the draws.
+            farthest_tilt: rad, of the hand's axis from where it is at rest.
 
         Returns:
             The turn; none where the wrist is fixed.
         """
         while self.free:
             turn = Rotation.from_quat(rng.standard_normal(4))
-            if turn.apply(self.axis) @ self.axis >= np.cos(FARTHEST_TILT) and self._reaches(turn):
+            if turn.apply(self.axis) @ self.axis >= np.cos(farthest_tilt) and self._reaches(turn):
                 return turn
         return Rotation.identity()
 

@@ -41,6 +41,7 @@ OBSERVER_COLOURS = {
     "smoother": "#56B4E9",
     "white": "#D55E00",
     "haptic_slam": "#000000",
+    "second_look": "#0072B2",
     "ceiling": "#117733",
 }
 OBSERVER_NAMES = {
@@ -50,6 +51,7 @@ OBSERVER_NAMES = {
     "smoother": "smoother",
     "white": "white noise believed",
     "haptic_slam": "haptic SLAM",
+    "second_look": "second look",
     "ceiling": "true pose (ceiling)",
 }
 BETTER, WORSE = "#0072B2", "#D55E00"

@@ -8,6 +8,7 @@ from observer.library import DamagedEntry, Library
 from observer.maps.contact_model import ContactModel
 from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose_only import PoseOnly
+from observer.second_look import SecondLook
 from observer.shape.misfit import ContactsDoNotFit
 from observer.shape.posterior import ShapePosterior
 from observer.warming import warm_up
@@ -34,6 +35,7 @@ __all__ = [
     "Library",
     "ObserverWrapper",
     "PoseOnly",
+    "SecondLook",
     "ShapePosterior",
     "Smoother",
     "TruePose",

@@ -14,6 +14,7 @@ from haptic_env.hand import Hand
 from haptic_env.sensors import Spread
 from observer.fastslam import HapticSLAM
 from observer.pose.contact_dynamics import ContactDynamics
+from observer.second_look import SecondLook
 
 KALMAN_DYNAMICS = ContactDynamics(constrained=False)
 WHITE_ONLY = {"bias_deg": 0.0, "drift_deg": 0.0, "proportional": 0.0, "start_std_deg": 0.0}  # noise of felt angles
@@ -136,5 +137,6 @@ OBSERVERS: dict[str, Callable[..., HapticSLAM]] = {
     "smoother": Smoother,
     "white": White,
     "haptic_slam": HapticSLAM,
+    "second_look": SecondLook,
     "ceiling": TruePose,
 }

@@ -37,7 +37,8 @@ FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
 NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the paper's, and what touch has added
 REPLAYED: dict[str, Any] = {"seconds": None, "classifiers": []}  # what is usual of these, and of people's trials: whole
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
-USUAL = [name for name in OBSERVERS if name != "white"]  # which is haptic_slam where no error lasts
+RARE = ("white", "second_look")  # which is haptic_slam where no error lasts, and takes twice its time
+USUAL = [name for name in OBSERVERS if name not in RARE]
 TRUSTED = ["--trust"]
 
 
@@ -194,7 +195,7 @@ def make_parser(description: str | None) -> tuple[argparse.ArgumentParser, Optio
         "--observers",
         nargs="+",
         default=USUAL,
-        help=f"default: {' '.join(USUAL)}; or {', '.join(['white', *VARIANTS, *WITHOUT_MAP])}; several joined by +",
+        help=f"default: {' '.join(USUAL)}; or {', '.join([*RARE, *VARIANTS, *WITHOUT_MAP])}; several joined by +",
     )
     switch = argparse.BooleanOptionalAction
     add("--ablation", action=switch, default=False, help="haptic_slam with one idea changed at a time, in one table")

@@ -49,6 +49,8 @@ def field_of(shape: Shape, size: tuple[float, float, float], reach: float) -> tu
     grid = _grid(size, reach, content)
     if content:
         return grid, _remembered(shape, size, grid, content)
+    if not shape.exact:  # what was felt in one trial
+        return grid, near_surface(shape, size, grid)
     measured = _measured if np.prod(grid.shape) <= LARGEST_KEPT else _measured.__wrapped__
     return grid, measured(shape, size, grid)
 

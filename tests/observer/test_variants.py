@@ -29,7 +29,7 @@ def test_each_variant_changes_the_belief(trial, name):
 def test_a_variant_may_fix_the_number_of_particles(two_finger):
     count = {name: make_observer(name, two_finger, 3.0, 7).n_particles for name in {*NAMES} - {*WITHOUT_MAP}}
     assert count.pop("one_particle") == 1
-    several = {*ABLATION, "white"} & {*NAMES} - {"one_particle"}
+    several = {*ABLATION, "white", "second_look"} & {*NAMES} - {"one_particle"}
     assert {name for name, number in count.items() if number == 7} == several
 
 

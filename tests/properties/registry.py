@@ -112,6 +112,7 @@ LEFT_OUT: dict[str, str] = {
     "observer.DamagedEntry": "a warning, which Library gives",
     "observer.DeadReckoning": "OBSERVERS has it, as floor",
     "observer.Kalman": "OBSERVERS has it",
+    "observer.SecondLook": "OBSERVERS has it, as second_look",
     "observer.Smoother": "OBSERVERS has it",
     "observer.TruePose": "OBSERVERS has it, as ceiling",
     "observer.White": "OBSERVERS has it, as white",

@@ -43,6 +43,7 @@ from tests.properties.strategies import SEEDS, Strategy, odd_names, odd_numbers
 J, P = samples.JOINTS, samples.PATCHES
 TORQUE, ANGLES, CONTACTS = array((J,)), array((J,), -0.5, 1.5), binary((P,))
 NAMES = (*variants.NAMES, "paper+no_scan_matching", "haptic_slam+no_lag+sampled_matching")
+WEIGHTS = {"second_look": 0.1}  # which goes through each trial twice
 
 
 def _root(position: Any, rotation: Any) -> Any:
@@ -259,7 +260,10 @@ SAVED = Parameter(st.deferred(lambda: _saved().valid), st.deferred(lambda: _save
 ENTRIES: dict[str, Entry] = {
     **{
         f"observer.variants[{kind}].step": Entry(
-            partial(_steps, kind), DRAWN, Allowed(words=("torque", "joint_angles", "contacts", "root", "PoseOnly"))
+            partial(_steps, kind),
+            DRAWN,
+            Allowed(words=("torque", "joint_angles", "contacts", "root", "PoseOnly")),
+            weight=WEIGHTS.get(kind, 1.0),
         )
         for kind in NAMES
     },
@@ -312,6 +316,7 @@ ENTRIES: dict[str, Entry] = {
                 for key in ("sigma_deg", "control_hz", "grid", "motor_noise", "contact_model", "no_such_keyword")
             },
             OBSERVER,
+            weight=WEIGHTS.get(kind, 1.0),
         )
         for kind, build in observer.OBSERVERS.items()
     },
