@@ -52,6 +52,10 @@ def check_name(name: str, recorded: bool = False) -> str:
     base, *changes = variants.check("--observers", name, also=[each[1:] for each in (LIMITED, INFORMED)]).split("+")
     if len(set(changes)) < len(changes):
         raise ValueError(f"{said} has a change twice, say each once")
+    unfit = [each for each in changes if each in variants.NO_SECOND_LOOK or f"+{each}" == INFORMED]
+    if base == variants.SECOND_LOOK and unfit:
+        valid = [each for each in variants.VARIANTS if each not in variants.NO_SECOND_LOOK]
+        raise ValueError(f"{said}: {unfit[0]} leaves nothing to look at a second time, choose from {', '.join(valid)}")
     if INFORMED not in name:
         return name
     if recorded:

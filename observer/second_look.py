@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
+from haptic_env import validate
 from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.pose import Pose
@@ -37,6 +38,7 @@ from observer.surface.touches import TouchLog
 
 LEAST_BIAS = 0.01  # degrees: where angles have offsets to find, contact with a solid that is certain tells the pose
 NEAR = 0.008  # m from the surface, where it counts how well that is known
+TAUGHT = "forward_model"  # the motion whose pose contact with a known solid tells for good
 NO_FILE = "a second look needs the whole trial, which no file keeps: save and load a HapticSLAM instead"
 
 
@@ -88,12 +90,14 @@ class SecondLook(HapticSLAM):
             **keywords: what else `HapticSLAM` is told.
 
         Raises:
-            ValueError: for a value out of range, and for what leaves no map in hindsight.
+            ValueError: for a value out of range, for what leaves no map in hindsight, and for a motion that contact
+                with a solid does not teach.
             ImportError: where the extra `meshes` is missing.
         """
         triangles.check()
         if "solids" in keywords:
             raise ValueError("solids are what a second look finds out itself: tell them to HapticSLAM")
+        validate.choice("motion for a second look", keywords.get("motion", TAUGHT), (TAUGHT,))
         super().__init__(hand, sigma_deg, particles, bias_deg=bias_deg, **keywords)
         if not self.in_hindsight:
             raise ValueError("a second look is a map in hindsight: it needs in_hindsight=True and matching='mean'")
@@ -116,7 +120,7 @@ class SecondLook(HapticSLAM):
         return belief
 
     def flush(self) -> list[Belief]:
-        """End the trial, and look at it once more, which takes as long as its steps did.
+        """End the trial, and look at it once more, which takes longer than its steps did.
 
         Returns:
             As `HapticSLAM.flush`, but the last belief has the map of the second look. Its touches are those of the
@@ -158,7 +162,10 @@ class SecondLook(HapticSLAM):
         shape = _Known(surface)
         x, y, z = (0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))).tolist()
         solid = Solid("what was felt", shape, shape.default_size, (x, y, z))
-        return {
+        sigma = (
+            {} if self._told["sigma_deg"] is None else {"sigma_deg": self.sigma_deg}
+        )  # which may have been set since
+        return sigma | {
             "solids": ShapePosterior(self.hand, {solid.name: [solid]}, control_hz=self.control_hz),
             "bias_deg": np.maximum(self._told["bias_deg"], LEAST_BIAS),
         }

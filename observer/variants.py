@@ -34,7 +34,9 @@ WITHOUT_MAP: dict[str, dict[str, Any]] = {  # keywords for `PoseOnly`
 }
 Observer = HapticSLAM | PoseOnly
 FULL = "haptic_slam"
-WITH_PARTICLES = (FULL, "paper", "white", "second_look")
+SECOND_LOOK = "second_look"
+NO_SECOND_LOOK = ("no_forward_model", "no_torques", "sampled_matching", "no_hindsight")  # what it cannot do without
+WITH_PARTICLES = (FULL, "paper", "white", SECOND_LOOK)
 BADLY_KNOWN = ("no_forward_model", "no_torques", "paper")  # poses of which maps may have more to say
 ABLATION = (FULL, *VARIANTS, "paper", *(f"{name}+no_scan_matching" for name in BADLY_KNOWN))
 NAMES = (*OBSERVERS, *VARIANTS, *WITHOUT_MAP)

@@ -84,7 +84,7 @@ class FingerWeights:
         self._signs = np.array(signs)
         self._begin = np.zeros((len(joints), len(columns)))
         if isinstance(begin, Network):
-            self._begin = _matrix(begin, features)
+            self._begin = _matrix(begin, features, self._begin.shape)
         elif begin is not None:
             clocks = [c for c, parts in enumerate(columns) if parts and parts[0].what.startswith((CONSTANT, "rhythm"))]
             self._begin[:, clocks] = _as_weights(begin, hand)
@@ -119,13 +119,18 @@ class FingerWeights:
         return Network(self._space, action, (), mean, squash=False, told=told)
 
 
-def _matrix(model: Network, features: BeliefFeatures) -> Array:
+def _matrix(model: Network, features: BeliefFeatures, shape: tuple[int, ...]) -> Array:
     """(J, 1 + D): a linear policy."""
     if model.hidden or model.cells or model.squash or model.normalization is not None:
         raise ValueError("a search begins with a model that is linear, as the presets of a search write, got another")
     if (shown := model.told.get("entries")) != list(features.entries):
         raise ValueError(f"a search begins with a model that is shown {', '.join(features.entries)}, got {shown}")
-    return np.column_stack([model.mean.bias, model.mean.weight]).astype(np.float64)
+    matrix = np.column_stack([model.mean.bias, model.mean.weight]).astype(np.float64)
+    if matrix.shape != shape:
+        raise ValueError(
+            f"a search begins with a model of its own hand, with weights of shape {shape}, got {matrix.shape}"
+        )
+    return matrix
 
 
 def _side(finger: int) -> float:

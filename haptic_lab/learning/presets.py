@@ -226,7 +226,9 @@ class Preset:
                 raise ValueError(f"observation must be contacts, for [rhythm], got {', '.join(self.world.observation)}")
             object.__setattr__(self, "rhythm", gains_of(self.rhythm, "key of [rhythm]"))
         elif self.algorithm == SEARCH:
-            validate.choice(f"task, for {SEARCH} without [rhythm],", self.world.task, TASKS if self.begin else (NAME,))
+            validate.choice(
+                f"task, for {SEARCH} without [rhythm],", self.world.task, (NAME,) if self.begin is None else TASKS
+            )
             for entry in self.world.observation:
                 validate.choice(f"entry of observation, for {SEARCH},", entry, SEARCHED)
 

@@ -165,15 +165,19 @@ def _weights(env: gym.Env[Any, Any], preset: Preset) -> FingerWeights | RhythmGa
     features, base = env.get_wrapper_attr("features"), hand_env(env)
     if preset.rhythm is None:
         labels = len(labels_of(env)) if preset.world.task == NAME else 0
-        return FingerWeights(
-            base.hand, features, labels, preset.sweep if preset.begin is None else _begun(preset.begin)
-        )
+        begin = preset.sweep if preset.begin is None else _begun(preset.begin)
+        weights = FingerWeights(base.hand, features, labels, begin)
+        if isinstance(begin, Network) and (held := begin.told.get("hold")) != preset.world.hold:
+            raise ValueError(f"hold must be that of begin, {held}, got {preset.world.hold}")
+        return weights
     seconds = preset.world.hold / base.control_hz
     return RhythmGains(base.hand, features, preset.rhythm, seconds, _told(preset))
 
 
 def _begun(name: str) -> Network:
     """The weights that a search goes on with."""
+    if not isinstance(name, str):
+        raise ValueError(f"begin must be the name of a policy or a file, got {name!r}")
     policy = agents.find(name, "begin")
     path = policy.shipped if issubclass(policy, Trained) else name
     model = load_model(path) if is_model(path) else None

@@ -60,6 +60,10 @@ def compare(folders: Sequence[str | Path], out: str | Path) -> pd.DataFrame:
     Raises:
         ValueError: for fewer than two runs, a folder that holds none, and runs that differ in more than their seed.
     """
+    if isinstance(folders, str) or not (
+        isinstance(folders, Sequence) and all(isinstance(f, str | Path) for f in folders)
+    ):
+        raise ValueError(f"folders must be a list of the folders of two runs or more, got {folders!r}")
     runs = [read(Path(folder)) for folder in folders]
     if len(runs) < 2:
         raise ValueError(f"folders must be of two runs or more, got {len(runs)}")

@@ -130,6 +130,8 @@ def test_each_finger_has_its_turn_for_as_long(hand: str) -> None:
     ("flags", "told"),
     [
         (["--memory-seconds", "5"], "--memory-seconds is of limited observers: --observers must name one"),
+        (["--observers", "second_look+no_torques"], "no_torques leaves nothing to look at a second time, choose from"),
+        (["--observers", "second_look+informed"], "informed leaves nothing to look at a second time, choose from no_"),
         (["--observers", "floor+limited"], "floor+limited of --observers has no limits"),
         (["--observers", "haptic_slam+limited", "--memory-seconds", "0"], "memory_seconds must be"),
         (["--observers", "haptic_slam+limited", "--attention-seconds", "nan"], "attention_seconds must be"),

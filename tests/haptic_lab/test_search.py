@@ -365,6 +365,9 @@ def test_a_search_goes_on_with_the_weights_of_a_policy():
     assert not np.allclose(moved.mean.weight, shipped.mean.weight)
 
 
+ANYWHERE = presets.read("anywhere").world
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -372,6 +375,12 @@ def test_a_search_goes_on_with_the_weights_of_a_policy():
         ({"begin": "sweep"}, "begin must be a policy of linear weights, got 'sweep'"),
         ({"begin": "reflexes"}, "begin must be a policy of linear weights, got 'reflexes'"),
         ({"begin": "trained"}, "a search begins with a model that is shown rhythm, contacts, pose, got"),
+        ({"begin": 5}, "begin must be the name of a policy or a file, got 5"),
+        (
+            {"world": replace(ANYWHERE, env="HapticSLAM/MyoHand-v0")},
+            "begins with a model of its own hand, with weights",
+        ),
+        ({"world": replace(ANYWHERE, hold=5)}, "hold must be that of begin, 2, got 5"),
         ({"begin": None}, r"task, for CMA-ES without \[rhythm\],"),
         ({"rhythm": {}}, r"\[rhythm\] tells itself how it begins"),
         ({"sweep": SweepingMotion()}, r"begin .* stands without \[sweep\]"),
@@ -496,6 +505,9 @@ def test_runs_that_are_not_of_one_preset_are_not_compared(finished, tmp_path):
     first, second = (as_seed(finished, tmp_path / str(seed), seed, 0.0) for seed in range(2))
     with pytest.raises(ValueError, match="two runs or more, got 1"):
         several_runs.compare([first], tmp_path / "out")
+    for odd in (str(first), [5, 6], None):
+        with pytest.raises(ValueError, match="folders must be a list of the folders of two runs or more, got"):
+            several_runs.compare(odd, tmp_path / "out")
     with pytest.raises(ValueError, match="a seed each, got 0, 0"):
         several_runs.compare([first, first], tmp_path / "out")
     with pytest.raises(ValueError, match="nothing holds no run of training that has ended"):

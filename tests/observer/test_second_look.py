@@ -53,6 +53,24 @@ def test_what_has_no_map_in_hindsight_has_no_second_one(two_finger):
         SecondLook(two_finger, 3.0, 1, solids=ShapePosterior(two_finger))
 
 
+def test_a_motion_that_no_solid_teaches_has_no_second_look(two_finger):
+    for motion in ("kinematic", "delta_pose", "raw_angles"):
+        with pytest.raises(ValueError, match=f"motion for a second look {motion!r}; choose from forward_model"):
+            SecondLook(two_finger, 3.0, 1, motion=motion)
+
+
+def test_noise_that_is_told_later_counts_in_both(trial):
+    maps = []
+    for first in (3.0, 5.0):
+        slam = SecondLook(trial.hand, first, 1)
+        slam.sigma_deg = 5.0
+        slam.reset(seed=0)
+        for each in zip(trial.torque, trial.felt, trial.contacts, strict=True):
+            slam.step(*each)
+        maps.append(slam.map_now())
+    np.testing.assert_array_equal(*maps)
+
+
 def test_it_is_not_kept_in_a_file(two_finger, tmp_path):
     slam = SecondLook(two_finger, 3.0, 1)
     with pytest.raises(ValueError, match="no file keeps"):
