@@ -37,7 +37,7 @@ FIRST_SEED = 10_000  # below 1000 are the seeds that tuning may use
 NAMERS = ("nearest_neighbour", "overlap_nearest_neighbour")  # one-shot: the paper's, and what touch has added
 REPLAYED: dict[str, Any] = {"seconds": None, "classifiers": []}  # what is usual of these, and of people's trials: whole
 QUICK = {"sigmas": [3.0], "trials": 2, "seconds": [5.0], "exemplars": 1}
-RARE = ("white", "second_look")  # which is haptic_slam where no error lasts, and takes twice its time
+RARE = ("white", "second_look")  # which is haptic_slam where no error lasts, and takes several times as long
 USUAL = [name for name in OBSERVERS if name not in RARE]
 TRUSTED = ["--trust"]
 

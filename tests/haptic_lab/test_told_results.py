@@ -48,6 +48,9 @@ MAPPED = {  # of the table of what a minute maps: what a row is called, and the 
     "intersection over union of the mesh": "mesh_iou",
     "Chamfer distance of the whole, mm": "mesh_chamfer_mm",
     "F-score of the mesh at 5 mm": "mesh_f_score",
+    "Chamfer distance of what was felt, mm": "mesh_chamfer_felt_mm",
+    "of what was felt, inside the mesh's 90 % band": "mesh_band_felt",
+    "F-score of the map at one voxel": "surface_f_score_1",
     "steps in touch": "touching_share",
 }
 
@@ -57,7 +60,7 @@ def mapped(lines: pd.DataFrame, name: str) -> list[str]:
     mine = lines[(lines["shape"] == "all") & (lines["measure"] == measure)].set_index("observer")
     assert set(mine["trials"]) == {12}
     shown = "{:.2f} [{:.2f}–{:.2f}]"
-    if "coverage" in measure or "precision" in measure or "share" in measure:
+    if any(each in measure for each in ("coverage", "precision", "share", "band")):
         shown, mine = "{:.0f} % [{:.0f}–{:.0f}]", mine.assign(**{each: 100 * mine[each] for each in ENDS})
     found = [shown.format(*mine.loc[each, ENDS]) for each in ("floor", "haptic_slam", "second_look", "ceiling")]
     return ["", *set(found), "", ""] if measure in ("touched_coverage", "touching_share") else found  # nobody's belief
