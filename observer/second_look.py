@@ -137,12 +137,28 @@ class SecondLook(HapticSLAM):
         return beliefs
 
     def save(self, path: Path | str) -> NoReturn:
-        """Not possible."""
+        """Refuse, for it would have to keep the whole trial.
+
+        Args:
+            path: of no file that is written.
+
+        Raises:
+            ValueError: always.
+        """
         raise ValueError(NO_FILE)
 
     @classmethod
     def load(cls, path: Path | str, hand: Hand | None = None, *, solids: ShapePosterior | None = None) -> NoReturn:
-        """Not possible."""
+        """Refuse, as `save` does.
+
+        Args:
+            path: of any file.
+            hand: whose it is.
+            solids: of the object.
+
+        Raises:
+            ValueError: always.
+        """
         raise ValueError(NO_FILE)
 
     def _now(self) -> tuple[TouchLog, Array]:
