@@ -9,8 +9,6 @@ TEST := $(VENV)/.installed-test
 DOCS := $(VENV)/.installed-docs
 OUT ?= out/explore
 ARGS ?=
-# Python compiles what is imported as it goes; all 20,000 modules would take a minute.
-INSTALL = $(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt
 # Offscreen rendering without a display, where there is EGL.
 ifeq ($(shell uname -s)$(DISPLAY)$(WAYLAND_DISPLAY),Linux)
 export MUJOCO_GL ?= egl
@@ -57,13 +55,13 @@ $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(RUN): pyproject.toml constraints.txt | $(BIN)/python
-	$(INSTALL) --editable '.[hands,meshes]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[hands,meshes]'
 	touch $@
 
 $(DOCS): pyproject.toml constraints.txt | $(BIN)/python
-	$(INSTALL) --editable '.[docs]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[docs]'
 	touch $@
 
 $(TEST): pyproject.toml constraints.txt | $(BIN)/python
-	$(INSTALL) --editable '.[train,test]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[train,test]'
 	touch $(RUN) $(DOCS) $@
