@@ -32,7 +32,7 @@ PACES = (0.8, 2.0)  # Hz, between which everything moves
 CLAWED, CURLED = 0.4, 0.8  # of the torques that curl a finger: always, so that its tip goes ahead, and back and forth
 ROCKED, TILTED = 0.5, 0.3  # rad: how far the hand turns about its own axis, and about any
 SHIFTED, LIFTED = 0.012, 0.035  # m: how far it is shifted while it is closed, and along its axis from grasp to grasp
-FARTHEST_TILT = np.deg2rad(160.0)  # of the hand's axis: all but back to front, where no wrist comes
+FARTHEST_GRASP = np.deg2rad(160.0)  # of the hand's axis: all but back to front, where no wrist comes
 DIRECTIONS, PLACES = 400, 500  # D, M
 CANDIDATES, SAMPLE = 64, 200  # sides that are compared, by how many places
 ENOUGH = 12.0  # touches in a direction: it is then known well
@@ -171,7 +171,7 @@ class Coverage(Guided):
         return candidates[int(np.argmax(gain))]
 
     def _drawn(self) -> tuple[Rotation, Array]:
-        turn = self._wrist.draw(self.rng, FARTHEST_TILT)
+        turn = self._wrist.draw(self.rng, FARTHEST_GRASP)
         return turn, turn.apply(self._wrist.axis) * self.rng.uniform(-LIFTED, LIFTED)
 
     def _nearest(self, away: Array) -> NDArray[np.int64]:

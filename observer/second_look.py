@@ -178,10 +178,10 @@ class SecondLook(HapticSLAM):
         shape = _Known(surface)
         x, y, z = (0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))).tolist()
         solid = Solid("what was felt", shape, shape.default_size, (x, y, z))
-        sigma = (
-            {} if self._told["sigma_deg"] is None else {"sigma_deg": self.sigma_deg}
-        )  # which may have been set since
-        return sigma | {
+        told = {
             "solids": ShapePosterior(self.hand, {solid.name: [solid]}, control_hz=self.control_hz),
             "bias_deg": np.maximum(self._told["bias_deg"], LEAST_BIAS),
         }
+        if self._told["sigma_deg"] is not None:  # it may have been set since
+            told["sigma_deg"] = self.sigma_deg
+        return told

@@ -29,3 +29,9 @@ def test_distances_are_the_same_after_each(name):
     assert 1 < len(turns) <= MOST
     for turn in turns:
         np.testing.assert_allclose(shape.signed_distance(turn.apply(points)), shape.signed_distance(points), atol=1e-6)
+
+
+def test_what_has_no_surface_near_looks_the_same_unturned_alone():
+    solids = solids_of([shapes.make("cube")], 0.03)
+    (turn,) = symmetries(solids._replace(nodes=solids.nodes + 1.0), 0)
+    np.testing.assert_allclose(Rotation.from_quat(turn).magnitude(), 0.0, atol=1e-9)
