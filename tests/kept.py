@@ -7,11 +7,14 @@ code has changed.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from observer.belief import Belief
+from observer.pose.seen import LaggedPose
 
 Arrays = dict[str, np.ndarray]
 
@@ -32,3 +35,20 @@ def once(path: Path, make: Callable[[], Arrays]) -> Arrays:
         half.replace(path)
     with np.load(path) as arrays:
         return dict(arrays)
+
+
+def told(course: Sequence[Belief], who: str) -> Arrays:
+    """What the beliefs of an exploration tell of poses, and what was felt there: all that a namer hears."""
+    steps = [i for i, each in enumerate(course) if each.transition is not None and each.lagged_contacts is not None]
+    return {
+        f"{who} steps": np.array(steps),
+        f"{who} mean": np.array([course[i].transition.mean for i in steps]),  # type: ignore[union-attr]
+        f"{who} covariance": np.array([course[i].lagged_covariance for i in steps]),
+        f"{who} contacts": np.array([course[i].lagged_contacts for i in steps]),
+    }
+
+
+def poses(felt: Arrays, who: str) -> dict[int, LaggedPose]:
+    """What `told` kept, by step."""
+    steps, *rest = (felt[f"{who} {what}"] for what in ("steps", "mean", "covariance", "contacts"))
+    return {int(step): LaggedPose(*each, None) for step, *each in zip(steps, *rest, strict=True)}

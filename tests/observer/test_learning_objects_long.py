@@ -12,13 +12,13 @@ import pytest
 from scipy import stats
 
 import agents
-from haptic_env import shapes
+from haptic_env import hands, shapes
 from haptic_env.hand import Hand
 from haptic_env.shapes import sets
 from observer import HapticSLAM, Library, ObserverWrapper, ShapePosterior
 from observer.belief import Belief
 from observer.brackets import DeadReckoning, TruePose
-from tests.kept import Arrays, folder_of, once
+from tests.kept import Arrays, folder_of, once, poses, told
 from tests.observer.shape.test_any_way_long import NAMES
 
 LEARNT, FELT = 20.0, 10.0  # s
@@ -39,30 +39,48 @@ GOAL = 0.9
 pytestmark = [pytest.mark.statistical, pytest.mark.timeout(14_400)]
 
 
-def _explore(
-    seed: int, name: str, size: np.ndarray, seconds: float, who: tuple[str, ...]
-) -> tuple[Hand, dict[str, list[Belief]]]:
-    """The beliefs of `who` in one exploration of a solid that lies any way."""
+def _explore(seed: int, name: str, size: np.ndarray, seconds: float) -> dict[str, list[Belief]]:
+    """The beliefs of each of `WHO` in one exploration of a solid that lies any way."""
     with gym.make("HapticSLAM/AdroitHand-v0", shape=name, episode_seconds=seconds, reveal_truth=True, **LIES) as bare:
         hand: Hand = bare.unwrapped.hand
         env = ObserverWrapper(bare, HapticSLAM(hand, particles=1))
         others: dict[str, Any] = {"raw angles": DeadReckoning(hand), "true pose": TruePose(hand)}
-        others = {each: others[each] for each in who if each in others}
         policy, state = agents.make("enclosure", env, seed=seed), None
         seen, info = env.reset(seed=seed, options={"size": size})
-        told = {"raw angles": seen["joint_angles"], "true pose": info["truth"]["joint_angles"]}
-        beliefs = {who: [each.reset(seed, told[who])] for who, each in others.items()} | {"observer": [info["belief"]]}
+        angles = {"raw angles": seen["joint_angles"], "true pose": info["truth"]["joint_angles"]}
+        beliefs = {who: [each.reset(seed, angles[who])] for who, each in others.items()} | {
+            "observer": [info["belief"]]
+        }
         over = False
         while not over:
             action, state = policy.predict(seen, state)
             seen, _, _, over, info = env.step(action)
-            told = {"raw angles": seen["joint_angles"], "true pose": info["truth"]["joint_angles"]}
+            angles = {"raw angles": seen["joint_angles"], "true pose": info["truth"]["joint_angles"]}
             beliefs["observer"].append(info["belief"])
             for who, each in others.items():
-                beliefs[who].append(each.step(action, told[who], seen["contacts"]))
+                beliefs[who].append(each.step(action, angles[who], seen["contacts"]))
     for who, each in others.items():
         beliefs[who] += each.flush()
-    return hand, beliefs
+    return beliefs
+
+
+def _learnt(folder: Path, seed: int, name: str, size: np.ndarray) -> dict[str, Library]:
+    """What each of `WHO` learns of a solid."""
+    libraries = {who: Library(folder / f"{seed} {who}") for who in WHO}
+    if not all(MINE in each for each in libraries.values()):
+        felt = _explore(seed, name, size, LEARNT)
+        for who, library in libraries.items():
+            library.add(MINE, felt[who][-1], replace=True)
+    return libraries
+
+
+def _felt(seed: int, name: str, size: np.ndarray) -> Arrays:
+    """What a namer hears, of each of `WHO`."""
+    return {
+        what: each
+        for who, course in _explore(seed, name, size, FELT).items()
+        for what, each in told(course, who).items()
+    }
 
 
 def _recognise(seed: int, folder: Path, name: str, other: str, known: Sequence[str]) -> Arrays:
@@ -72,19 +90,20 @@ def _recognise(seed: int, folder: Path, name: str, other: str, known: Sequence[s
     That a learnt object is recognised says something only beside how often a known one is taken for it.
     """
     scale = 1 + SIZES * np.random.default_rng([8, seed]).uniform(-1, 1)
-    hand, learnt = _explore(seed, name, scale * shapes.default_size(name), LEARNT, WHO)
-    _, again = _explore(LATER + seed, name, scale * shapes.default_size(name), FELT, WHO)
-    _, known_one = _explore(OTHER + seed, other, scale * shapes.default_size(other), FELT, WHO)
-    candidates, result = {each: [shapes.usual(each, hand)] for each in known}, {}
+    learnt = _learnt(folder, seed, name, scale * shapes.default_size(name))
+    again = once(folder / f"{seed} again.npz", lambda: _felt(LATER + seed, name, scale * shapes.default_size(name)))
+    known_one = once(
+        folder / f"{seed} known.npz", lambda: _felt(OTHER + seed, other, scale * shapes.default_size(other))
+    )
+    hand, result = hands.make("adroit"), {}
+    candidates = {each: [shapes.usual(each, hand)] for each in known}
     for who in WHO:
-        library = Library(folder / who)
-        library.add(MINE, learnt[who][-1], replace=True)
-        namer = ShapePosterior(hand, {**candidates, **library.candidates(hand)}, size_jitter=SIZES, **LIES)
+        namer = ShapePosterior(hand, {**candidates, **learnt[who].candidates(hand)}, size_jitter=SIZES, **LIES)
         assert namer.labels == (*known, MINE)
         for what, felt in (("learnt", again), ("known", known_one)):
             namer.reset(seed)
-            for belief in felt[who]:
-                namer.update(belief)
+            for pose in poses(felt, who).values():
+                namer.take(pose)
             result[f"{who} {what}"] = namer.posterior.copy()
             print(seed, name, who, what, namer.labels[int(namer.posterior.argmax())], namer.posterior[-1].round(3))
     return result
@@ -107,23 +126,23 @@ def _tell(trials: list[tuple[Arrays, int]]) -> dict[str, list[float]]:
     return share
 
 
-def test_what_was_learnt_is_recognised_and_what_is_known_not_taken_for_it(tmp_path: Path, tmp_path_factory) -> None:
+def test_what_was_learnt_is_recognised_and_what_is_known_not_taken_for_it(tmp_path_factory) -> None:
     kept, trials = folder_of("learnt", tmp_path_factory), []
     for seed in SEEDS:
         name, other = NAMES[seed % len(NAMES)], NAMES[(seed + 1 + seed // len(NAMES) % 11) % len(NAMES)]
         known = [each for each in NAMES if each != name]
-        named = once(kept / f"{seed}.npz", lambda: _recognise(seed, tmp_path, name, other, known))  # noqa: B023
+        named = once(kept / f"{seed}.npz", lambda: _recognise(seed, kept, name, other, known))  # noqa: B023
         trials.append((named, known.index(other)))
     share = _tell(trials)
     assert share["observer"][0] >= GOAL
     assert share["raw angles"][1] <= share["observer"][1]  # who smears all into one blob takes anything for it
 
 
-def test_what_was_learnt_is_recognised_among_fifty(tmp_path: Path, tmp_path_factory) -> None:
+def test_what_was_learnt_is_recognised_among_fifty(tmp_path_factory) -> None:
     kept, known, trials = folder_of("learnt among fifty", tmp_path_factory), sets.read("fifty"), []
     for seed, name in enumerate(STRANGERS, FIRST_STRANGER):
         other = int(np.random.default_rng([9, seed]).integers(len(known)))
-        named = once(kept / f"{seed}.npz", lambda: _recognise(seed, tmp_path, name, known[other], known))  # noqa: B023
+        named = once(kept / f"{seed}.npz", lambda: _recognise(seed, kept, name, known[other], known))  # noqa: B023
         trials.append((named, other))
     share = _tell(trials)
     assert share["observer"][0] >= GOAL

@@ -5,22 +5,22 @@ All of it takes hours, and may be done in pieces (`tests.kept`).
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
 import pytest
-from scipy import stats
 
 import agents
 from haptic_env import hand_of, hands
 from haptic_lab.analysis.novelty import auroc, ece
+from haptic_lab.analysis.statistics import bootstrapped, share_interval
 from observer import ObserverWrapper, ShapePosterior
 from observer.brackets import DeadReckoning, TruePose
-from observer.pose.seen import LaggedPose
 from observer.pose_only import PoseOnly
-from tests.kept import Arrays, folder_of, once
+from tests.kept import Arrays, folder_of, once, poses, told
 
 MESHES = sorted(map(str, (Path(__file__).parents[4] / "shared" / "objects").glob("*.*")))
 SOLIDS = (
@@ -33,7 +33,8 @@ NAMES = [each for pair in zip(MESHES, [*SOLIDS, *[""] * len(MESHES)], strict=Fal
 JITTER = {"size_jitter": 0.2, "position_jitter": 0.02, "rotation_jitter": 180.0}
 SIGMA, SECONDS, AFTER = 3.0, 10.0, (2, 5, 10)
 FIRST = 78_450  # nothing was tuned on these seeds; names were tuned on the first thirteen objects, and on hollow ones
-GOAL, GOAL_NEW = 0.9, 0.95
+ROUNDS = 2  # of all objects
+GOAL, GOAL_NEW, GOAL_ECE = 0.9, 0.95, 0.05
 WHO = ("observer", "true pose", "raw angles")
 NEITHER = "refused"  # in the place of an object that is not cut for the physics in time
 
@@ -46,8 +47,8 @@ pytestmark = [
 
 def _explored(seed: int, name: str) -> Arrays:
     """What each of `WHO` told of poses, and what was felt there."""
-    told = {"sigma_deg": SIGMA, "episode_seconds": SECONDS, "reveal_truth": True, **JITTER}
-    with gym.make("HapticSLAM/MyoHand-v0", shape=name, **told) as bare:
+    world = {"sigma_deg": SIGMA, "episode_seconds": SECONDS, "reveal_truth": True, **JITTER}
+    with gym.make("HapticSLAM/MyoHand-v0", shape=name, **world) as bare:
         hand = hand_of(bare)
         env = ObserverWrapper(bare, PoseOnly(hand, SIGMA))
         policy, state = agents.make("enclosure", env, seed=seed), None
@@ -69,27 +70,16 @@ def _explored(seed: int, name: str) -> Arrays:
             beliefs["observer"].append(info["belief"])
             beliefs["true pose"].append(known.step(action, info["truth"]["joint_angles"], seen["contacts"]))
             beliefs["raw angles"].append(raw.step(action, seen["joint_angles"], seen["contacts"]))
-    kept = {}
-    for who, course in beliefs.items():
-        told_of = [
-            i for i, each in enumerate(course) if each.transition is not None and each.lagged_contacts is not None
-        ]
-        kept[f"{who} steps"] = np.array(told_of)
-        kept[f"{who} mean"] = np.array([course[i].transition.mean for i in told_of])
-        kept[f"{who} covariance"] = np.array([course[i].lagged_covariance for i in told_of])
-        kept[f"{who} contacts"] = np.array([course[i].lagged_contacts for i in told_of])
-    return kept
+    return {what: array for who, course in beliefs.items() for what, array in told(course, who).items()}
 
 
 def _named(felt: Arrays, who: str, namer: ShapePosterior, seed: int) -> Arrays:
     """The posterior (3, C) after each of `AFTER`; and at the end the log evidence of all candidates, and how much was
     touched."""
     namer.reset(seed=seed)
-    steps, mean, covariance, contacts = (felt[f"{who} {what}"] for what in ("steps", "mean", "covariance", "contacts"))
-    row, course = {int(step): i for i, step in enumerate(steps)}, []
+    heard, course = poses(felt, who), []
     for step in range(int(50 * SECONDS) + 1):
-        i = row.get(step)
-        namer.take(None if i is None else LaggedPose(mean[i], covariance[i], contacts[i], None))
+        namer.take(heard.get(step))
         course.append(namer.posterior.copy())
     return {
         "posterior": np.array([course[50 * seconds] for seconds in AFTER]),
@@ -105,6 +95,11 @@ def _scattered(sure: np.ndarray) -> tuple[float, float]:
     return float(np.mean(honest)), float(np.quantile(honest, 0.95))
 
 
+def _share(right: np.ndarray) -> float:
+    """Of what one of two (n, 2) gets right, how much the other does."""
+    return float(right[:, 0].sum() / right[:, 1].sum())
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
     return folder_of("fifty", tmp_path_factory)
@@ -112,7 +107,7 @@ def folder(tmp_path_factory) -> Path:
 
 def _explorations(folder: Path) -> Iterator[tuple[int, str, Arrays]]:
     """Seed and name of each object that can be explored, and what was felt of it."""
-    for seed, name in enumerate(NAMES, FIRST):
+    for seed, name in enumerate(NAMES * ROUNDS, FIRST):
         felt = once(folder / f"{seed}.npz", lambda: _explored(seed, name))  # noqa: B023
         if NEITHER not in felt:
             yield seed, name, felt
@@ -143,29 +138,51 @@ def _new(folder: Path) -> list[tuple[str, dict[str, Arrays]]]:
     return trials
 
 
+def _told_of(who: str, trials: list[tuple[str, dict[str, Arrays]]], at: int) -> tuple[np.ndarray, np.ndarray]:
+    """Whether each name is right, and its probability."""
+    posteriors = np.array([named[who]["posterior"][at] for _, named in trials])
+    right = np.array([NAMES[p.argmax()] == name for p, (name, _) in zip(posteriors, trials, strict=True)])
+    return right, posteriors.max(axis=1)
+
+
 def test_fifty_objects_that_lie_any_way_are_named(folder: Path) -> None:
-    trials, share = _known(folder), {}
+    trials, hits, error = _known(folder), {}, {}
+    for who, (at, seconds) in itertools.product(WHO, enumerate(AFTER)):
+        right, sure = _told_of(who, trials, at)
+        honest, most = _scattered(sure)
+        low, high = share_interval(int(right.sum()), len(right))
+        over = bootstrapped(np.stack([sure, right], axis=1), lambda rows: np.mean(rows[:, 0] - rows[:, 1]))
+        hits[who, seconds], error[who, seconds] = right, ece(sure, right)
+        print(
+            f"{who}, {seconds} s: {right.sum()} of {len(right)} [{low:.2f}, {high:.2f}], sure (0.95) and wrong "
+            f"{(~right & (sure > 0.95)).sum()}, mean probability of the name {sure.mean():.2f}, surer than right by "
+            f"{over[0]:.2f} [{over[1]:.2f}, {over[2]:.2f}], calibration error {error[who, seconds]:.3f}, of an honest "
+            f"namer {honest:.3f}, in 95 % below {most:.3f}"
+        )
+    for who, seconds in itertools.product(WHO[::2], AFTER):
+        share = bootstrapped(np.stack([hits[who, seconds], hits[WHO[1], seconds]], axis=1), _share)
+        print(f"{who}, {seconds} s: {share[0]:.2f} [{share[1]:.2f}, {share[2]:.2f}] of what the true pose gets right")
+    felt = np.array([bool(named["observer"]["touched"] > 0.0) for _, named in trials])
+    print(f"touched by nothing: {[Path(name).name for (name, _), each in zip(trials, felt, strict=True) if not each]}")
     for who in WHO:
-        for at, seconds in enumerate(AFTER):
-            posteriors = np.array([named[who]["posterior"][at] for _, named in trials])
-            right = np.array([NAMES[p.argmax()] == name for p, (name, _) in zip(posteriors, trials, strict=True)])
-            sure = posteriors.max(axis=1)
-            honest, most = _scattered(sure)
-            low, high = stats.binomtest(int(right.sum()), len(right)).proportion_ci(method="wilson")
-            print(
-                f"{who}, {seconds} s: {right.sum()} of {len(right)} [{low:.2f}, {high:.2f}], mean probability of the "
-                f"name {sure.mean():.2f}, sure (0.95) and wrong {(~right & (sure > 0.95)).sum()}, calibration error "
-                f"{ece(sure, right):.3f}, of an honest namer {honest:.3f}, in 95 % below {most:.3f}"
-            )
-            share[who, seconds] = right.mean()
-    assert share["observer", AFTER[-1]] >= GOAL
-    assert share["observer", AFTER[-1]] >= 0.9 * share["true pose", AFTER[-1]]
+        of = hits[who, AFTER[-1]][felt]
+        low, high = share_interval(int(of.sum()), len(of))
+        print(f"{who}, {AFTER[-1]} s, of those that were touched: {of.sum()} of {len(of)} [{low:.2f}, {high:.2f}]")
+        for (name, named), right in zip(trials, hits[who, AFTER[-1]], strict=True):
+            posterior = named[who]["posterior"][-1]
+            if not right:
+                called, own = Path(NAMES[posterior.argmax()]).name, posterior[NAMES.index(name)]
+                print(f"  {Path(name).name} ({own:.2f}) was called {called} ({posterior.max():.2f})")
+    last = {who: hits[who, AFTER[-1]].mean() for who in WHO}
+    assert last["observer"] >= GOAL
+    assert last["observer"] >= 0.9 * last["true pose"]
+    assert error["observer", AFTER[-1]] <= GOAL_ECE
 
 
 def test_what_is_new_among_fifty_is_told_from_what_is_known(folder: Path) -> None:
     """By how badly the likeliest candidates explain each touch, in the same explorations with and without the object
     among them."""
-    known, new, rng, found = _known(folder), _new(folder), np.random.default_rng(0), {}
+    known, new, found = _known(folder), _new(folder), {}
     for who in WHO[:2]:
         fit = np.array(
             [
@@ -173,16 +190,12 @@ def test_what_is_new_among_fifty_is_told_from_what_is_known(folder: Path) -> Non
                 for trials in (known, new)
             ]
         )
-        count = fit.shape[1]
-        is_new = np.repeat([False, True], count)
-        again = [
-            auroc(-fit[:, which].ravel(), is_new) for which in (rng.integers(count, size=count) for _ in range(2000))
-        ]
-        found[who] = auroc(-fit.ravel(), is_new)
-        low, high = np.quantile(again, [0.025, 0.975])
+        is_new = np.repeat([False, True], fit.shape[1])
+        found[who], low, high = bootstrapped(fit.T, lambda rows: auroc(-rows.T.ravel(), is_new))  # noqa: B023
         less = np.array([k[who]["evidence"] - n[who]["evidence"] for (_, k), (_, n) in zip(known, new, strict=True)])
         print(
-            f"{who}: AUROC of new {found[who]:.2f} [{low:.2f}, {high:.2f}] of {count} each way; without it what "
-            f"was felt is less probable by {np.median(less):.1f} nats in the median, {(less < 3).sum()} by less than 3"
+            f"{who}: AUROC of new {found[who]:.2f} [{low:.2f}, {high:.2f}] of {fit.shape[1]} each way; without it "
+            f"what was felt is less probable by {np.median(less):.1f} nats in the median, {(less < 1).sum()} "
+            "by less than one"
         )
     assert found["observer"] >= GOAL_NEW
