@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 
 import pytest
@@ -13,6 +14,11 @@ if "PYTEST_XDIST_WORKER" in os.environ:  # before NumPy, torch and OpenGL look: 
         os.environ.setdefault(name, "1")
 
 
+gc.disable()  # what is collected stays: to look for garbage in it takes a quarter of the time that it takes
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Short tests come last, so that no worker waits long for the other."""
     items.sort(key=lambda item: not item.nodeid.startswith(LONG))
+    gc.freeze()
+    gc.enable()
