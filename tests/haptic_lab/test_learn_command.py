@@ -11,6 +11,7 @@ import pytest
 from haptic_lab.commands import explore, learn, library
 from observer.library import Library
 
+pytestmark = pytest.mark.usefixtures("coarse")
 SHORT = ["--particles", "2", "--seconds", "2", "--seed", "3"]
 
 

@@ -22,7 +22,7 @@ from tests.haptic_lab.workers import in_this_process
 FEW = ["--shapes", "cube", "sphere", "--sigmas", "3", "--seconds", "2", "--trials", "1", "--first-seed", "900000"]
 FEW += ["--particles", "1", "--classifiers", "--jobs", "1"]
 OBSERVERS = ["--observers", "floor", "smoother_pose", "haptic_slam", "ceiling"]
-pytestmark = pytest.mark.usefixtures("serially")
+pytestmark = pytest.mark.usefixtures("coarse", "serially")
 
 
 @pytest.fixture(scope="module")
