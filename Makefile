@@ -42,7 +42,7 @@ fuzz: $(TEST)  ## Try odd inputs by the hundred thousand; FUZZ_EXAMPLES, FUZZ_MI
 check: $(TEST)  ## Lint, check the formatting and the types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
+	MYPY_NUM_WORKERS=2 $(BIN)/mypy
 
 format: $(TEST)  ## Format the code and sort its imports
 	$(BIN)/ruff check --fix-only --quiet .
