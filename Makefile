@@ -29,6 +29,7 @@ figures: $(RUN)  ## Draw the figures of the paper, and more, into out/figures; A
 docs: $(DOCS)  ## Build the site into out/site; a link or a reference that leads nowhere fails
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 
+test statistics: export PYTHONDONTWRITEBYTECODE :=  # each of the hundreds of processes would compile all modules anew
 test: $(TEST)  ## Run the tests, but for the long statistical ones; ARGS="tests/agents" picks some
 	$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS)
 
@@ -41,7 +42,7 @@ fuzz: $(TEST)  ## Try odd inputs by the hundred thousand; FUZZ_EXAMPLES, FUZZ_MI
 check: $(TEST)  ## Lint, check the formatting and the types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
+	MYPY_NUM_WORKERS=2 $(BIN)/mypy
 
 format: $(TEST)  ## Format the code and sort its imports
 	$(BIN)/ruff check --fix-only --quiet .
