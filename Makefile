@@ -29,6 +29,7 @@ figures: $(RUN)  ## Draw the figures of the paper, and more, into out/figures; A
 docs: $(DOCS)  ## Build the site into out/site; a link or a reference that leads nowhere fails
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 
+test statistics: export PYTHONDONTWRITEBYTECODE :=  # each of the hundreds of processes would compile all modules anew
 test: $(TEST)  ## Run the tests, but for the long statistical ones; ARGS="tests/agents" picks some
 	$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS)
 

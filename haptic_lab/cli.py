@@ -109,7 +109,6 @@ def run(command: str) -> NoReturn:
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # while modules are loaded Ctrl-C ends it without a word
     arguments = sys.argv[1:]
     if arguments[:1] in (["-h"], ["--help"]):  # nothing before it is read
-        gc.disable()  # it takes a twentieth of the time of loading, and this process ends soon
         without_computing.begin()
     elif wrong := given_files.first_wrong(command, arguments):
         refuse(wrong)
@@ -119,7 +118,10 @@ def run(command: str) -> NoReturn:
     told = any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL"))
     if command in OFFSCREEN and sys.platform.startswith("linux") and not told and ctypes.util.find_library("EGL"):
         os.environ["MUJOCO_GL"] = "egl"
+    gc.disable()  # it takes a tenth of the time of loading, in which there is no garbage
     module = importlib.import_module(f"haptic_lab.commands.{command.replace('-', '_')}")
+    gc.freeze()
+    gc.enable()
     program(module.main)
 
 

@@ -12,6 +12,7 @@ tells stays where it was.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -31,6 +32,7 @@ from haptic_env.shapes.pieces import distance_from
 from observer.belief import Belief
 from observer.fastslam import HapticSLAM
 from observer.maps.occupancy import OccupancySnapshot
+from observer.shape.misfit import ContactsDoNotFit
 from observer.shape.posterior import ShapePosterior
 from observer.surface.felt_shape import KNOWN, TOLERANCE, UNDECIDED, FeltShape
 from observer.surface.mesh import Surface, surface_of
@@ -39,6 +41,7 @@ from observer.surface.touches import TouchLog
 LEAST_BIAS = 0.01  # degrees: where angles have offsets to find, contact with a solid that is certain tells the pose
 NEAR = 0.008  # m from the surface, where it counts how well that is known
 TAUGHT = "forward_model"  # the motion whose pose contact with a known solid tells for good
+SAID = "joint .* was felt at|the filter of the pose was lost"  # by the first look, as it happened
 NO_FILE = "a second look needs the whole trial, which no file keeps: save and load a HapticSLAM instead"
 
 
@@ -169,8 +172,11 @@ class SecondLook(HapticSLAM):
             return touches, occupancy
         observer = HapticSLAM(self.hand, **self._told | {"particles": 1} | self._taught(surface))
         observer.reset(0, self._start)
-        for step in self._steps:
-            observer.step(*step)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", SAID, RuntimeWarning)
+            warnings.simplefilter("ignore", ContactsDoNotFit)  # what was felt is no candidate of a user's
+            for step in self._steps:
+                observer.step(*step)
         return touches, observer.map_now()
 
     def _taught(self, surface: Surface) -> dict[str, Any]:

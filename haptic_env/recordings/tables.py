@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from haptic_env import extras, reading, validate
 from haptic_env.recordings.streams import Stream, Streams, numbered
@@ -43,6 +42,8 @@ def read_text(path: Path, part: str | None) -> Streams:
         ValueError: for what is no such table; it names the line.
         OSError: where it cannot be read.
     """
+    import pandas as pd  # which takes half a second to import; few recordings are tables
+
     whole_file(path, part)
     try:
         text = reading.text(path)

@@ -3,14 +3,11 @@ as a line alone."""
 
 from __future__ import annotations
 
+import importlib
 import inspect
 from collections.abc import Callable
 from functools import partial
 from typing import Any
-
-from sklearn.ensemble import RandomForestClassifier
-from sklearn.linear_model import LogisticRegression
-from sklearn.naive_bayes import BernoulliNB
 
 from haptic_env import validate
 from observer.classifiers.aligned import AlignedNearestNeighbour
@@ -19,6 +16,16 @@ from observer.classifiers.nearest_neighbour import NearestNeighbour
 from observer.classifiers.scikit_learn import ScikitLearn
 from observer.classifiers.shape_likelihood import ShapeLikelihood
 
+
+def _of_scikit_learn(module: str, name: str, **keywords: Any) -> Callable[[], MapClassifier]:
+    """Makes one of its estimators a classifier, imported then: that takes a second, and few sweeps ask for it."""
+
+    def build() -> MapClassifier:
+        return ScikitLearn(getattr(importlib.import_module(f"sklearn.{module}"), name)(**keywords))
+
+    return build
+
+
 CLASSIFIERS: dict[str, Callable[..., MapClassifier]] = {
     "nearest_neighbour": NearestNeighbour,
     "touched_nearest_neighbour": partial(NearestNeighbour, "touched"),
@@ -26,9 +33,9 @@ CLASSIFIERS: dict[str, Callable[..., MapClassifier]] = {
     "squared_nearest_neighbour": partial(NearestNeighbour, "squared"),  # what was felt to be empty counts as well
     "shape_likelihood": ShapeLikelihood,
     "aligned_nearest_neighbour": AlignedNearestNeighbour,
-    "logistic_regression": partial(ScikitLearn, LogisticRegression()),
-    "random_forest": partial(ScikitLearn, RandomForestClassifier(300, random_state=0)),
-    "naive_bayes": partial(ScikitLearn, BernoulliNB()),  # occupied or not: p > 0.5
+    "logistic_regression": _of_scikit_learn("linear_model", "LogisticRegression"),
+    "random_forest": _of_scikit_learn("ensemble", "RandomForestClassifier", n_estimators=300, random_state=0),
+    "naive_bayes": _of_scikit_learn("naive_bayes", "BernoulliNB"),  # occupied or not: p > 0.5
 }
 
 __all__ = [

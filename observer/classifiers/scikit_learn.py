@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.base import clone
 
 from haptic_env.arrays import Array
 from observer.classifiers.base import MapClassifier
@@ -42,6 +41,8 @@ class ScikitLearn(MapClassifier):
         self._model = None
         if len(self.classes_) == 1:
             return  # most estimators refuse; there is nothing to learn
+        from sklearn.base import clone  # see `observer.classifiers`
+
         # In one order whatever the caller's: an estimator that draws at random would else depend on it.
         order = sorted(range(len(maps)), key=lambda m: (index[m], maps[m].tobytes()))
         self._model = clone(self.estimator).fit(_features(maps[order]), index[order])

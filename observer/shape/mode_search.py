@@ -162,7 +162,10 @@ class ModeSearch:
         return np.asarray(spread * (self._free[:, None] & self._free))
 
     def log_evidence(self, solid: int, modes: Modes) -> float:
-        """Guess the evidence of a solid from Gaussians about its modes.
+        """Guess the evidence of a solid from Gaussians about its modes, which decides only how closely it is looked at.
+
+        The prior counts twice, as its bounds and as a curvature, and edges count as curves: what is sampled afterwards
+        is 1.1 nats above it in the median (5 to 95 %: -1.4 to 3.2, 710 searches, tuning seeds).
 
         Args:
             solid: index.

@@ -5,6 +5,8 @@ Shapes: G turns, N points. Quaternions are xyzw.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from scipy import ndimage
 from scipy.spatial.transform import Rotation
@@ -19,6 +21,7 @@ SAME, SAME_MOST = 0.0004, 0.001  # m, by which 95 % of distances may differ, and
 MOST, OF_ROUND = 24, 8  # turns; of more than that a solid is round, and few are enough
 
 
+@functools.cache
 def _candidates() -> Rotation:
     """Turns of a cube, and about each axis by parts of a whole turn; that by nothing is the first."""
     cube = Rotation.create_group("O")
@@ -31,10 +34,6 @@ def _candidates() -> Rotation:
         if not kept or (every[kept].inv() * every[int(i)]).magnitude().min() > 1e-6:
             kept.append(int(i))
     return every[kept]
-
-
-CANDIDATES = _candidates()
-TURNS = CANDIDATES.as_matrix()
 
 
 def symmetries(solids: Solids, solid: int) -> Array:
@@ -51,16 +50,17 @@ def symmetries(solids: Solids, solid: int) -> Array:
     """
     f = int(solids.drawn_in[solid])
     field, low, step = solids.field(f), solids.low[f], solids.resolution
-    near = np.argwhere(np.abs(field) < NEAR * step)
+    near, candidates = np.argwhere(np.abs(field) < NEAR * step), _candidates()
     if not len(near):  # of what was hardly felt
-        return np.asarray(CANDIDATES[:1].as_quat())
+        return np.asarray(candidates[:1].as_quat())
     rng = np.random.default_rng(0)
     at = near[rng.permutation(len(near))[:POINTS]]
     points = low + step * at
     told = field[tuple(at.T)]
-    kept = np.arange(len(TURNS))
+    turns = candidates.as_matrix()
+    kept = np.arange(len(turns))
     for few in (slice(FIRST_POINTS), slice(None)):
-        there = (np.einsum("gij,nj->ign", TURNS[kept], points[few]) - low[:, None, None]) / step
+        there = (np.einsum("gij,nj->ign", turns[kept], points[few]) - low[:, None, None]) / step
         off = np.abs(ndimage.map_coordinates(field, there, order=1, cval=1.0) - told[few])
         same = off.max(axis=1) < SAME_MOST
         if few.stop is None:
@@ -68,4 +68,4 @@ def symmetries(solids: Solids, solid: int) -> Array:
         same[0] = True
         kept = kept[same]
     every = 1 if len(kept) <= MOST else len(kept) // OF_ROUND
-    return np.asarray(CANDIDATES[kept[::every]].as_quat())
+    return np.asarray(candidates[kept[::every]].as_quat())

@@ -22,6 +22,7 @@ from haptic_lab.learning.presets import TrainingWorld
 from haptic_lab.sweeps import options, worker
 from tests.haptic_lab.test_believed import task_of
 
+pytestmark = pytest.mark.usefixtures("coarse")
 PARSERS: dict[str, Any] = {
     "explore": explore.parse,
     "evaluate": lambda arguments: options.check(None, arguments),

@@ -33,6 +33,7 @@ def test_a_wrist_that_a_hand_has_not_is_refused_in_a_line(command, wrist, told, 
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("coarse", "serially")
 def test_a_sweep_explores_with_it_and_its_table_says_so(tmp_path):
     few = [*FEW, "--hand", GRIPPER, "--classifiers", "--particles", "2", "--jobs", "1"]
     assert evaluate.main([*few, "--wrist", "free", "--policy", "coverage", "--out", str(tmp_path / "free")]) == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -10,16 +11,24 @@ import pytest
 from haptic_lab.commands import explore, learn, library
 from observer.library import Library
 
+pytestmark = pytest.mark.usefixtures("coarse")
 SHORT = ["--particles", "2", "--seconds", "2", "--seed", "3"]
 
 
-@pytest.fixture
-def objects(tmp_path):
-    """A library with a cube, called block."""
-    folder = tmp_path / "objects"
-    arguments = ["block", "--shape", "cube", *SHORT, "--library", str(folder), "--out", str(tmp_path / "learnt")]
-    assert learn.main(arguments) == 0
+@pytest.fixture(scope="module")
+def learnt(tmp_path_factory):
+    """A folder with a library, and with what it was learnt from."""
+    folder = tmp_path_factory.mktemp("learnt")
+    told = ["--library", str(folder / "objects"), "--out", str(folder / "learnt")]
+    assert learn.main(["block", "--shape", "cube", *SHORT, *told]) == 0
     return folder
+
+
+@pytest.fixture
+def objects(learnt, tmp_path):
+    """A library with a cube, called block, and beside it what it was learnt from: each test has its own."""
+    shutil.copytree(learnt, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "objects"
 
 
 def _refused(capsys, main, arguments: list[str]) -> str:

@@ -17,6 +17,7 @@ from haptic_lab.commands import explore
 from haptic_lab.exploration import patches
 from observer import HapticSLAM
 
+pytestmark = pytest.mark.usefixtures("coarse")
 STUCK, TIP = 21, "thumb_distal_tip"
 SHORT = ["--shape", "cube", "--seconds", "1.5", "--particles", "2", "--seed", "3", "--sigma", "1"]
 LYING = ["--patches-stuck", f"{STUCK},", "--patches-dead", TIP, "--contact-false-alarm", "0.01", "--bias-deg", "2"]

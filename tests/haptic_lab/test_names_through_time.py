@@ -56,6 +56,7 @@ def test_what_is_printed_is_of_the_times_at_which_all_were_asked() -> None:
     ]
 
 
+@pytest.mark.usefixtures("serially")
 def test_the_last_of_the_names_are_those_of_the_end(
     tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,6 +20,7 @@ from haptic_lab.figures import offsets as figure
 from haptic_lab.files import UNFINISHED
 from tests.haptic_env.movements import closing
 
+pytestmark = pytest.mark.usefixtures("coarse")
 SHORT = ["--shape", "cube", "--seconds", "1.5", "--particles", "2", "--seed", "3", "--sigma", "1"]
 
 

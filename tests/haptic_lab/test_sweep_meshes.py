@@ -17,16 +17,19 @@ from haptic_lab.sweeps.tasks import SweepTask
 from haptic_lab.sweeps.worker import make_trial
 from observer.surface.metrics import mesh_score
 from observer.surface_metrics import surface_coverage, surface_places, touched_places
+from tests.haptic_lab.workers import in_this_process
 
 FEW = ["--shapes", "cube", "sphere", "--sigmas", "3", "--seconds", "2", "--trials", "1", "--first-seed", "900000"]
 FEW += ["--particles", "1", "--classifiers", "--jobs", "1"]
 OBSERVERS = ["--observers", "floor", "smoother_pose", "haptic_slam", "ceiling"]
+pytestmark = pytest.mark.usefixtures("coarse", "serially")
 
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("meshes")
-    assert evaluate.main([*FEW, *OBSERVERS, "--meshes", "--out", str(folder)]) == 0
+    with in_this_process():
+        assert evaluate.main([*FEW, *OBSERVERS, "--meshes", "--out", str(folder)]) == 0
     return folder
 
 

@@ -68,13 +68,13 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pip, quiet = [sys.executable, "-m", "pip"], ["--quiet", "--no-deps", "--no-index", "--disable-pip-version-check"]
     subprocess.run([*pip, "wheel", *quiet, "--no-build-isolation", "--wheel-dir", folder, sources], check=True)
     (wheel,) = folder.glob("*.whl")
-    subprocess.run([*pip, "install", *quiet, "--no-compile", "--target", folder / "site", wheel], check=True)
+    subprocess.run([*pip, "install", *quiet, "--target", folder / "site", wheel], check=True)
     return folder / "site"
 
 
 def run(site: Path, cwd: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     told = {name: value for name, value in os.environ.items() if name not in DRAWING}
-    environment = {**told, "PYTHONPATH": str(site), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = {**told, "PYTHONPATH": str(site)}
     return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, cwd=cwd, env=environment)
 
 

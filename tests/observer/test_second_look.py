@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,19 @@ def test_without_a_touch_there_is_nothing_to_look_at(trial):
     np.testing.assert_array_equal(once.flush()[-1].occupancy, twice.flush()[-1].occupancy)
     twice.reset(seed=0)
     assert twice.flush() == []
+
+
+def test_what_is_odd_is_said_once(trial):
+    slam = SecondLook(trial.hand, 3.0, 1)
+    slam.reset(seed=0)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        for step, (torque, felt, contacts) in enumerate(zip(trial.torque, trial.felt, trial.contacts, strict=True)):
+            slam.step(torque, felt + (1.7 if step == STEPS // 2 else 0.0), contacts)
+        slam.map_now()
+        assert len(slam.flush()[-1].snapshot.touches)
+    (odd,) = said
+    assert "was felt at" in str(odd.message)
 
 
 def test_what_has_no_map_in_hindsight_has_no_second_one(two_finger):

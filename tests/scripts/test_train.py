@@ -159,7 +159,7 @@ def test_a_killed_run_goes_on_from_its_last_checkpoint(tmp_path):
         process.send_signal(signal.SIGKILL)
         process.wait()
     reached = int(checkpoints.newest(out / "checkpoints")[0].folder.name)
-    steps = 5 * reached + 200
+    steps = reached + 400
     assert run(preset(tmp_path, steps=100_000), out, "--steps", str(steps)) == 0
     told = json.loads((out / "training.json").read_text())
     assert steps <= told["environment_steps"] < steps + 200, "it did not begin anew"

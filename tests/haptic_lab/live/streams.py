@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from haptic_env.hand import Hand
-from haptic_lab.live.session import Chunk, Told
+if TYPE_CHECKING:  # a process that only sends needs neither
+    from haptic_env.hand import Hand
+    from haptic_lab.live.session import Chunk, Told
 
 
 def moving(

@@ -24,7 +24,7 @@ from haptic_lab.trial import Trial
 from tests.haptic_env.movements import closing
 from tests.haptic_lab.workers import in_this_process
 
-pytestmark = pytest.mark.usefixtures("here")
+pytestmark = pytest.mark.usefixtures("coarse", "here")
 TINY = ["--particles", "5", "--jobs", "1", "--observers", "floor", "haptic_slam", "ceiling", "--first-seed", "900000"]
 TABLE = """subject,object,response,seconds,condition
 a,cube,cube,0.6,bare
