@@ -39,10 +39,11 @@ statistics: $(TEST)  ## Run the long statistical tests (averages over many trial
 fuzz: $(TEST)  ## Try odd inputs by the hundred thousand; FUZZ_EXAMPLES, FUZZ_MINUTES and FUZZ_SEED say how many, how long
 	$(BIN)/python -m pytest -m fuzz --timeout 7200 tests/properties $(ARGS)
 
+check: export MYPY_NUM_WORKERS := 2
 check: $(TEST)  ## Lint, check the formatting and the types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	MYPY_NUM_WORKERS=2 $(BIN)/mypy
+	$(BIN)/mypy
 
 format: $(TEST)  ## Format the code and sort its imports
 	$(BIN)/ruff check --fix-only --quiet .

@@ -250,7 +250,8 @@ HELD = [
     Held("benchmark.md", OF_NAMES, "benchmark_name", of_policy),
     Held("benchmark.md", OF_NAMES, "benchmark_unknown", of_policy, nth=1),
     Held("benchmark.md", MAPS, "benchmark_map", of_policy),
-    Held("learning.md", "σ | policy", "whole_hand", knows, 2, nth=1),
+    Held("learning.md", "σ | policy", "searched", knows, 2),
+    Held("learning.md", "σ | policy", "whole_hand", knows, 2, nth=2),
     Held("learning.md", "seed | steps", "whole_hand_runs", ended),
     Held("notes/ablation.md", "variant | lagged", "one_candidate", less_than_whole, nth=1),
     Held("notes/calibration.md", "σ | measure", "brackets", between("floor", "haptic_slam", "ceiling", LESS), 2),
@@ -327,6 +328,12 @@ COMMANDS = {
         "    haptic-slam evaluate --ablation --sigmas 5 --trials 5 --first-seed 52000 --particles 30 --classifiers ",
         {20},
     ),
+    "searched": Command(
+        "learning.md",
+        "    haptic-slam evaluate --policy searched sweep --sigmas 5 3 --trials 52 --first-seed 79300 "
+        "--observers one_particle --particles 1 --classifiers --names-only --size-jitter 0.2 --yaw-jitter 45 ",
+        {208, 416},
+    ),
     "sheaths": Command("people.md", "`haptic-slam study sheaths --trials 24` (96 explorations", {96}),
     "whole_hand": Command(
         "learning.md",
@@ -369,8 +376,9 @@ def test_tables_leave_out_nothing_of_their_files() -> None:
     assert set(read("coverage")["shape"]) == {"all", *sets.SETS["twelve"]}
     assert first("recordings.md", "object | raw angles | blind") == [*RECORDINGS]
     assert [each.split()[0] for each in first("recordings.md", "object | F, raw angles")] == [*RECORDINGS]
-    policies = [row[1].strip("`") for row in documents.rows("learning.md", "σ | policy", 1)]
-    assert {*policies} == set(read("whole_hand")["policy"])
+    for file, nth in (("searched", 0), ("whole_hand", 2)):
+        policies = [row[1].strip("`") for row in documents.rows("learning.md", "σ | policy", nth)]
+        assert {*policies} == set(read(file)["policy"])
     runs = read("whole_hand_runs")["seed"].dropna().astype(int)
     assert first("learning.md", "seed | steps") == [*map(str, sorted({*runs})), "mean"]
     assert {*first("results.md", "shape | floor"), "all"} == set(read("brackets")["shape"])
