@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+from collections import Counter
 from collections.abc import Iterator
 
 import pytest
@@ -26,10 +27,15 @@ def pytest_collection() -> Iterator[object]:
         gc.enable()
 
 
+@pytest.hookimpl(trylast=True)  # of what -m and -k left
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Each of two workers gets half of the tests, in order: half of the long files, then of the short ones. What one
-    takes over from the other is of its end: so none waits long, nor makes anew what the tests of a file share."""
-    names = [item.nodeid.partition("::")[0] for item in items]
-    files = sorted(dict.fromkeys(names), key=lambda name: not name.startswith(LONG))
-    place = {name: n for n, name in enumerate(files[::2] + files[1::2])}
+    """Each of two workers gets half of the tests, in order: half of the long files, then as many short ones as make it
+    half of all. What one takes over from the other is of its end: so none waits long, nor makes anew what the tests of
+    a file share."""
+    tests = Counter(item.nodeid.partition("::")[0] for item in items)
+    long = [name for name in tests if name.startswith(LONG)]
+    halves = long[::2], long[1::2]
+    for name in sorted(tests.keys() - {*long}, key=lambda name: (-tests[name], name)):  # what is small fills up
+        min(halves, key=lambda half: sum(tests[each] for each in half)).append(name)
+    place = {name: n for n, name in enumerate(halves[0] + halves[1])}
     items.sort(key=lambda item: place[item.nodeid.partition("::")[0]])

@@ -17,13 +17,9 @@ from observer.classifiers.scikit_learn import ScikitLearn
 from observer.classifiers.shape_likelihood import ShapeLikelihood
 
 
-def _of_scikit_learn(module: str, name: str, **keywords: Any) -> Callable[[], MapClassifier]:
-    """Makes one of its estimators a classifier, imported then: that takes a second, and few sweeps ask for it."""
-
-    def build() -> MapClassifier:
-        return ScikitLearn(getattr(importlib.import_module(f"sklearn.{module}"), name)(**keywords))
-
-    return build
+def _of_scikit_learn(module: str, name: str, keywords: dict[str, Any]) -> MapClassifier:
+    """One of its estimators, imported when it is made: that takes a second, and few sweeps ask for it."""
+    return ScikitLearn(getattr(importlib.import_module(f"sklearn.{module}"), name)(**keywords))
 
 
 CLASSIFIERS: dict[str, Callable[..., MapClassifier]] = {
@@ -33,9 +29,11 @@ CLASSIFIERS: dict[str, Callable[..., MapClassifier]] = {
     "squared_nearest_neighbour": partial(NearestNeighbour, "squared"),  # what was felt to be empty counts as well
     "shape_likelihood": ShapeLikelihood,
     "aligned_nearest_neighbour": AlignedNearestNeighbour,
-    "logistic_regression": _of_scikit_learn("linear_model", "LogisticRegression"),
-    "random_forest": _of_scikit_learn("ensemble", "RandomForestClassifier", n_estimators=300, random_state=0),
-    "naive_bayes": _of_scikit_learn("naive_bayes", "BernoulliNB"),  # occupied or not: p > 0.5
+    "logistic_regression": partial(_of_scikit_learn, "linear_model", "LogisticRegression", {}),
+    "random_forest": partial(
+        _of_scikit_learn, "ensemble", "RandomForestClassifier", {"n_estimators": 300, "random_state": 0}
+    ),
+    "naive_bayes": partial(_of_scikit_learn, "naive_bayes", "BernoulliNB", {}),  # occupied or not: p > 0.5
 }
 
 __all__ = [

@@ -145,7 +145,7 @@ def test_the_same_seed_learns_the_same(tmp_path):
     np.testing.assert_array_equal(*weights)
 
 
-def test_a_killed_run_goes_on_from_its_last_checkpoint(tmp_path):
+def test_a_killed_run_goes_on_from_its_last_checkpoint(tmp_path, capsys):
     path, out = preset(tmp_path, steps=100_000), tmp_path / "out"
     command = [sys.executable, str(SCRIPT), "--preset", str(path), "--out", str(out), "--jobs", "1"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, env=os.environ | {"MUJOCO_GL": "egl"})
@@ -158,11 +158,12 @@ def test_a_killed_run_goes_on_from_its_last_checkpoint(tmp_path):
     finally:
         process.send_signal(signal.SIGKILL)
         process.wait()
-    reached = int(checkpoints.newest(out / "checkpoints")[0].folder.name)
-    steps = reached + 400
+    reached = int(checkpoints.newest(out / "checkpoints")[0].folder.name)  # decisions, of five steps each
+    steps = 5 * reached + 200
     assert run(preset(tmp_path, steps=100_000), out, "--steps", str(steps)) == 0
+    assert f"Going on after {5 * reached} steps" in capsys.readouterr().out, "it did not begin anew"
     told = json.loads((out / "training.json").read_text())
-    assert steps <= told["environment_steps"] < steps + 200, "it did not begin anew"
+    assert steps <= told["environment_steps"] < steps + 200
     with np.load(out / "evaluations.npz") as kept:
         assert (np.diff(kept["timesteps"]) > 0).all()
         assert kept["timesteps"][0] < reached, "what was evaluated before is kept"
