@@ -120,6 +120,10 @@ def _tell(trials: list[tuple[Arrays, int]]) -> dict[str, list[float]]:
         for what, several in (("learnt", learnt), ("known", known)):
             low, high = stats.binomtest(sum(several), len(several)).proportion_ci(method="wilson")
             print(f"{who}: {what} named {sum(several)} of {len(several)} [{low:.2f}, {high:.2f}]")
+        with np.errstate(divide="ignore"):
+            logs = [np.log(named[f"{who} learnt"]) for named, _ in trials]
+        lead = [round(float(each[mine] - np.delete(each, mine).max()), 1) for each in logs]
+        print(f"{who}: nats by which what was learnt is more probable than the likeliest known one: {lead}")
         taken = sum(named[f"{who} known"][mine] > 0.5 for named, _ in trials)
         print(f"{who}: a known one taken for the learnt one {taken} of {len(trials)}")
         share[who] = [np.mean(learnt), np.mean(learnt + known)]
