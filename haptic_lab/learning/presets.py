@@ -226,9 +226,8 @@ class Preset:
                 raise ValueError(f"observation must be contacts, for [rhythm], got {', '.join(self.world.observation)}")
             object.__setattr__(self, "rhythm", gains_of(self.rhythm, "key of [rhythm]"))
         elif self.algorithm == SEARCH:
-            validate.choice(
-                f"task, for {SEARCH} without [rhythm],", self.world.task, (NAME,) if self.begin is None else TASKS
-            )
+            tasks = (NAME,) if self.begin is None else TASKS
+            validate.choice(f"task, for {SEARCH} without [rhythm],", self.world.task, tasks)
             for entry in self.world.observation:
                 validate.choice(f"entry of observation, for {SEARCH},", entry, SEARCHED)
 
@@ -278,11 +277,10 @@ def read(name: str) -> Preset:
     except (OSError, ValueError) as error:
         raise ValueError(f"{path}: {error}") from error
     world, sweep, rhythm = content.pop("world", {}), content.pop("sweep", None), content.get("rhythm", {})
-    swept = {} if sweep is None else sweep
     tables = (
         ("key", content, Preset),
         ("key of [world]", world, TrainingWorld),
-        ("key of [sweep]", swept, SweepingMotion),
+        ("key of [sweep]", {} if sweep is None else sweep, SweepingMotion),
         ("key of [rhythm]", rhythm, None),
     )
     for what, given, made in tables:
