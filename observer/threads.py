@@ -20,17 +20,21 @@ _most: int | None = None
 _pools: dict[tuple[int, int], ThreadPoolExecutor] = {}
 
 
-def limit(most: int | None) -> None:
+def limit(most: int | None) -> int | None:
     """Bound the number of threads wherever nobody says how many, in this process.
 
     Args:
         most: threads; None: one a core.
 
+    Returns:
+        The bound that held until now.
+
     Raises:
         ValueError: for what is no such number.
     """
     global _most
-    _most = None if most is None else validate.integer("threads", most, 1)
+    before, _most = _most, None if most is None else validate.integer("threads", most, 1)
+    return before
 
 
 def check(threads: int | None) -> int | None:

@@ -6,6 +6,7 @@ A worker is one core's work and runs one call at a time.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any, Protocol
 
 from threadpoolctl import threadpool_limits
@@ -56,3 +57,14 @@ def limit_threads() -> None:
     """Compute on one core, as a worker does."""
     threads.limit(1)
     threadpool_limits(1)
+
+
+@contextmanager
+def on_one_core() -> Iterator[None]:
+    """Compute on one core, as a worker does, and afterwards on as many as before."""
+    before = threads.limit(1)
+    try:
+        with threadpool_limits(1):
+            yield
+    finally:
+        threads.limit(before)

@@ -64,12 +64,13 @@ def test_an_error_comes_back():
 
 def test_how_many(monkeypatch):
     monkeypatch.setattr(threads, "cpu_count", lambda: 4)
+    monkeypatch.setattr(threads, "_most", None)  # whatever an earlier test has bounded
     assert [threads.chosen(None, work, 100.0) for work in (0, 99, 100, 150, 1000)] == [1, 1, 2, 3, 4]
     assert threads.chosen(7, 1, 100.0) == 7
-    monkeypatch.setattr(threads, "_most", None)
-    threads.limit(2)
+    assert threads.limit(2) is None
     assert threads.chosen(None, 1000, 100.0) == 2
     assert threads.chosen(3, 1000, 100.0) == 3
+    assert threads.limit(None) == 2
 
 
 @pytest.mark.parametrize("wrong", [0, -1, 1.5, "2", True, 5000])

@@ -9,6 +9,7 @@ import pytest
 
 from haptic_lab.commands import study
 from haptic_lab.people.studies import presets
+from observer import threads
 
 pytestmark = pytest.mark.usefixtures("coarse", "serially")
 
@@ -98,7 +99,11 @@ def test_names_in_each_condition(here: Path, capsys: pytest.CaptureFixture) -> N
 
 
 def test_a_staircase_goes_on_from_what_it_asked_before(here: Path, capsys: pytest.CaptureFixture) -> None:
-    assert study.main(["mine.toml", "--adaptive", "--trials", "3", "--out", "out"]) == 0
+    before = threads.limit(3)
+    try:
+        assert study.main(["mine.toml", "--adaptive", "--trials", "3", "--out", "out"]) == 0
+    finally:
+        assert threads.limit(before) == 3, "whoever goes on in this process has fewer threads"
     first = pd.read_csv(here / "out" / "answers.csv")
     kept = len(pd.read_csv(here / "out" / "adaptive" / "all" / "trials.csv"))
     assert kept == 6

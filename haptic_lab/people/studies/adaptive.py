@@ -20,7 +20,7 @@ from haptic_lab.people.studies.presets import Study
 from haptic_lab.people.studies.running import ConditionPlan
 from haptic_lab.sweeps.results import Results
 from haptic_lab.sweeps.tasks import SweepTask
-from haptic_lab.sweeps.workers import limit_threads
+from haptic_lab.sweeps.workers import on_one_core
 
 SLOPES = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # of a Weibull function
 LAPSES = (0.0, 0.02, 0.05)
@@ -125,8 +125,8 @@ def observed(study: Study, plan: ConditionPlan, results: Results, observer: str)
     def evidence_of(shape: str, seed: int, comparison: str) -> float:
         task = SweepTask(settings, condition, shape, seed)
         if task.key not in results.trials:
-            limit_threads()
-            results.append(plan.work([task], ())[0])
+            with on_one_core():
+                results.append(plan.work([task], ())[0])
         rows = pd.DataFrame(results.trials[task.key])
         return float(evidence(rows[rows["observer"] == observer], comparison, study.standard_shape)[0])
 
