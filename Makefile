@@ -9,6 +9,7 @@ TEST := $(VENV)/.installed-test
 DOCS := $(VENV)/.installed-docs
 OUT ?= out/explore
 ARGS ?=
+INSTALL := $(BIN)/python -m pip install --quiet --constraint constraints.txt --editable
 # Offscreen rendering without a display, where there is EGL.
 ifeq ($(shell uname -s)$(DISPLAY)$(WAYLAND_DISPLAY),Linux)
 export MUJOCO_GL ?= egl
@@ -57,13 +58,13 @@ $(BIN)/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(RUN): pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[hands,meshes]'
+	$(INSTALL) '.[hands,meshes]'
 	touch $@
 
 $(DOCS): pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[docs]'
+	$(INSTALL) '.[docs]'
 	touch $@
 
 $(TEST): pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[train,test]'
+	$(INSTALL) '.[train,test]'
 	touch $(RUN) $(DOCS) $@

@@ -7,7 +7,7 @@ code has changed.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -37,15 +37,16 @@ def once(path: Path, make: Callable[[], Arrays]) -> Arrays:
         return dict(arrays)
 
 
-def told(course: Sequence[Belief], who: str) -> Arrays:
-    """What the beliefs of an exploration tell of poses, and what was felt there: all that a namer hears."""
-    steps = [i for i, each in enumerate(course) if each.transition is not None and each.lagged_contacts is not None]
-    return {
-        f"{who} steps": np.array(steps),
-        f"{who} mean": np.array([course[i].transition.mean for i in steps]),  # type: ignore[union-attr]
-        f"{who} covariance": np.array([course[i].lagged_covariance for i in steps]),
-        f"{who} contacts": np.array([course[i].lagged_contacts for i in steps]),
-    }
+def told(beliefs: Mapping[str, Sequence[Belief]]) -> Arrays:
+    """What each one's beliefs of an exploration tell of poses, and what was felt there: all that a namer hears."""
+    kept = {}
+    for who, course in beliefs.items():
+        steps = [i for i, each in enumerate(course) if each.transition is not None and each.lagged_contacts is not None]
+        kept[f"{who} steps"] = np.array(steps)
+        kept[f"{who} mean"] = np.array([course[i].transition.mean for i in steps])  # type: ignore[union-attr]
+        kept[f"{who} covariance"] = np.array([course[i].lagged_covariance for i in steps])
+        kept[f"{who} contacts"] = np.array([course[i].lagged_contacts for i in steps])
+    return kept
 
 
 def poses(felt: Arrays, who: str) -> dict[int, LaggedPose]:

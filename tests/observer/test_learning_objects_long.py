@@ -76,11 +76,7 @@ def _learnt(folder: Path, seed: int, name: str, size: np.ndarray) -> dict[str, L
 
 def _felt(seed: int, name: str, size: np.ndarray) -> Arrays:
     """What a namer hears, of each of `WHO`."""
-    return {
-        what: each
-        for who, course in _explore(seed, name, size, FELT).items()
-        for what, each in told(course, who).items()
-    }
+    return told(_explore(seed, name, size, FELT))
 
 
 def _recognise(seed: int, folder: Path, name: str, other: str, known: Sequence[str]) -> Arrays:

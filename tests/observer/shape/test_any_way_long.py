@@ -53,7 +53,7 @@ def _explored(seed: int) -> Arrays:
             seen, _, _, over, info = env.step(action)
             beliefs["observer"].append(info["belief"])
             beliefs["true pose"].append(known.step(action, info["truth"]["joint_angles"], seen["contacts"]))
-    return {what: array for who, course in beliefs.items() for what, array in told(course, who).items()}
+    return told(beliefs)
 
 
 def _named(seed: int, felt: Arrays) -> Arrays:

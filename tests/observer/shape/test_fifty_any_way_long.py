@@ -70,7 +70,7 @@ def _explored(seed: int, name: str) -> Arrays:
             beliefs["observer"].append(info["belief"])
             beliefs["true pose"].append(known.step(action, info["truth"]["joint_angles"], seen["contacts"]))
             beliefs["raw angles"].append(raw.step(action, seen["joint_angles"], seen["contacts"]))
-    return {what: array for who, course in beliefs.items() for what, array in told(course, who).items()}
+    return told(beliefs)
 
 
 def _named(felt: Arrays, who: str, namer: ShapePosterior, seed: int) -> Arrays:
