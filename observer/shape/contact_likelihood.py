@@ -21,7 +21,7 @@ THIN = 0.002  # m by which flesh must be deeper inside than any patch: points of
 UNKNOWN = -1  # of a contact: it was not measured, or by a patch that is believed not to work
 UNFELT = 3.0  # in tolerances: flesh beneath skin that feels nothing may be as deep as that for an error of the pose
 USUAL = 0.002  # m, SD of a surface from which on it costs anything that a touch might have been elsewhere
-ELSEWHERE = 0.8  # exponent of that: touches nearby share one error of the surface
+ELSEWHERE = 0.7  # exponent of that: touches nearby share one error of the surface
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
 
 
