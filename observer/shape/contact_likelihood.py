@@ -135,7 +135,7 @@ def _uncertain_likelihood(solids, h, skin, link, frame, felt, model, scratch):
     """
     contacts, touches, exponent = felt
     tolerance, press, surprise = model
-    silent, std = uncertain_gaps(solids, h, skin, link, frame, felt, tolerance, CLEAR, scratch)
+    silent, std = uncertain_gaps(solids, h, skin, link, frame, contacts, (tolerance, CLEAR), scratch)
     told, touched = 1.0, CLEAR
     if touches > 0:
         for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):

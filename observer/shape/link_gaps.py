@@ -220,7 +220,7 @@ def felt_gaps(solids, h, skin, link, frame, felt, clear, scratch):
 
 
 @part(fastmath=True)
-def uncertain_gaps(solids, h, skin, link, frame, felt, tolerance, clear, scratch):
+def uncertain_gaps(solids, h, skin, link, frame, contacts, near, scratch):
     """Find how far a link is from a hypothesis whose surface is known with an SD, where it feels contact, and where it
     feels none: in SDs of both the link's place and the surface's.
 
@@ -230,17 +230,15 @@ def uncertain_gaps(solids, h, skin, link, frame, felt, tolerance, clear, scratch
         skin: of the hand.
         link: index.
         frame: of the link, position (3,) m and rotation (3, 3).
-        felt: as of `felt_gaps`.
-        tolerance: m, SD of the link's place.
-        clear: SDs, beyond which no gap counts.
+        contacts: (P,) 1, 0 or, of patches of which nothing is known, below 0.
+        near: SD of the link's place, m, and how many SDs beyond which no gap counts.
         scratch: the `GapScratch`, whose `gaps`, in SDs, and `stds` are filled for the patches of the link.
 
     Returns:
         The gap of the nearest point of the skin that feels none, in SDs, `clear` where it is farther; and the SD of the
         surface there, m.
     """
-    gaps, stds = scratch.gaps, scratch.stds
-    contacts = felt[0]
+    gaps, stds, (tolerance, clear) = scratch.gaps, scratch.stds, near
     _, rotation = frame
     f = solids.drawn_in[h]
     nodes, box, resolution, far = solids.nodes, box_of(solids, f), solids.resolution, solids.far
