@@ -78,7 +78,7 @@ class Oracle(Policy):
     """
 
     candidates = 32  # K
-    ahead, played, every = 25, 5, 2  # control steps that are simulated, that are played, and from touch to touch
+    ahead, played, every = 25, 10, 2  # control steps that are simulated, that are played, and from touch to touch
     dreams = 150.0  # s, in which it learns what can be touched
 
     def __init__(self, env: gym.Env[Any, Any], seed: int | None = None) -> None:
