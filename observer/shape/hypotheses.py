@@ -25,8 +25,8 @@ from observer.shape.turns import Turns
 
 MOST_JITTER = 0.5  # of the size
 RANGES = 5  # size, yaw and three of position, each in units of its range
-TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # with jitter the latter: what fits best of many solids fits too well
-TEMPER_ANY_WAY = 0.3  # with rotation jitter: modes are searched for, so that each solid fits as well as it can
+TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # the latter with jitter, unless modes are searched for as solids lie any way: what
+# fits best of many solids fits too well
 SHRINK = 0.97  # Liu & West's a: a moved variant lies this far from the mean of all, plus noise that restores the spread
 
 
@@ -121,9 +121,7 @@ class Variants:
     @property
     def temper(self) -> float:
         """The usual exponent of the evidence of a step."""
-        if self.turns.most:
-            return TEMPER_ANY_WAY
-        return TEMPER_UNKNOWN if self.unknown else TEMPER
+        return TEMPER_UNKNOWN if self.unknown and not self.turns.most else TEMPER
 
     def draw(self, rng: np.random.Generator) -> Array:
         """Draw what is not known.

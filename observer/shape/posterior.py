@@ -99,8 +99,8 @@ class ShapePosterior:
             tolerance: m, SD of the gap between a patch that feels contact and the surface.
             press: m, how deep a link that feels contact may lie inside, as in recordings that were fitted to markers.
             surprise: probability of what the model cannot explain.
-            temper: exponent of the evidence of a step; None: 0.15 for solids that are known exactly, 0.3 for those that
-                lie any way, 0.07 for others.
+            temper: exponent of the evidence of a step; None: 0.15 for solids that are known exactly and those that lie
+                any way, 0.07 for others.
             stride: only one step in so many is taken in.
             alike: looks of a link within so many times what is not known of its place share an exponent of one
                 (`observer.novelty`); 0: each counts as news.
