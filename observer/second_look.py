@@ -34,11 +34,13 @@ from observer.fastslam import HapticSLAM
 from observer.maps.occupancy import OccupancySnapshot
 from observer.shape.misfit import ContactsDoNotFit
 from observer.shape.posterior import ShapePosterior
-from observer.surface.felt_shape import KNOWN, TOLERANCE, UNDECIDED, FeltShape
+from observer.surface.felt_shape import KNOWN, FeltShape
 from observer.surface.mesh import Surface, surface_of
 from observer.surface.touches import TouchLog
 
 LEAST_BIAS = 0.01  # degrees: where angles have offsets to find, contact with a solid that is certain tells the pose
+TOLERANCE = 0.002  # m, SD of the gap between skin and surface, about, that hands which explore are sure of
+UNDECIDED = 2.0 * TOLERANCE  # m, a gap at which a touch is not expected but possible
 NEAR = 0.008  # m from the surface, where it counts how well that is known
 TAUGHT = "forward_model"  # the motion whose pose contact with a known solid tells for good
 SAID = "joint .* was felt at|the filter of the pose was lost"  # by the first look, as it happened
@@ -51,6 +53,9 @@ class _Known(FeltShape):
     @property
     def content(self) -> str:
         return ""
+
+    def spread(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> None:
+        """Its distance tells of that."""
 
     def signed_distance(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:
         places = np.asarray(points, dtype=np.float64).reshape(-1, 3)

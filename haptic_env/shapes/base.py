@@ -72,6 +72,18 @@ class Shape(ABC):
             (...,) m, negative inside.
         """
 
+    def spread(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """Tell how surely the surface is known.
+
+        Args:
+            points: (M, 3) m, in the shape's frame.
+            size: (3,) m, full extents.
+
+        Returns:
+            (M,) m, SD of the place of the surface where it is nearest to each; None: it is known.
+        """
+        return None
+
     @abstractmethod
     def geoms(self, root: mjcf.RootElement, size: NDArray[np.float64]) -> list[dict[str, Any]]:
         """Describe the solid to MuJoCo.

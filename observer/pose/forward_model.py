@@ -104,6 +104,19 @@ class ForwardModel:
             after[joints:] = self._couplings.spread(after[:joints]) @ after[joints:]
         return Prediction(after, transition, gain)
 
+    def reach(self, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Tell how fast a full torque makes each joint in one control step from rest.
+
+        Args:
+            angles: (J,) rad.
+
+        Returns:
+            (J,) rad/s.
+        """
+        rest = np.concatenate([angles, np.zeros(self.joints)])
+        gain = self.predict(rest, np.zeros(self.joints)).torque_gain
+        return np.diag(gain[self.joints :]) * self.torque_limits
+
     def _linearise(self) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
         """What `_repeated` gives of a whole control step, from the present substep."""
         mujoco.mjd_transitionFD(self._model, self._data, PERTURBATION, False, self._a, self._b, None, None)

@@ -29,6 +29,7 @@ from observer.pose.usual_step import LOST, NOT_USUAL, Gates, UsualHand, UsualTol
 EXACTLY = 1e-10  # rad² and (rad/s)²: variance of a start that is known
 RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a filter that was lost
 MODEL_NOISE, WITH_OFFSETS_NOISE = 0.6, 0.8  # rad/s a step: what the forward model leaves out, without and with offsets
+LIGHT = 2.3  # rad/s: what a full torque gives a finger's joint in 20 ms; less is left out of a heavier one's steps
 FAR_SDS = 4.0  # of a felt angle from the expected one: beyond it the motion, not the offset, is to blame
 
 
@@ -40,7 +41,7 @@ class PoseFilter(KeepsErrors, Gated):
         joints: J.
         lag: T.
         motor_noise: SD of a torque as a fraction of it.
-        velocity_noise: rad/s, SD of what the model leaves out of a step.
+        velocity_noise: (J,) rad/s, SD of what the model leaves out of a step; may be set, to one number for all, too.
         noise: what is wrong with the felt angles, beside white noise of SD `sigma`.
         dynamics: what contact does to the motion.
         model: of what torques do to the hand.
@@ -59,7 +60,7 @@ class PoseFilter(KeepsErrors, Gated):
         lag: int,
         dynamics: ContactDynamics | None = None,
         noise: AngleNoise | None = None,
-        velocity_noise: float | None = None,
+        velocity_noise: float | Array | None = None,
     ) -> None:
         """Start at the rest pose.
 
@@ -72,7 +73,8 @@ class PoseFilter(KeepsErrors, Gated):
             dynamics: what contact does to the motion; None: forces last where the felt angles have offsets, and are
                 stronger where a wrist moves.
             noise: what else is wrong with the felt angles; None: nothing.
-            velocity_noise: rad/s, SD of what the model leaves out of a step; None: more where there are offsets.
+            velocity_noise: rad/s, SD of what the model leaves out of a step, of all joints or (J,); None: more where
+                there are offsets, and less of joints that are heavier than those of fingers.
         """
         self.hand = hand
         self.joints = hand.joints
@@ -80,8 +82,11 @@ class PoseFilter(KeepsErrors, Gated):
         self.motor_noise = motor_noise
         self.noise = AngleNoise(hand.joints, 1.0 / control_hz) if noise is None else noise
         offsets = len(self.noise.lasting) > 0
-        usual = WITH_OFFSETS_NOISE if offsets else MODEL_NOISE
-        self.velocity_noise = usual if velocity_noise is None else velocity_noise
+        if velocity_noise is None:
+            light = np.minimum(1.0, ForwardModel(hand, 50.0).reach(hand.rest_pose) / LIGHT)
+            light[hand.wrist] = 1.0
+            velocity_noise = light * (WITH_OFFSETS_NOISE if offsets else MODEL_NOISE)
+        self.velocity_noise: float | Array = velocity_noise
         usually = ON_A_WRIST if hand.wrist.size else ContactDynamics()
         self.dynamics = (WITH_OFFSETS if offsets else usually) if dynamics is None else dynamics
         self.model = ForwardModel(hand, control_hz)
@@ -149,7 +154,7 @@ class PoseFilter(KeepsErrors, Gated):
         if self._finds or self.doubted.any():
             return False
         white = self.noise.variance(self.sigma, *self._expected())
-        noises = float(self.motor_noise), float(self.velocity_noise)
+        noises = float(self.motor_noise), self.velocity_noise * np.ones(self.joints)
         told = UsualTold(torque, contacts, self._contacts, joint_angles, white)
         gaussian, gates = (self.mean, self.covariance), Gates(*self._gate.bounds)
         outcome, density = usual_step(gaussian, prediction, self._usual, noises, told, gates)
@@ -166,7 +171,7 @@ class PoseFilter(KeepsErrors, Gated):
         joints, before = self.joints, self.log_evidence
         gain = prediction.torque_gain
         noise = kalman_updates.process_noise(
-            gain, torque, self.model.torque_limits, self.motor_noise, self.velocity_noise
+            gain, torque, self.model.torque_limits, self.motor_noise, self.velocity_noise * np.ones(joints)
         )
         if self._effects.lasts:
             whole = np.zeros((self._state, self._state))

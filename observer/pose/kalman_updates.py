@@ -51,7 +51,7 @@ def process_noise(gain, torque, limits, motor_noise, velocity_noise):
         torque: (J,) fractions of the limits.
         limits: (J,) N·m.
         motor_noise: SD of the torque as a fraction of it.
-        velocity_noise: rad/s, SD of what the model leaves out.
+        velocity_noise: (J,) rad/s, SD of what the model leaves out.
 
     Returns:
         Covariance (2J, 2J).
@@ -65,7 +65,7 @@ def process_noise(gain, torque, limits, motor_noise, velocity_noise):
         for i in range(present):
             add(effort[i], effort, noise[i])
     for i in range(joints, present):
-        noise[i, i] += velocity_noise**2
+        noise[i, i] += velocity_noise[i - joints] ** 2
     return noise
 
 

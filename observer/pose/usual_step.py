@@ -83,7 +83,7 @@ def usual_step(gaussian, prediction, hand, noises, told, gates):
         gaussian: mean (S,) and covariance (S, S), changed.
         prediction: of the forward model: (q, v) (2J,), its transition (2J, 2J), and what torques do (2J, J).
         hand: the `UsualHand`.
-        noises: SD of a torque as a fraction of it, and of what the forward model leaves out of a step, rad/s.
+        noises: SD of a torque as a fraction of it, and (J,) rad/s of what the forward model leaves out of a step.
         told: the `UsualTold`.
         gates: the `Gates`.
 

@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from haptic_env.arrays import Array
 from haptic_env.compiled import inner, kernel, part
 from observer.kinematics import body_frames
-from observer.shape.link_gaps import felt_gaps, scratch_of
+from observer.shape.link_gaps import felt_gaps, scratch_of, uncertain_gaps
 
 CLEAR = 4.0  # in tolerances: a patch with this gap is as good as far away
 THIN = 0.002  # m by which flesh must be deeper inside than any patch: points of the skin are some way apart
 UNKNOWN = -1  # of a contact: it was not measured, or by a patch that is believed not to work
 UNFELT = 3.0  # in tolerances: flesh beneath skin that feels nothing may be as deep as that for an error of the pose
+USUAL = 0.002  # m, SD of a surface from which on it costs anything that a touch might have been elsewhere
+ELSEWHERE = 0.7  # exponent of that: touches nearby share one error of the surface
 LEAST = 1e-290  # no weight is zero, so that every hypothesis keeps a sum to divide by
 
 
@@ -87,6 +89,8 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, scratch):
     """
     contacts, touches, exponent = felt
     tolerance, press, surprise = model
+    if solids.spread[solids.drawn_in[h]] >= 0:
+        return _uncertain_likelihood(solids, h, skin, link, frame, felt, model, scratch)
     clear = CLEAR * tolerance
     flesh, silent = felt_gaps(solids, h, skin, link, frame, (contacts, touches), clear, scratch)
     if flesh >= clear:
@@ -116,6 +120,42 @@ def link_likelihood(solids, h, skin, link, frame, felt, model, scratch):
     if ratio < CLEAR:
         # A normal's distribution function, nearly.
         told *= surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
+    return told**exponent if told < 1.0 else 1.0
+
+
+@part(fastmath=True)
+def _uncertain_likelihood(solids, h, skin, link, frame, felt, model, scratch):
+    """Tell the same of a solid whose surface is known with an SD: of one error for all that is felt nearby.
+
+    A gap counts in SDs of both the hand and the surface; that a touch might have been elsewhere costs less than if it
+    were news each time; and silence counts by the share that the hand has in the variance.
+
+    Returns:
+        As `link_likelihood`.
+    """
+    contacts, touches, exponent = felt
+    tolerance, press, surprise = model
+    silent, std = uncertain_gaps(solids, h, skin, link, frame, contacts, (tolerance, CLEAR), scratch)
+    told, touched = 1.0, CLEAR
+    if touches > 0:
+        for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+            if contacts[patch] <= 0:
+                continue
+            ratio, vague = scratch.gaps[patch], scratch.stds[patch]
+            deep = press / np.sqrt(tolerance * tolerance + vague * vague)
+            touched = min(touched, ratio - deep)
+            if press > CLEAR * tolerance:
+                fit = 1.0 / (1.0 + np.exp(1.7 * max(ratio, -deep))) if ratio < CLEAR else 0.0
+            else:
+                ratio = min(ratio + deep, 0.0) if ratio < 0.0 else ratio
+                fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
+            told *= surprise + (1.0 - surprise) * fit * (1.0 + (vague / USUAL) ** 2) ** (-0.5 * ELSEWHERE)
+    ratio = silent
+    if touches > 0:
+        ratio += 1.0 - touched
+    if ratio < CLEAR:
+        clear = surprise + (1.0 - surprise) / (1.0 + np.exp(-1.7 * ratio))
+        told *= clear ** (1.0 / (1.0 + (std / tolerance) ** 2))
     return told**exponent if told < 1.0 else 1.0
 
 

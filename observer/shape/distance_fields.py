@@ -16,9 +16,10 @@ from haptic_env.arrays import Array
 from haptic_env.compiled import inner, part
 from haptic_env.grid import VOXELS
 from haptic_env.shapes.base import Solid, rotation_matrix
-from observer.shape.drawn_fields import FIELD_RESOLUTION, fields_of
+from observer.shape.drawn_fields import FIELD_RESOLUTION, fields_of, spread_of
 
 Index = NDArray[np.int64]
+VAGUEST = 0.010  # m, SD of a surface that is known no better: it may be anywhere about
 NODES = int(np.cbrt(VOXELS) + 0.5)  # at most, along each axis of a field
 
 
@@ -28,6 +29,7 @@ class Solids(NamedTuple):
     Attributes:
         nodes: (T,) m, signed distances of all distinct shapes, one field after the other.
         first: (F,) where the field of each begins.
+        spread: (F,) where the SDs (m) of each begin, of the surface nearest to its nodes; below 0: it has none.
         shape: (F, 3) nodes of it along each axis of its own frame.
         low: (F, 3) m, its first node.
         exact: (F,) whether it is the distance from a surface everywhere (`Shape.exact`).
@@ -41,6 +43,7 @@ class Solids(NamedTuple):
 
     nodes: NDArray[np.float32]
     first: Index
+    spread: Index
     shape: Index
     low: Array
     exact: NDArray[np.bool_]
@@ -140,9 +143,15 @@ def solids_of(hypotheses: Sequence[Solid], far: float) -> Solids:
     reach = far / min(scale)
     fields = fields_of(drawn, reach)
     count = np.array([grid.shape for grid, _ in fields])
+    end = np.cumsum(count.prod(axis=1))
+    spreads = {f: spread_of(solid, grid) for f, (solid, (grid, _)) in enumerate(zip(drawn, fields, strict=True))}
+    known = {f: each.ravel() for f, each in spreads.items() if each is not None}
+    spread = np.full(len(drawn), -1)
+    spread[[*known]] = end[-1] + np.concatenate([[0], np.cumsum([len(each) for each in known.values()])])[:-1]
     return Solids(
-        np.concatenate([distance.ravel() for _, distance in fields]),
-        np.concatenate([[0], np.cumsum(count.prod(axis=1))[:-1]]),
+        np.concatenate([*(distance.ravel() for _, distance in fields), *known.values()]),
+        np.concatenate([[0], end[:-1]]),
+        spread,
         count,
         np.array([np.asarray(grid.origin) + 0.5 * grid.resolution for grid, _ in fields]),
         np.array([solid.shape.exact for solid in drawn]),
@@ -206,6 +215,25 @@ def field_distance(nodes, box, resolution, far, x, y, z):
     a += (b - a) * v
     c += (d - c) * v
     return a + (c - a) * u
+
+
+@part(fastmath=True)
+def std_at(solids, f, x, y, z):
+    """Look up how surely the surface is known that is nearest to a point of a field's frame.
+
+    Args:
+        solids: the tables.
+        f: index of the field, of one that has SDs.
+        x: m.
+        y: m.
+        z: m.
+
+    Returns:
+        The SD, m; 0 outside.
+    """
+    _, count_x, count_y, count_z, low_x, low_y, low_z = box_of(solids, f)
+    box = solids.spread[f], count_x, count_y, count_z, low_x, low_y, low_z
+    return field_distance(solids.nodes, box, solids.resolution, 0.0, x, y, z)
 
 
 @part(fastmath=True)

@@ -76,6 +76,23 @@ def fields_of(solids: Sequence[Solid], reach: float) -> list[tuple[Grid, Field]]
     return made
 
 
+def spread_of(solid: Solid, grid: Grid) -> Field | None:
+    """Tell how surely the surface of a solid is known.
+
+    Args:
+        solid: of any size; where it is does not matter.
+        grid: in its frame.
+
+    Returns:
+        (X, Y, Z) m, SD of the place of the surface where it is nearest to the centres of voxels; None: it is known, or
+        its distance tells of that.
+    """
+    if solid.shape.exact:
+        return None
+    told = solid.shape.spread(grid.centres().reshape(-1, 3), np.array(solid.size))
+    return None if told is None else told.reshape(grid.shape).astype(np.float32)
+
+
 def _is_kept(solid: Solid, reach: float) -> bool:
     """Whether the field of a solid is on disk, or need not be."""
     content = solid.shape.content

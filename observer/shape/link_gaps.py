@@ -9,13 +9,14 @@ changes no faster than its place.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from haptic_env.arrays import Array
 from haptic_env.compiled import kernel, part
-from observer.shape.distance_fields import Index, box_of, field_distance, in_field
+from observer.shape.distance_fields import VAGUEST, Index, box_of, field_distance, in_field, std_at
 
 SLACK = 0.0002  # m: between the nodes of a field distance may change a little faster than its place
 
@@ -27,11 +28,13 @@ class GapScratch(NamedTuple):
         gaps: (P,) m.
         beads: (B,) m, of those of a link.
         far: (B,) the point of each bead that lies across from the nearest one.
+        stds: (P,) m, how surely the surface is known to which the gaps are.
     """
 
     gaps: Array
     beads: Array
     far: Index
+    stds: Array
 
 
 @kernel()
@@ -48,7 +51,7 @@ def scratch_of(skin, patches):
     far = np.empty(len(skin.along), dtype=np.int64)
     for bead in range(len(far)):
         far[bead] = skin.begin[bead]
-    return GapScratch(np.empty(patches), np.empty(len(far)), far)
+    return GapScratch(np.empty(patches), np.empty(len(far)), far, np.empty(patches))
 
 
 @part(fastmath=True)
@@ -151,7 +154,7 @@ def felt_gaps(solids, h, skin, link, frame, felt, clear, scratch):
         none is, m; `clear` where they are farther. Where the first is `clear` nothing is filled.
     """
     contacts, touches = felt
-    gaps, beads, far_point = scratch
+    gaps, beads, far_point, _ = scratch
     _, rotation = frame
     nodes, box, resolution, far = solids.nodes, box_of(solids, solids.drawn_in[h]), solids.resolution, solids.far
     scale, turn = solids.scale[h], solids.rotation[h]
@@ -214,3 +217,60 @@ def felt_gaps(solids, h, skin, link, frame, felt, clear, scratch):
             else:
                 silent = min(silent, gap)
         far_point[bead] = skin.across[skin.row[nearest]]
+
+
+@part(fastmath=True)
+def uncertain_gaps(solids, h, skin, link, frame, contacts, near, scratch):
+    """Find how far a link is from a hypothesis whose surface is known with an SD, where it feels contact, and where it
+    feels none: in SDs of both the link's place and the surface's.
+
+    Args:
+        solids: the distance fields.
+        h: index of the hypothesis.
+        skin: of the hand.
+        link: index.
+        frame: of the link, position (3,) m and rotation (3, 3).
+        contacts: (P,) 1, 0 or, of patches of which nothing is known, below 0.
+        near: SD of the link's place, m, and how many SDs beyond which no gap counts.
+        scratch: the `GapScratch`, whose `gaps`, in SDs, and `stds` are filled for the patches of the link.
+
+    Returns:
+        The gap of the nearest point of the skin that feels none, in SDs, `clear` where it is farther; and the SD of the
+        surface there, m.
+    """
+    gaps, stds, (tolerance, clear) = scratch.gaps, scratch.stds, near
+    _, rotation = frame
+    f = solids.drawn_in[h]
+    nodes, box, resolution, far = solids.nodes, box_of(solids, f), solids.resolution, solids.far
+    scale, turn = solids.scale[h], solids.rotation[h]
+    for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
+        gaps[patch], stds[patch] = clear, 0.0
+    reach = clear * math.sqrt(tolerance * tolerance + VAGUEST * VAGUEST)
+    silent, vague = clear, 0.0
+    (p0, p1, p2), (c0, c1, c2), gap = _axis_of(solids, h, skin, link, frame)
+    if gap >= reach:
+        return silent, vague
+    a0, a1, a2 = in_field(turn, scale, rotation[0, 0], rotation[1, 0], rotation[2, 0])
+    b0, b1, b2 = in_field(turn, scale, rotation[0, 1], rotation[1, 1], rotation[2, 1])
+    for bead in range(skin.first_bead[link], skin.first_bead[link + 1]):
+        s = skin.along[bead]
+        gap = scale * field_distance(nodes, box, resolution, far, p0 + c0 * s, p1 + c1 * s, p2 + c2 * s)
+        if gap - skin.radius[bead] >= reach:
+            continue
+        for k in range(skin.begin[bead], skin.begin[bead + 1]):
+            told_of = contacts[skin.patch[k]]
+            if told_of < 0:
+                continue
+            x, y, z = skin.points[k, 0], skin.points[k, 1], skin.points[k, 2]
+            u, v, w = p0 + a0 * x + b0 * y + c0 * z, p1 + a1 * x + b1 * y + c1 * z, p2 + a2 * x + b2 * y + c2 * z
+            gap = scale * field_distance(nodes, box, resolution, far, u, v, w)
+            if gap >= reach:
+                continue
+            std = min(scale * std_at(solids, f, u, v, w), VAGUEST)
+            ratio = gap / math.sqrt(tolerance * tolerance + std * std)
+            if told_of > 0:
+                if ratio < gaps[skin.patch[k]]:
+                    gaps[skin.patch[k]], stds[skin.patch[k]] = ratio, std
+            elif ratio < silent:
+                silent, vague = ratio, std
+    return silent, vague

@@ -24,7 +24,7 @@ from haptic_env.arrays import Array
 from haptic_env.compiled import inner, kernel, part
 from observer.shape.contact_likelihood import CLEAR
 from observer.shape.distance_fields import box_of
-from observer.shape.slopes import gap_from, way_from
+from observer.shape.slopes import gap_from, loosened, way_from
 
 UNKNOWNS = 7  # log size, place, and a small turn about each axis of the world
 FIRST_DAMPING = 1e-2
@@ -168,36 +168,36 @@ def _equations(solids, s, touched, normal, right):
         right[i] = 0.0
         for j in range(UNKNOWNS):
             normal[i, j] = 0.0
-    at, box = solids.position[s], box_of(solids, solids.drawn_in[s])
+    at, box, exact = solids.position[s], box_of(solids, solids.drawn_in[s]), solids.exact[solids.drawn_in[s]]
     for n in range(len(touched.weight)):
         nearest, least = touched.begin[n], np.inf
         for k in range(touched.begin[n], touched.begin[n + 1]):
             gap = gap_from(solids, s, box, touched.points[k, 0], touched.points[k, 1], touched.points[k, 2])
             if gap < least:
                 nearest, least = k, gap
-        cost, weight = _pull(least, touched.tolerance[n], touched.weight[n], touched.surprise)
+        x, y, z = touched.points[nearest, 0], touched.points[nearest, 1], touched.points[nearest, 2]
+        tolerance = loosened(solids, s, touched.tolerance[n], x, y, z)
+        cost, weight = _pull(least, tolerance, touched.weight[n], touched.surprise)
         total += cost
         if weight > 0.0:
-            x, y, z = touched.points[nearest, 0], touched.points[nearest, 1], touched.points[nearest, 2]
             slope = way_from(solids, s, box, x, y, z)
             _add(weight, least, least, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
-    exact = solids.exact[solids.drawn_in[s]]
     for u in range(len(touched.cost)):
         begin, end, clear = touched.first[u], touched.first[u + 1], CLEAR * touched.slack[u]
-        if end > begin + 1:
-            x, y, z = touched.ball[u, 0], touched.ball[u, 1], touched.ball[u, 2]
-            if gap_from(solids, s, box, x, y, z) > touched.ball[u, 3] + clear:
-                continue
+        x, y, z = touched.ball[u, 0], touched.ball[u, 1], touched.ball[u, 2]
+        if end > begin + 1 and gap_from(solids, s, box, x, y, z) > touched.ball[u, 3] + clear:
+            continue
         deepest, least = begin, np.inf
         for k in range(begin, end):
             radius = touched.radius[k] if exact else 0.0  # where the surface is not known, nothing lies inside of it
             gap = gap_from(solids, s, box, touched.balls[k, 0], touched.balls[k, 1], touched.balls[k, 2]) - radius
             if gap < least:
                 deepest, least = k, gap
-        cost, weight, off = _push(least, touched.slack[u], touched.deep[u], touched.cost[u], touched.surprise)
+        x, y, z = touched.balls[deepest, 0], touched.balls[deepest, 1], touched.balls[deepest, 2]
+        slack = loosened(solids, s, touched.slack[u], x, y, z)
+        cost, weight, off = _push(least, slack, touched.deep[u], touched.cost[u], touched.surprise)
         total += cost
         if cost > 0.0:
-            x, y, z = touched.balls[deepest, 0], touched.balls[deepest, 1], touched.balls[deepest, 2]
             slope, gap = way_from(solids, s, box, x, y, z), gap_from(solids, s, box, x, y, z)
             _add(weight, off, gap, slope, (x - at[0], y - at[1], z - at[2]), (normal, right))
     return total

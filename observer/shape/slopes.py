@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from haptic_env.compiled import part
-from observer.shape.distance_fields import field_distance, in_field
+from observer.shape.distance_fields import VAGUEST, field_distance, in_field, std_at
 
 
 @part(fastmath=True)
@@ -31,6 +31,30 @@ def gap_from(solids, h, box, x, y, z):
     at, turn, scale = solids.position[h], solids.rotation[h], solids.scale[h]
     u, v, w = in_field(turn, scale, x - at[0], y - at[1], z - at[2])
     return scale * field_distance(solids.nodes, box, solids.resolution, solids.far, u, v, w)
+
+
+@part()
+def loosened(solids, h, tolerance, x, y, z):
+    """Tell how surely the gap between a point of the world and a hypothesis is known.
+
+    Args:
+        solids: the tables.
+        h: index of the hypothesis.
+        tolerance: m, SD of the point's place.
+        x: m.
+        y: m.
+        z: m.
+
+    Returns:
+        The SD, m: of both its place and the surface's.
+    """
+    f = solids.drawn_in[h]
+    if solids.spread[f] < 0:
+        return tolerance
+    at, scale = solids.position[h], solids.scale[h]
+    u, v, w = in_field(solids.rotation[h], scale, x - at[0], y - at[1], z - at[2])
+    std = min(scale * std_at(solids, f, u, v, w), VAGUEST)
+    return math.sqrt(tolerance * tolerance + std * std)
 
 
 @part(fastmath=True)

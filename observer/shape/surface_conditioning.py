@@ -14,6 +14,7 @@ from haptic_env.compiled import inner, kernel
 from observer.jacobians import point_jacobian
 from observer.kinematics import body_frames
 from observer.shape.distance_fields import distance_from, way_out
+from observer.shape.slopes import loosened
 
 CLEAR = 4.0  # in SDs: a link this far within its bounds says nothing
 
@@ -65,7 +66,8 @@ def take_in(tree, skin, solids, h, touches, gaussian, at, model):
         if own >= 0:
             gap += mean[own]
         low, high = (-press, 0.0) if touches[link] else (0.0, np.inf)
-        told += _condition((low - gap, high - gap), row, (first, own), gaussian, tolerance, surprise)
+        loose = loosened(solids, h, tolerance, spot[0], spot[1], spot[2])
+        told += _condition((low - gap, high - gap), row, (first, own), gaussian, loose, surprise)
     return told
 
 

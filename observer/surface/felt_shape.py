@@ -1,9 +1,8 @@
 """A solid of which all that is known was felt, as something that an object may be.
 
-`ShapePosterior` holds touches against distances from a surface. Where this one was not felt, there is no such distance:
-neither a touch there nor none shall decide. So the distance is drawn towards a gap at which a touch is not expected but
-possible, the more the worse the surface is known; where it is known surely, it is the distance. Shapes: V vertices, F
-faces. Metres.
+`ShapePosterior` holds touches against distances from a surface. Of this one it is told besides how surely it is known
+where it is nearest: where it was not felt, neither a touch nor none shall decide (`observer.shape.contact_likelihood`).
+Shapes: V vertices, F faces, M points. Metres.
 """
 
 from __future__ import annotations
@@ -14,8 +13,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
-from haptic_env.arrays import Array
 from haptic_env.hand import Hand
 from haptic_env.shapes import triangles
 from haptic_env.shapes.base import Shape, Solid
@@ -23,9 +22,7 @@ from haptic_env.shapes.pieces import distance_from
 from haptic_env.shapes.proportions import check_kept
 from observer.surface.mesh import Surface
 
-TOLERANCE = 0.002  # m, SD of the gap between skin and surface, about, that hands which explore are sure of
 KNOWN = 0.003  # m, SD of a surface up to which it counts as known
-UNDECIDED = 2.0 * TOLERANCE  # m, a gap at which a touch is not expected but possible
 
 
 class FeltShape(Shape):
@@ -57,9 +54,9 @@ class FeltShape(Shape):
 
     @cached_property
     def content(self) -> str:
-        """A digest of the surface and of how its distance is told."""
+        """A digest of the surface."""
         parts = b"".join(np.ascontiguousarray(each).tobytes() for each in self.surface)
-        return f"felt {TOLERANCE} {UNDECIDED} {hashlib.sha256(parts).hexdigest()}"
+        return f"felt {hashlib.sha256(parts).hexdigest()}"
 
     def check_size(self, size: ArrayLike | None) -> NDArray[np.float64]:
         extents = super().check_size(size)
@@ -70,18 +67,17 @@ class FeltShape(Shape):
         scale = size[0] / self.default_size[0]
         places = np.asarray(points, dtype=np.float64).reshape(-1, 3) / scale
         distance = distance_from(self.surface.vertices, self.surface.faces, places)
-        known = TOLERANCE / np.hypot(TOLERANCE, self._std(places))
-        return scale * (known * distance + (1.0 - known) * UNDECIDED).reshape(np.shape(points)[:-1])
+        return scale * distance.reshape(np.shape(points)[:-1])
+
+    def spread(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        scale = size[0] / self.default_size[0]
+        _, nearest = cKDTree(self.surface.vertices).query(points / scale)
+        return np.asarray(scale * self.surface.std[nearest])
 
     def geoms(self, root: Any, size: NDArray[np.float64]) -> NoReturn:
         raise ValueError(
             "what was felt is an object for observers alone; to explore it, save its surface and name that file"
         )
-
-    def _std(self, places: Array) -> Array:
-        """(M,) m, how surely the surface is known where it is nearest to each of `places` (M, 3)."""
-        near = triangles.nearest(self.surface.mesh, places)
-        return np.einsum("mk,mk->m", self.surface.std[self.surface.faces[near.face]], near.share)
 
     def solid(self, name: str, hand: Hand) -> Solid:
         """Put it where a hand explores.

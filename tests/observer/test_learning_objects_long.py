@@ -31,7 +31,7 @@ STRANGERS = (  # none of the set `fifty`
     "ellipsoid(1, 1.2, 2.4)", "cuboid(1, 1.4, 2.4)", "cone(2)", "frustum(0.3, 1.3)", "torus(0.25)", "prism(4, 1.5)",
     "prism(5, 0.6)", "L(0.3, 1)", "capsule(2.5)", "superquadric(0.4, 1.4)", "noise(21)", "noise(22)",
 )  # fmt: skip
-FIRST_STRANGER = 78_600  # nothing was tuned on these seeds
+FIRST_STRANGER = 78_612  # nothing was tuned on these seeds
 MINE = "mine"
 WHO = ("raw angles", "observer", "true pose")
 GOAL = 0.9

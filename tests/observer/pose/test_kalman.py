@@ -14,7 +14,7 @@ from observer import ContactModel
 from observer.pose import contact_dynamics
 from observer.pose.contact_dynamics import ContactDynamics
 from observer.pose.gating import Gate
-from observer.pose.kalman import PoseFilter
+from observer.pose.kalman import MODEL_NOISE, PoseFilter
 from observer.pose.smooth_motion import SmoothMotion
 from tests.observer.hands import many_patches, pointer, random_tree
 
@@ -190,6 +190,17 @@ def test_exact_angles_are_believed(hand):
             np.testing.assert_allclose(pose.angles, q, atol=5e-4)
     assert np.isfinite(pose.covariance).all()
     assert np.isfinite(pose.log_evidence)
+
+
+@pytest.mark.parametrize(("name", "heavy"), [("myo", 3), ("adroit", 2), ("two_finger", 0)])
+def test_less_is_left_out_of_the_steps_of_a_joint_that_bears_a_hand(name, heavy):
+    """The wrist of a whole hand is heavier than the joints of fingers, for which the usual noise was chosen."""
+    hand = hands.make(name)
+    light = PoseFilter(hand, sigma=SIGMA, motor_noise=0.1, control_hz=50.0, lag=1).velocity_noise
+    np.testing.assert_array_equal(light[heavy:], MODEL_NOISE)
+    assert (light[:heavy] < 0.5 * MODEL_NOISE).all()
+    faster = PoseFilter(hand, sigma=SIGMA, motor_noise=0.1, control_hz=100.0, lag=1)
+    np.testing.assert_array_equal(faster.velocity_noise, light)
 
 
 def test_what_is_handed_out_is_a_copy(two_finger):

@@ -306,6 +306,40 @@ def test_flesh_may_be_where_nothing_was_felt(two_finger, std, least, most):
     assert least <= told.prod() <= most
 
 
+def _beside_what_was_felt(hand, std: float, gap: float, *, rings: bool) -> float:
+    """How probable it is that the tip of the last link feels contact, or none, `gap` m from a face of a block whose
+    surface is known with an SD of `std` m."""
+    skin, tree, column = skin_of(hand), tree_of(hand), parts_of(hand).column
+    position, rotation = link_frames(tree, hand.rest_pose)
+    link = len(hand.links) - 1
+    mine = np.arange(skin.begin[skin.first_bead[link]], skin.begin[skin.first_bead[link + 1]])
+    tip = mine[skin.points[mine][:, 2].argmax()]
+    block = trimesh.creation.box((0.03, 0.03, 0.03)).subdivide().subdivide()
+    felt = FeltShape(Surface(np.array(block.vertices), np.array(block.faces), np.full(len(block.vertices), std)))
+    place = position[link] + rotation[link] @ (skin.points[tip] + [0.0, 0.0, gap + 0.015])
+    turn = np.roll(Rotation.from_matrix(rotation[link]).as_quat(), 1)
+    solids = solids_of([Solid("felt", felt, felt.default_size, tuple(place), tuple(turn))], FAR)
+    contacts = np.zeros(len(hand.patches), dtype=bool)
+    contacts[skin.patch[tip]] = rings
+    told = _likelihood(tree, skin, solids, hand.rest_pose[None], column, contacts, 0.001, 0.0, 0.001)
+    return float(told.prod())
+
+
+def test_a_gap_counts_in_what_is_not_known_of_both_the_hand_and_what_was_felt(two_finger):
+    """Neither a touch nor silence a few millimetres beside a surface that is known no better is held against it; that a
+    touch might as well have been elsewhere costs a little."""
+    pytest.importorskip("igl")
+    off = {std: _beside_what_was_felt(two_finger, std, 0.004, rings=True) for std in (0.0, 0.004)}
+    assert off[0.0] < 0.01
+    assert off[0.004] > 0.25
+    on = {std: _beside_what_was_felt(two_finger, std, 0.0, rings=True) for std in (0.0, 0.004, 0.02)}
+    assert on[0.0] > 0.9
+    assert on[0.0] > on[0.004] > on[0.02] > 0.2
+    inside = {std: _beside_what_was_felt(two_finger, std, -0.003, rings=False) for std in (0.0, 0.004)}
+    assert inside[0.0] < 0.02
+    assert inside[0.004] > 0.5
+
+
 def test_silence_says_the_same_of_a_flat_face_as_of_a_point(two_finger):
     """However many patches of a link lie as near as its nearest, it is one event that none of them is touched; and
     beside a touch they say nothing but that they lie no deeper."""

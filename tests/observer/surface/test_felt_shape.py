@@ -10,7 +10,7 @@ import trimesh
 from haptic_env import shapes
 from observer import PoseOnly, ShapePosterior
 from observer.surface import Surface
-from observer.surface.felt_shape import UNDECIDED, FeltShape
+from observer.surface.felt_shape import FeltShape
 from observer.surface.mesh import EMPTY
 
 AROUND = np.random.default_rng(0).uniform(-0.05, 0.05, (200, 3))
@@ -32,19 +32,16 @@ def test_where_it_is_known_the_distance_is_that_of_the_solid(shift):
         np.testing.assert_allclose(got.ravel(), cuboid.signed_distance(AROUND), atol=1e-6)
 
 
-def test_where_it_is_not_known_nothing_is_said():
-    told = FeltShape(_surface(1.0)).signed_distance(AROUND, np.array([0.04, 0.05, 0.06]))
-    np.testing.assert_allclose(told, UNDECIDED, atol=2e-4)
-
-
-def test_the_surer_the_nearer_to_the_distance():
-    true = FeltShape(_surface(0.0)).signed_distance(AROUND, np.array([0.04, 0.05, 0.06]))
-    off = [
-        np.abs(FeltShape(_surface(std)).signed_distance(AROUND, np.array([0.04, 0.05, 0.06])) - true)
-        for std in (0.0005, 0.002, 0.01)
-    ]
-    assert (off[0] <= off[1]).all()
-    assert (off[1] <= off[2]).all()
+def test_where_it_is_known_badly_is_told_beside_the_distance():
+    box = _surface(0.001)
+    felt = FeltShape(box._replace(std=np.where(box.vertices[:, 2] > 0.0, 0.008, 0.001)))
+    above, below = np.array([[0.0, 0.0, 0.04]]), np.array([[0.0, 0.0, -0.04]])
+    for scale in (1.0, 1.3):
+        size = scale * np.array(felt.default_size)
+        np.testing.assert_allclose(felt.signed_distance(above, size), 0.04 - scale * 0.03, atol=1e-6)
+        np.testing.assert_allclose(felt.spread(scale * above, size), scale * 0.008)
+        np.testing.assert_allclose(felt.spread(scale * below, size), scale * 0.001)
+    assert shapes.make("cube").shape.spread(above, size) is None
 
 
 @pytest.mark.parametrize(
