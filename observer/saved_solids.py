@@ -80,11 +80,14 @@ def _arrays(shape: ShapePosterior) -> dict[str, NDArray[Any]]:
     """What tells solids apart."""
     variants, nominal = shape.variants, shape.variants.nominal
     middle = [nominal.field(f).mean(dtype=np.float64) for f in range(len(nominal.first))]
+    ends = zip(nominal.spread, nominal.spread + nominal.shape.prod(axis=1), strict=True)
+    vague = [nominal.nodes[first:end].mean(dtype=np.float64) if first >= 0 else -1.0 for first, end in ends]
     return {
         "ranges": variants.ranges,
         "count": np.array([variants.count]),
         "size": nominal.shape,
         "distance": np.array(middle),
+        "spread": np.array(vague),
         "drawn_in": nominal.drawn_in,
         "scale": nominal.scale,
         "rotation": nominal.rotation,

@@ -73,14 +73,14 @@ class Shape(ABC):
         """
 
     def spread(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """Tell how surely the surface is known.
+        """Tell how surely the surface is known, of a shape that is not `exact`; others are not asked.
 
         Args:
             points: (M, 3) m, in the shape's frame.
             size: (3,) m, full extents.
 
         Returns:
-            (M,) m, SD of the place of the surface where it is nearest to each; None: it is known.
+            (M,) m, SD of the place of the surface near each; None: it is known.
         """
         return None
 

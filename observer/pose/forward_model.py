@@ -105,7 +105,7 @@ class ForwardModel:
         return Prediction(after, transition, gain)
 
     def reach(self, angles: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Tell how fast a full torque makes each joint in one control step from rest.
+        """Tell how fast a full torque makes each joint in one control step from rest, whatever its limits.
 
         Args:
             angles: (J,) rad.
@@ -113,8 +113,10 @@ class ForwardModel:
         Returns:
             (J,) rad/s.
         """
-        rest = np.concatenate([angles, np.zeros(self.joints)])
+        rest, flags = np.concatenate([angles, np.zeros(self.joints)]), self._model.opt.disableflags
+        self._model.opt.disableflags = flags | WITHOUT_LIMITS
         gain = self.predict(rest, np.zeros(self.joints)).torque_gain
+        self._model.opt.disableflags = flags
         return np.diag(gain[self.joints :]) * self.torque_limits
 
     def _linearise(self) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:

@@ -29,7 +29,7 @@ from observer.pose.usual_step import LOST, NOT_USUAL, Gates, UsualHand, UsualTol
 EXACTLY = 1e-10  # rad² and (rad/s)²: variance of a start that is known
 RESTART_ANGLE, RESTART_SPEED = 0.1**2, 1.0  # rad², (rad/s)²: variances of a filter that was lost
 MODEL_NOISE, WITH_OFFSETS_NOISE = 0.6, 0.8  # rad/s a step: what the forward model leaves out, without and with offsets
-LIGHT = 2.3  # rad/s: what a full torque gives a finger's joint in 20 ms; less is left out of a heavier one's steps
+LIGHT, HEAVIEST = 2.3, 0.1  # rad/s: what a full torque gives a finger's joint in 20 ms; the share of what is heaviest
 FAR_SDS = 4.0  # of a felt angle from the expected one: beyond it the motion, not the offset, is to blame
 
 
@@ -83,7 +83,7 @@ class PoseFilter(KeepsErrors, Gated):
         self.noise = AngleNoise(hand.joints, 1.0 / control_hz) if noise is None else noise
         offsets = len(self.noise.lasting) > 0
         if velocity_noise is None:
-            light = np.minimum(1.0, ForwardModel(hand, 50.0).reach(hand.rest_pose) / LIGHT)
+            light = np.clip(ForwardModel(hand, 50.0).reach(hand.rest_pose) / LIGHT, HEAVIEST, 1.0)
             light[hand.wrist] = 1.0
             velocity_noise = light * (WITH_OFFSETS_NOISE if offsets else MODEL_NOISE)
         self.velocity_noise: float | Array = velocity_noise

@@ -136,11 +136,12 @@ def _uncertain_likelihood(solids, h, skin, link, frame, felt, model, scratch):
     contacts, touches, exponent = felt
     tolerance, press, surprise = model
     silent, std = uncertain_gaps(solids, h, skin, link, frame, contacts, (tolerance, CLEAR), scratch)
-    told, touched = 1.0, CLEAR
+    told, touched, nearest = 1.0, CLEAR, silent
     if touches > 0:
         for patch in range(skin.first_patch[link], skin.first_patch[link + 1]):
             if contacts[patch] <= 0:
                 continue
+            nearest = min(nearest, scratch.gaps[patch])
             ratio, vague = scratch.gaps[patch], scratch.stds[patch]
             deep = press / np.sqrt(tolerance * tolerance + vague * vague)
             touched = min(touched, ratio - deep)
@@ -150,6 +151,8 @@ def _uncertain_likelihood(solids, h, skin, link, frame, felt, model, scratch):
                 ratio = min(ratio + deep, 0.0) if ratio < 0.0 else ratio
                 fit = np.exp(-0.5 * ratio * ratio) if ratio < CLEAR else 0.0
             told *= surprise + (1.0 - surprise) * fit * (1.0 + (vague / USUAL) ** 2) ** (-0.5 * ELSEWHERE)
+    if nearest >= CLEAR:
+        return surprise ** (exponent * touches) if touches > 0 else 1.0
     ratio = silent
     if touches > 0:
         ratio += 1.0 - touched

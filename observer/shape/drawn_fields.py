@@ -87,10 +87,15 @@ def spread_of(solid: Solid, grid: Grid) -> Field | None:
         (X, Y, Z) m, SD of the place of the surface where it is nearest to the centres of voxels; None: it is known, or
         its distance tells of that.
     """
-    if solid.shape.exact:
-        return None
-    told = solid.shape.spread(grid.centres().reshape(-1, 3), np.array(solid.size))
-    return None if told is None else told.reshape(grid.shape).astype(np.float32)
+    return None if solid.shape.exact else _spread(solid.shape, solid.size, grid)
+
+
+@lru_cache(maxsize=KEPT)
+def _spread(shape: Shape, size: tuple[float, float, float], grid: Grid) -> Field | None:
+    points = grid.centres().reshape(-1, 3)
+    told = [shape.spread(points[k : k + AT_ONCE], np.array(size)) for k in range(0, len(points), AT_ONCE)]
+    known = [each.astype(np.float32) for each in told if each is not None]
+    return np.concatenate(known).reshape(grid.shape) if len(known) == len(told) else None
 
 
 def _is_kept(solid: Solid, reach: float) -> bool:

@@ -7,8 +7,7 @@ Marquardt's steps in size, place and turn, down the slopes of the solid's distan
 its square, which draws from afar; of all of it what the likelihood (`observer.shape.contact_likelihood`) has to say.
 
 References:
-    Fitzgibbon 2003, Image Vision Comput. 21, 1145-1153 (registration by Levenberg-Marquardt on a distance field).
-    Besl & McKay 1992, IEEE PAMI 14, 239-256.
+    Fitzgibbon 2003, Image Vision Comput. 21, 1145-1153 (on a distance field); Besl & McKay 1992, IEEE PAMI 14, 239-256.
     Jaakkola & Jordan 2000, Stat. Comput. 10, 25-37 (a parabola that touches the logistic's log and lies beyond it).
 """
 
@@ -194,8 +193,9 @@ def _equations(solids, s, touched, normal, right):
             if gap < least:
                 deepest, least = k, gap
         x, y, z = touched.balls[deepest, 0], touched.balls[deepest, 1], touched.balls[deepest, 2]
-        slack = loosened(solids, s, touched.slack[u], x, y, z)
-        cost, weight, off = _push(least, slack, touched.deep[u], touched.cost[u], touched.surprise)
+        slack, much = loosened(solids, s, touched.slack[u], x, y, z), touched.cost[u]
+        much *= (touched.slack[u] / slack) ** 2 if touched.surprise > 0.0 else 1.0
+        cost, weight, off = _push(least, slack, touched.deep[u], much, touched.surprise)
         total += cost
         if cost > 0.0:
             slope, gap = way_from(solids, s, box, x, y, z), gap_from(solids, s, box, x, y, z)

@@ -39,7 +39,8 @@ def _candidates() -> Rotation:
 def symmetries(solids: Solids, solid: int) -> Array:
     """Find turns about the middle of its bounding box, in its own frame, by which a solid looks the same.
 
-    Those of a prism of three, five or seven sides go about another place, and all but two of them are not found.
+    Those of a prism of three, five or seven sides go about another place, and all but two of them are not found. What
+    was felt, here surely and there hardly, is taken to have none but that by nothing.
 
     Args:
         solids: tables.
@@ -51,7 +52,7 @@ def symmetries(solids: Solids, solid: int) -> Array:
     f = int(solids.drawn_in[solid])
     field, low, step = solids.field(f), solids.low[f], solids.resolution
     near, candidates = np.argwhere(np.abs(field) < NEAR * step), _candidates()
-    if not len(near):  # of what was hardly felt
+    if not len(near) or solids.spread[f] >= 0:  # of what was hardly felt, or not alike all around
         return np.asarray(candidates[:1].as_quat())
     rng = np.random.default_rng(0)
     at = near[rng.permutation(len(near))[:POINTS]]

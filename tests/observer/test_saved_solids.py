@@ -11,8 +11,11 @@ import pytest
 
 from haptic_env import shapes
 from haptic_env.grid import Grid
+from haptic_env.shapes.base import Solid
 from observer import HapticSLAM, ShapePosterior
 from observer.saved_state import CHANGED
+from observer.surface import Surface
+from observer.surface.felt_shape import FeltShape
 
 SOLIDS: dict[str, dict[str, Any]] = {
     "exactly": {"candidates": ["cube", "sphere"]},
@@ -116,6 +119,23 @@ def test_other_solids_are_told(tmp_path, trial, which):
         HapticSLAM.load(tmp_path / "state.npz", solids=solids)
     assert told in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_what_was_felt_less_surely_is_another_solid(tmp_path, trial):
+    """Its distances are the same."""
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("igl")
+    box = trimesh.creation.box((0.03, 0.03, 0.03)).subdivide()
+
+    def felt(std: float) -> ShapePosterior:
+        surface = Surface(np.array(box.vertices), np.array(box.faces), np.full(len(box.vertices), std))
+        solid = Solid("mine", FeltShape(surface), (0.03, 0.03, 0.03), (0.0, 0.0, 0.1))
+        return ShapePosterior(trial.hand, {"mine": [solid], "cube": [shapes.make("cube")]})
+
+    HapticSLAM(trial.hand, particles=2, solids=felt(0.001)).save(tmp_path / "state.npz")
+    HapticSLAM.load(tmp_path / "state.npz", trial.hand, solids=felt(0.001))
+    with pytest.raises(ValueError, match="their spread differ"):
+        HapticSLAM.load(tmp_path / "state.npz", trial.hand, solids=felt(0.002))
 
 
 def test_solids_that_it_was_not_told_are_told(tmp_path, trial):

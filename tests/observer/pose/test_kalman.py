@@ -13,6 +13,7 @@ from haptic_env import hands
 from observer import ContactModel
 from observer.pose import contact_dynamics
 from observer.pose.contact_dynamics import ContactDynamics
+from observer.pose.forward_model import ForwardModel
 from observer.pose.gating import Gate
 from observer.pose.kalman import MODEL_NOISE, PoseFilter
 from observer.pose.smooth_motion import SmoothMotion
@@ -199,6 +200,8 @@ def test_less_is_left_out_of_the_steps_of_a_joint_that_bears_a_hand(name, heavy)
     light = PoseFilter(hand, sigma=SIGMA, motor_noise=0.1, control_hz=50.0, lag=1).velocity_noise
     np.testing.assert_array_equal(light[heavy:], MODEL_NOISE)
     assert (light[:heavy] < 0.5 * MODEL_NOISE).all()
+    low, high = ForwardModel(hand, 50.0).reach(hand.joint_limits[:, 0]), ForwardModel(hand, 50.0).reach(hand.rest_pose)
+    np.testing.assert_array_less(0.25 * high, low, "a joint at its limit is no heavier")
     faster = PoseFilter(hand, sigma=SIGMA, motor_noise=0.1, control_hz=100.0, lag=1)
     np.testing.assert_array_equal(faster.velocity_noise, light)
 

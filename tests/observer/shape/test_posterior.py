@@ -338,6 +338,8 @@ def test_a_gap_counts_in_what_is_not_known_of_both_the_hand_and_what_was_felt(tw
     inside = {std: _beside_what_was_felt(two_finger, std, -0.003, rings=False) for std in (0.0, 0.004)}
     assert inside[0.0] < 0.02
     assert inside[0.004] > 0.5
+    far = _beside_what_was_felt(two_finger, 0.0, 0.3, rings=True)
+    assert far == pytest.approx(0.001, rel=1e-6), "as of a known solid that is not near"
 
 
 def test_silence_says_the_same_of_a_flat_face_as_of_a_point(two_finger):
