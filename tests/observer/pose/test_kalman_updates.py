@@ -53,8 +53,8 @@ def conditioned(mean, covariance, row, value, variance):
 def test_process_noise_is_that_of_motors_and_velocities():
     rng = np.random.default_rng(4)
     gain, torque, limits = rng.standard_normal((6, 3)), rng.uniform(-1, 1, 3), rng.uniform(0.01, 1, 3)
-    expected = gain @ np.diag((0.1 * torque * limits) ** 2) @ gain.T + np.diag([0, 0, 0, 0.36, 0.36, 0.36])
-    got = kalman_updates.process_noise(gain, torque, limits, 0.1, 0.6)
+    expected = gain @ np.diag((0.1 * torque * limits) ** 2) @ gain.T + np.diag([0, 0, 0, 0.36, 0.25, 0.01])
+    got = kalman_updates.process_noise(gain, torque, limits, 0.1, np.array([0.6, 0.5, 0.1]))
     np.testing.assert_allclose(got, expected, atol=1e-14)
 
 
