@@ -1,8 +1,8 @@
 """A solid of which all that is known was felt, as something that an object may be.
 
 `ShapePosterior` holds touches against distances from a surface. Of this one it is told besides how surely it is known
-where it is nearest: where it was not felt, neither a touch nor none shall decide (`observer.shape.contact_likelihood`).
-Shapes: V vertices, F faces, M points. Metres.
+at the vertex that is nearest: where it was not felt, neither a touch nor none shall decide
+(`observer.shape.contact_likelihood`). Shapes: V vertices, F faces, M points. Metres.
 """
 
 from __future__ import annotations
@@ -58,6 +58,10 @@ class FeltShape(Shape):
         parts = b"".join(np.ascontiguousarray(each).tobytes() for each in self.surface)
         return f"felt {hashlib.sha256(parts).hexdigest()}"
 
+    @cached_property
+    def _vertices(self) -> cKDTree:
+        return cKDTree(self.surface.vertices)
+
     def check_size(self, size: ArrayLike | None) -> NDArray[np.float64]:
         extents = super().check_size(size)
         check_kept("what was felt", extents, np.array(self.default_size))
@@ -71,7 +75,7 @@ class FeltShape(Shape):
 
     def spread(self, points: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64] | None:
         scale = size[0] / self.default_size[0]
-        _, nearest = cKDTree(self.surface.vertices).query(points / scale)
+        _, nearest = self._vertices.query(points / scale)
         return np.asarray(scale * self.surface.std[nearest])
 
     def geoms(self, root: Any, size: NDArray[np.float64]) -> NoReturn:
