@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from haptic_env import validate
 from observer.belief import Transition
 from observer.saved_checks import REAL, array, history, null_model, number, record
+from observer.shape.loose_fit import LooseFit
 from observer.shape.pose_correction import PoseCorrection
 from observer.shape.posterior import ShapePosterior
 
@@ -112,7 +113,10 @@ def check_state(read: ShapePosterior) -> None:
     if np.abs(read._units).max() > 1.0:
         raise ValueError("known._units must lie in [-1, 1]")
     history("known.said", read.said, fresh.said)
-    null_model("known._habit", read._habit, len(read.hand.patches))
+    if isinstance(read._null, LooseFit):
+        number("known._null.gained", read._null.gained)
+    else:
+        null_model("known._null", read._null, len(read.hand.patches))
     _names(read, fresh)
     for each in (read._unfit, *read._misfit._recent):
         number("known", each)

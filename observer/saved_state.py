@@ -42,6 +42,7 @@ from observer.pose.lagged_moments import LaggedMoments
 from observer.pose.raw_angles import RawAngles
 from observer.pose.smooth_motion import KinematicPose
 from observer.shape.fading import FadingNames
+from observer.shape.loose_fit import LooseFit
 from observer.shape.misfit import Misfit
 from observer.shape.names import NamePosterior
 from observer.shape.null_model import NullModel
@@ -50,7 +51,7 @@ from observer.shape.posterior import ShapePosterior
 from observer.state import FilterState, Waiting
 from observer.surface.touches import TouchingLink, TouchRecorder
 
-FORMAT = 5  # of the files: another one wherever the state of a trial, or what is made of it, changes
+FORMAT = 6  # of the files: another one wherever the state of a trial, or what is made of it, changes
 GAUSSIAN = ("mean", "covariance", "log_evidence", "_gate")
 CHANGED: dict[type, tuple[str, ...]] = {
     PoseFilter: (*GAUSSIAN, "_contacts", "doubted", "_finds", "_found"),
@@ -71,10 +72,11 @@ CHANGED: dict[type, tuple[str, ...]] = {
     PoseCorrection: ("shape", "_before", "_against", "_missed", "_without", "_touching"),
     ShapePosterior: (
         *("_rng", "_units", "_log_evidence", "_poses", "_weights", "_likelihood", "said", "_misfit", "_news"),
-        *("_habit", "_moved", "_steps", "_unfit", "_names"),
+        *("_null", "_moved", "_steps", "_unfit", "_names"),
     ),
     Misfit: ("_recent", "_said"),
     NullModel: ("log_likelihood", "_felt", "_counts"),
+    LooseFit: ("gained",),
     NamePosterior: ("_told", "_posterior", "_fading", "_forgetful"),
     FadingNames: ("_last", "_evidence"),
 }

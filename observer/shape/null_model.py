@@ -13,6 +13,7 @@ from haptic_env.arrays import Array
 from haptic_env.moved import renamed
 
 __getattr__ = renamed(__name__, {"Habit": "NullModel"})
+DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
 
 
 class NullModel:
@@ -38,6 +39,31 @@ class NullModel:
         self.log_likelihood = 0.0
         self._felt = np.zeros(patches, dtype=bool)
         self._counts = np.array([begin, self.CEASE])
+
+    @staticmethod
+    def weight(temper: float, stride: int) -> float:
+        """Tell the exponent of what `evidence` says against all candidates: `DOUBT`, whatever part of a look counts.
+
+        Args:
+            temper: exponent of the evidence of a look.
+            stride: steps for which a look stands.
+
+        Returns:
+            The exponent.
+        """
+        return DOUBT * stride / temper
+
+    def evidence(self, candidates: Array, temper: float) -> float:
+        """Tell the evidence of "none".
+
+        Args:
+            candidates: (C,) nats, that of each candidate, which says nothing of it.
+            temper: exponent of the evidence of a look.
+
+        Returns:
+            nats.
+        """
+        return temper * self.log_likelihood
 
     def update(
         self, contacts: NDArray[np.bool_], news: Array | None = None, unmeasured: NDArray[np.bool_] | None = None

@@ -12,7 +12,8 @@ likelihood. That is worth its time where the pose is known badly, of raw angles 
 Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
 infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
 (`observer.shape.hypotheses`): so many at the mean pose say more than a few at many poses. "None of these" is a model of
-touch without any object (`observer.shape.null_model`).
+touch without any object (`observer.shape.null_model`), or where these are unknown one of objects that are like the
+candidates (`observer.shape.loose_fit`).
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ from observer.shape.contact_likelihood import UNKNOWN, PoseSamples, TouchModel, 
 from observer.shape.felt import Look
 from observer.shape.hypotheses import Variants, far_of
 from observer.shape.labels import Hypotheses, OfLabels
+from observer.shape.loose_fit import LooseFit
 from observer.shape.misfit import Misfit
 from observer.shape.names import NamePosterior
 from observer.shape.null_model import NullModel
@@ -47,7 +49,6 @@ from observer.shape.rejuvenation import Rejuvenation
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
 
-DOUBT = 0.03  # exponent of the evidence for "none": a wrong model of touch is wrong in the same way all along
 LOOSEST = 0.05  # m: tolerance with which distances are told apart as far as a table may reach
 WIDEST = 0.005  # m: a link whose place is known no better says little, however badly it is known
 MANY = 8  # labels, beyond which `repr` only counts them
@@ -94,7 +95,7 @@ class ShapePosterior:
             position_jitter: likewise.
             rotation_jitter: likewise; only with one pose sample.
             variants: V, samples of what is not known, for each solid.
-            none: prior probability of one label more, "none" of the candidates (only without jitter); 0: no such label.
+            none: prior probability of one label more, "none" of the candidates; 0: no such label.
             samples: S, of the pose; 1: its mean, and what is not known of it makes each link's tolerance wider.
             tolerance: m, SD of the gap between a patch that feels contact and the surface.
             press: m, how deep a link that feels contact may lie inside, as in recordings that were fitted to markers.
@@ -135,8 +136,6 @@ class ShapePosterior:
         memory.check(f"samples={self.samples}", needed)
         if self.variants.turns.most and self.samples > 1:
             raise ValueError(f"rotation_jitter above 0 needs samples=1, the mean pose, got samples={self.samples}")
-        if self.none and self.variants.unknown:
-            raise ValueError(f"none needs solids that are known exactly, without jitter, got none={none!r}")
         self.temper = validate.number("temper", self.variants.temper if temper is None else temper, 0.0, 1.0, above=0.0)
         self.stride = validate.integer("stride", stride, 1)
         self.alike = validate.number("alike", alike, 0.0)
@@ -177,10 +176,10 @@ class ShapePosterior:
         self.said = LinkHistory.nothing(self.hand)
         self._misfit = Misfit(len(self.hand.patches), self.surprise)  # a copy has one of its own
         self._news = np.ones(len(self._lengths))
-        self._habit = NullModel(len(self.hand.patches))
+        self._null: LooseFit | NullModel = LooseFit() if self.variants.unknown else NullModel(len(self.hand.patches))
         self._moved: Any = None  # how the pose moved since the samples did
         self._steps, self._unfit = 0, 0.0
-        weight = DOUBT * self.stride / self.temper  # per step felt, whatever part of its evidence these let count
+        weight = self._null.weight(self.temper, self.stride)
         self._names = NamePosterior(self.log_likelihood, self.none, weight, 1.0 / self.control_hz, self.memory_seconds)
         return self.posterior
 
@@ -188,7 +187,7 @@ class ShapePosterior:
     def log_likelihood(self) -> Array:
         """(C,) log probability of what was felt so far under each of `labels`, with the exponent `temper`."""
         result = self._of_labels.log_likelihood(self._log_evidence)
-        return np.append(result, self.temper * self._habit.log_likelihood) if self.none else result
+        return np.append(result, self._null.evidence(result, self.temper)) if self.none else result
 
     @property
     def posterior(self) -> Array:
@@ -265,16 +264,18 @@ class ShapePosterior:
         if self.alike:
             note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news)
         news = self._news if unmeasured is None else self._news * ~unmeasured_links(self.hand, unmeasured)
-        if self.none:
-            self._habit.update(contacts, news[self.hand.patches.link], unmeasured)
         model = TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise)
         before, touch = self._log_evidence.copy(), contacts.view(np.int8)
         if unmeasured is not None:
             touch = np.where(unmeasured, UNKNOWN, touch).astype(np.int8)
+        felt = PoseSamples(self._poses, self._parts.column), touch, news, model
+        if self.none and isinstance(self._null, LooseFit):
+            self._null.take((tree, self._skin), self._solids, (self._weights, before), felt, self.temper)
+        elif self.none:
+            self._null.update(contacts, news[self.hand.patches.link], unmeasured)
         if self.variants.turns.most:
             self._rejuvenation.take(Look(frames[0], frames[1], touch, news, model), self._solids, self._log_evidence)
         else:
-            felt = PoseSamples(self._poses, self._parts.column), touch, news, model
             contact_likelihood(tree, self._skin, self._solids, *felt, self._likelihood)
             weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
         self._misfit.update(before, self._log_evidence, self.temper)

@@ -496,11 +496,6 @@ def test_a_candidate_called_none_is_refused_beside_none(two_finger):
         ShapePosterior(two_finger, {"none": [shapes.make("cube")]}, none=0.1)
 
 
-def test_none_beside_unknown_solids_is_refused(two_finger):
-    with pytest.raises(ValueError, match=r"none needs solids that are known exactly, without jitter, got none=0\.1"):
-        ShapePosterior(two_finger, none=0.1, variants=4, **UNKNOWN)
-
-
 @pytest.mark.parametrize("candidates", [{}, {"cube": []}, {"cube": [shapes.make("cube")], "sphere": []}])
 def test_candidates_without_a_solid_are_refused(two_finger, candidates):
     with pytest.raises(ValueError, match="each label at least one solid, got"):
