@@ -50,7 +50,7 @@ from observer.shape.posterior import ShapePosterior
 from observer.state import FilterState, Waiting
 from observer.surface.touches import TouchingLink, TouchRecorder
 
-FORMAT = 5  # of the files: another one wherever the state of a trial, or what is made of it, changes
+FORMAT = 6  # of the files: another one wherever the state of a trial, or what is made of it, changes
 GAUSSIAN = ("mean", "covariance", "log_evidence", "_gate")
 CHANGED: dict[type, tuple[str, ...]] = {
     PoseFilter: (*GAUSSIAN, "_contacts", "doubted", "_finds", "_found"),
