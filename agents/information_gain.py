@@ -165,7 +165,7 @@ class InformationGain(Guided):
         )
         shape = self.shape
         tolerance = float(np.hypot(shape.tolerance, SPREAD))
-        weight = shape.temper * self.every / shape.stride
+        weight = shape.temper * shape.sustained * self.every / shape.stride
         told = lookahead.LookaheadModel(
             tolerance, shape.surprise, weight, shape.said, shape.alike * tolerance, shape.press
         )

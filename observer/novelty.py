@@ -10,6 +10,10 @@ far apart they find the link (root mean square of both ends of its bone) and `a`
 patches in contact that they have in common (Jaccard 1912, New Phytologist 11(2), 37-50). It is the first order of what
 a Gaussian process of that covariance takes for news (Rasmussen & Williams 2006, section 2.2). `note` keeps the
 account.
+
+The error of the pose wanders as well, wherever the hand goes, so that of a touch that lasts the first look says more
+than those after it. Told how long it does (`lasting`, tau), looks are alike in time, too: as far as exp(-t / tau), t
+being the time between them, where that is more than what their places say.
 """
 
 from __future__ import annotations
@@ -28,6 +32,7 @@ from observer.maps.capsules import MeanFrames
 __getattr__ = renamed(__name__, {"Said": "LinkHistory"})
 
 APART = 3.0  # in units of what is alike: from places further apart nothing is said again
+SHORT = 0.01  # share by which looks are alike in time, below which nothing is said again
 
 KEPT = 1024  # looks of a link that said something new; the oldest are forgotten
 LITTLE = 0.001  # share of what a link says that is not worth weighing
@@ -44,6 +49,7 @@ class LinkHistory(NamedTuple):
         contacts: (M, P) what was felt, each link's in the columns of its patches.
         touches: (L, M) how many of those felt contact.
         looks: (L,) how many there were, the last one at (looks - 1) % M.
+        when: (L, M) s, of each look.
         length: (L,) m of the bones.
         first_patch: (L + 1,) the patches of link l are `first_patch[l]` up to `first_patch[l + 1]`.
     """
@@ -53,6 +59,7 @@ class LinkHistory(NamedTuple):
     contacts: NDArray[np.bool_]
     touches: NDArray[np.int64]
     looks: NDArray[np.int64]
+    when: NDArray[np.float64]
     length: NDArray[np.float64]
     first_patch: NDArray[np.int64]
 
@@ -74,13 +81,14 @@ class LinkHistory(NamedTuple):
             np.zeros((kept, len(hand.patches)), dtype=np.bool_),
             np.zeros((links, kept), dtype=np.int64),
             np.zeros(links, dtype=np.int64),
+            np.zeros((links, kept)),
             np.array([link.length for link in hand.links]),
             np.searchsorted(hand.patches.link, np.arange(links + 1)).astype(np.int64),
         )
 
 
 @inner()
-def repeated(said, link, place, contacts, touches, alike):
+def repeated(said, link, place, contacts, touches, alike, now=0.0, lasting=0.0):
     """Tell how much of what a link says it has said before: of each look the share that says the same.
 
     Args:
@@ -90,6 +98,8 @@ def repeated(said, link, place, contacts, touches, alike):
         contacts: (P,) what its patches feel.
         touches: how many of those feel contact.
         alike: m, by which places may differ that say the same.
+        now: s, when that is.
+        lasting: s, how long an error of the pose lasts; 0: looks are alike by place alone.
 
     Returns:
         The exponent of that, 0 where all is news.
@@ -99,7 +109,10 @@ def repeated(said, link, place, contacts, touches, alike):
         square = 0.0
         for i in range(6):
             square += (said.place[link, look, i] - place[i]) ** 2
-        if square > most:
+        near = np.exp(-0.25 * square / alike**2) if square <= most else 0.0
+        if lasting > 0.0:
+            near = max(near, np.exp((said.when[link, look] - now) / lasting))
+        if near < SHORT:
             continue
         same, either = 1.0, touches + said.touches[link, look]
         if either > 0:
@@ -108,7 +121,7 @@ def repeated(said, link, place, contacts, touches, alike):
                 for patch in range(said.first_patch[link], said.first_patch[link + 1]):
                     both += contacts[patch] and said.contacts[look, patch]
             same = both / (either - both)
-        total += said.exponent[link, look] * same * np.exp(-0.25 * square / alike**2)
+        total += said.exponent[link, look] * same * near
     return total
 
 
@@ -128,7 +141,7 @@ def ends(length, position, rotation, place):
 
 
 @kernel()
-def note(said, position, rotation, contacts, alike, temper, least, news):
+def note(said, position, rotation, contacts, alike, temper, least, news, now=0.0, lasting=0.0):
     """Tell how much of what each link says is new, and take note of it, so that like looks together have an exponent of
     at most 1.
 
@@ -141,6 +154,8 @@ def note(said, position, rotation, contacts, alike, temper, least, news):
         temper: exponent of what is all new.
         least: share up to which it is no news at all.
         news: (L,) filled: 1 where all of it is.
+        now: s, when that is, from the beginning of the trial.
+        lasting: s, how long an error of the pose lasts; 0: looks are alike by place alone.
     """
     place = np.empty(6)
     for link in range(len(news)):
@@ -149,7 +164,7 @@ def note(said, position, rotation, contacts, alike, temper, least, news):
         touches = 0
         for patch in range(first, end):
             touches += contacts[patch]
-        new = 1.0 - repeated(said, link, place, contacts, touches, alike[link])
+        new = 1.0 - repeated(said, link, place, contacts, touches, alike[link], now, lasting)
         news[link] = new if new > least else 0.0
         if news[link] == 0.0:
             continue
@@ -160,6 +175,7 @@ def note(said, position, rotation, contacts, alike, temper, least, news):
             said.contacts[look, patch] = contacts[patch]
         said.touches[link, look] = touches
         said.exponent[link, look] = temper * new
+        said.when[link, look] = now
         said.looks[link] += 1
 
 
@@ -232,6 +248,6 @@ class MapNovelty:
         if self._share:
             body = self._hand.link_bodies
             frames = stance.position[body], stance.rotation[body]
-            note(self._said, *frames, contacts, self._alike, self._share, FEW, self._news)
+            note(self._said, *frames, contacts, self._alike, self._share, FEW, self._news, 0.0, 0.0)
         news = self._news > MOSTLY
         return news if mute is None else news & ~mute

@@ -114,7 +114,7 @@ def check_state(read: ShapePosterior) -> None:
         raise ValueError("known._units must lie in [-1, 1]")
     history("known.said", read.said, fresh.said)
     if isinstance(read._null, LooseFit):
-        number("known._null.gained", read._null.gained)
+        array("known._null.gained", read._null.gained, REAL, fresh._null.gained.shape)
     else:
         null_model("known._null", read._null, len(read.hand.patches))
     _names(read, fresh)

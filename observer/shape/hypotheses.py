@@ -25,8 +25,6 @@ from observer.shape.turns import Turns
 
 MOST_JITTER = 0.5  # of the size
 RANGES = 5  # size, yaw and three of position, each in units of its range
-TEMPER, TEMPER_UNKNOWN = 0.15, 0.07  # the latter with jitter, unless modes are searched for as solids lie any way: what
-# fits best of many solids fits too well
 SHRINK = 0.97  # Liu & West's a: a moved variant lies this far from the mean of all, plus noise that restores the spread
 
 
@@ -117,11 +115,6 @@ class Variants:
         """(G, 4), turns by which a solid looks the same, before it is turned."""
         usual = Rotation.from_matrix(self.nominal.rotation[solid])
         return np.asarray((usual * Rotation.from_quat(symmetries(self.nominal, solid)) * usual.inv()).as_quat())
-
-    @property
-    def temper(self) -> float:
-        """The usual exponent of the evidence of a step."""
-        return TEMPER_UNKNOWN if self.unknown and not self.turns.most else TEMPER
 
     def draw(self, rng: np.random.Generator) -> Array:
         """Draw what is not known.

@@ -18,36 +18,36 @@ from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_l
 from observer.shape.distance_fields import Solids
 from observer.shape.skin import Skin
 
-SPREAD = 0.003  # m, SD of the surface of an object that is like a candidate
+SPREADS = (0.003, 0.006, 0.010)  # m, SDs of the surface of an object that is like a candidate, as probable each
 LIKELIEST = 64  # hypotheses that are asked; the others hardly count
-WORTH = 0.15  # exponent: what is wrong with the model of touch is wrong in the same way all along
+WORTH = 0.03  # exponent of what a look says: what is wrong with the model of touch is wrong in the same way all along
 
 
 class LooseFit:
     """How much better each look is foretold by the candidates that were likeliest before it if their surfaces are known
-    no better than `SPREAD`: an object that is like one of them, yet none. A touch is a density of its gap, so that a loose
+    no better than `SPREADS`: an object that is like one of them, yet none. A touch is a density of its gap, so that a loose
     surface pays for being loose.
 
     Attributes:
-        gained: nats, of all looks so far.
+        gained: (3,) nats, of all looks so far, for each of `SPREADS`.
     """
 
     def __init__(self) -> None:
         """Begin with nothing felt."""
-        self.gained = 0.0
+        self.gained = np.zeros(len(SPREADS))
 
     @staticmethod
     def weight(temper: float, stride: int) -> float:
         """Tell the exponent of what `evidence` says against all candidates.
 
         Args:
-            temper: exponent of the evidence of a look, which counts already.
+            temper: exponent that the evidence of a look of a touch that lasts has already.
             stride: steps for which a look stands, likewise.
 
         Returns:
-            `WORTH`.
+            The exponent.
         """
-        return WORTH
+        return min(WORTH / temper, 1.0)
 
     def evidence(self, candidates: Array, temper: float) -> float:
         """Tell the evidence of "none".
@@ -59,7 +59,8 @@ class LooseFit:
         Returns:
             nats.
         """
-        return float(np.logaddexp.reduce(candidates) - np.log(len(candidates))) + self.gained
+        foretold = np.logaddexp.reduce(candidates) - np.log(len(candidates))
+        return float(foretold + np.logaddexp.reduce(self.gained) - np.log(len(self.gained)))
 
     def take(
         self,
@@ -81,15 +82,15 @@ class LooseFit:
         weights, log_evidence = weighed
         few = np.argsort(-log_evidence, kind="stable")[:LIKELIEST]
         samples, contacts, exponent, model = felt
-        loose = model._replace(tolerance=np.hypot(model.tolerance, SPREAD))
         share, foretold = log_evidence[few], []
-        for each in (model, loose):
+        tolerances = [np.hypot(model.tolerance, spread) for spread in (0.0, *SPREADS)]
+        for tolerance in tolerances:
             kept, gained = weights[:, few].copy(), np.zeros(len(few))
-            likelihood = np.empty_like(kept)
-            contact_likelihood(*hand, solids.of(few), samples, contacts, exponent, each, likelihood)
+            likelihood, of_links = np.empty_like(kept), model._replace(tolerance=tolerance)
+            contact_likelihood(*hand, solids.of(few), samples, contacts, exponent, of_links, likelihood)
             weigh(kept, likelihood, temper, gained)
             foretold.append(np.logaddexp.reduce(share + gained))
         touched = np.concatenate([[0], np.cumsum(contacts > 0)])
         worth = exponent * np.diff(touched[hand[1].first_patch])
-        paid = temper * float(worth @ np.log(loose.tolerance / model.tolerance))
-        self.gained += foretold[1] - foretold[0] - paid
+        paid = temper * np.log(tolerances[1:] / tolerances[0]) @ worth
+        self.gained += np.array(foretold[1:]) - foretold[0] - paid

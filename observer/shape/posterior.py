@@ -34,7 +34,7 @@ from observer.jacobians import link_stances
 from observer.kinematics import placed, tree_of
 from observer.novelty import LITTLE, LinkHistory, note, unmeasured_links
 from observer.pose.seen import LaggedPose
-from observer.shape import fading
+from observer.shape import exponents, fading
 from observer.shape.candidates import checked
 from observer.shape.contact_likelihood import UNKNOWN, PoseSamples, TouchModel, contact_likelihood, weigh
 from observer.shape.felt import Look
@@ -61,6 +61,7 @@ class ShapePosterior:
         hand: that explores.
         labels: (C,) names, "none" the last.
         said: what its evidence came from, which is no news a second time.
+        sustained: share of a touch that lasts which is news at last.
     """
 
     def __init__(
@@ -100,8 +101,8 @@ class ShapePosterior:
             tolerance: m, SD of the gap between a patch that feels contact and the surface.
             press: m, how deep a link that feels contact may lie inside, as in recordings that were fitted to markers.
             surprise: probability of what the model cannot explain.
-            temper: exponent of the evidence of a step; None: 0.15 for solids that are known exactly and those that lie
-                any way, 0.07 for others.
+            temper: exponent of the evidence of a look; None: 0.15 for solids that are known exactly, 0.07 with jitter;
+                for those that lie any way 1 at first, and less while a touch lasts (`observer.shape.exponents`).
             stride: only one step in so many is taken in.
             alike: looks of a link within so many times what is not known of its place share an exponent of one
                 (`observer.novelty`); 0: each counts as news.
@@ -120,8 +121,7 @@ class ShapePosterior:
         self.press = validate.number("press", press, 0.0, unit="m")
         self.surprise = validate.number("surprise", surprise, 0.0, 1.0, above=0.0)
         self.samples = validate.integer("samples", samples, 1, edge.COUNT)
-        self._skin = skin_of(hand)
-        spread = WIDEST if self.samples == 1 else 0.0
+        self._skin, spread = skin_of(hand), WIDEST if self.samples == 1 else 0.0
         solids = [solid for several in candidates.values() for solid in several]
         self.variants = Variants(
             solids,
@@ -136,11 +136,12 @@ class ShapePosterior:
         memory.check(f"samples={self.samples}", needed)
         if self.variants.turns.most and self.samples > 1:
             raise ValueError(f"rotation_jitter above 0 needs samples=1, the mean pose, got samples={self.samples}")
-        self.temper = validate.number("temper", self.variants.temper if temper is None else temper, 0.0, 1.0, above=0.0)
-        self.stride = validate.integer("stride", stride, 1)
         self.alike = validate.number("alike", alike, 0.0)
+        self.temper, self._lasting = exponents.chosen(temper, self.variants, self.alike)
+        self.stride = validate.integer("stride", stride, 1)
         self.memory_seconds = fading.check(memory_seconds)
         self.control_hz = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
+        self.sustained = exponents.sustained(self.temper, self._lasting, self.stride / self.control_hz)
         self._of_labels = OfLabels([len(solids) for solids in candidates.values()], self.variants.count)
         self._tree = tree_of(hand)
         self._lengths = np.array([link.length for link in hand.links])
@@ -179,7 +180,7 @@ class ShapePosterior:
         self._null: LooseFit | NullModel = LooseFit() if self.variants.unknown else NullModel(len(self.hand.patches))
         self._moved: Any = None  # how the pose moved since the samples did
         self._steps, self._unfit = 0, 0.0
-        weight = self._null.weight(self.temper, self.stride)
+        weight = self._null.weight(self.temper * self.sustained, self.stride)
         self._names = NamePosterior(self.log_likelihood, self.none, weight, 1.0 / self.control_hz, self.memory_seconds)
         return self.posterior
 
@@ -262,7 +263,8 @@ class ShapePosterior:
         tree = placed(self._tree, root)
         near, *frames = link_stances(tree, self._lengths, now.mean, covariance, (self.tolerance, WIDEST))
         if self.alike:
-            note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news)
+            time = self._steps / self.control_hz, self._lasting
+            note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news, *time)
         news = self._news if unmeasured is None else self._news * ~unmeasured_links(self.hand, unmeasured)
         model = TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise)
         before, touch = self._log_evidence.copy(), contacts.view(np.int8)
@@ -278,7 +280,7 @@ class ShapePosterior:
         else:
             contact_likelihood(tree, self._skin, self._solids, *felt, self._likelihood)
             weigh(self._weights, self._likelihood, self.temper, self._log_evidence)
-        self._misfit.update(before, self._log_evidence, self.temper)
+        self._misfit.update(before, self._log_evidence, self.temper * max(float(news.mean()), self.sustained))
         self._follow()
         self._names.take(self.log_likelihood, self._unfit)
 

@@ -11,8 +11,10 @@ from haptic_env.hand import Hand
 from observer import Belief, ContactModel, HapticSLAM, PoseOnly, ShapePosterior
 from observer.kinematics import link_frames, tree_of
 from observer.novelty import LITTLE, LinkHistory, note
+from observer.shape.exponents import sustained
 from observer.shape.null_model import NullModel
 
+LOOK = 0.06  # s
 UNKNOWN = {"size_jitter": 0.2, "yaw_jitter": 45.0, "position_jitter": 0.005, "variants": 24}
 
 
@@ -26,7 +28,7 @@ def _places(hand: Hand, pose: np.ndarray) -> np.ndarray:
     return np.hstack([position, position + length[:, None] * rotation[:, :, 2]])
 
 
-def _reference(hand, poses, contacts, alike, temper):
+def _reference(hand, poses, contacts, alike, temper, lasting=0.0):
     """(T, L) news, look by look: 1 less the exponent of every look before, as far as it was the same."""
     places = np.array([_places(hand, pose) for pose in poses])
     exponent = np.zeros((len(poses), len(hand.links)))
@@ -38,36 +40,42 @@ def _reference(hand, poses, contacts, alike, temper):
                 distance = np.sqrt(0.5 * np.square(places[now, link] - places[before, link]).sum())
                 either = (contacts[now, mine] | contacts[before, mine]).sum()
                 same = (contacts[now, mine] & contacts[before, mine]).sum() / either if either else 1.0
-                said += exponent[before, link] * same * np.exp(-0.5 * (distance / alike) ** 2) * (distance < 3 * alike)
+                near = np.exp(-0.5 * (distance / alike) ** 2) * (distance < 3 * alike)
+                if lasting:
+                    near = max(near, np.exp(-LOOK * (now - before) / lasting))
+                said += exponent[before, link] * same * near * (near >= 0.01)
             new = max(1.0 - said, 0.0)
             exponent[now, link] = temper * (new if new > 0.001 else 0.0)
     return exponent / temper
 
 
-def _news(hand, poses, contacts, alike, temper, said=None):
+def _news(hand, poses, contacts, alike, temper, said=None, lasting=0.0):
     """(T, L), and what is then said."""
     said = LinkHistory.nothing(hand) if said is None else said
     tree, reach = tree_of(hand), np.full(len(hand.links), alike)
     told = np.empty((len(poses), len(hand.links)))
-    for row, pose, felt in zip(told, poses, contacts, strict=True):
-        note(said, *link_frames(tree, pose), felt, reach, temper, LITTLE, row)
+    for look, (row, pose, felt) in enumerate(zip(told, poses, contacts, strict=True)):
+        note(said, *link_frames(tree, pose), felt, reach, temper, LITTLE, row, LOOK * look, lasting)
     return told, said
 
 
+@pytest.mark.parametrize("lasting", [0.0, 0.2, 0.5])
 @pytest.mark.parametrize(("alike", "temper"), [(0.002, 0.3), (0.01, 0.15), (0.02, 1.0)])
-def test_news_is_what_no_look_before_has_said(two_finger, alike, temper):
+def test_news_is_what_no_look_before_has_said(two_finger, alike, temper, lasting):
     rng = np.random.default_rng(0)
     poses = two_finger.rest_pose + 0.1 * rng.standard_normal((40, two_finger.joints)).cumsum(axis=0) / 4
     contacts = rng.random((40, len(two_finger.patches))) < 0.1
-    told, _ = _news(two_finger, poses, contacts, alike, temper)
-    np.testing.assert_allclose(told, _reference(two_finger, poses, contacts, alike, temper), atol=1e-9)
+    told, _ = _news(two_finger, poses, contacts, alike, temper, lasting=lasting)
+    np.testing.assert_allclose(told, _reference(two_finger, poses, contacts, alike, temper, lasting), atol=1e-9)
     assert told[0].tolist() == [1.0] * len(two_finger.links)
     assert 0.0 < told[1:].min(initial=1.0, where=told[1:] > 0) < 0.9
 
 
 @pytest.mark.parametrize("jitter", [0.0, 0.02])
-@pytest.mark.parametrize("patterns", [1, 3])
-def test_however_long_it_rests_a_place_counts_once_for_each_pattern_of_touch(two_finger, patterns, jitter):
+@pytest.mark.parametrize(("patterns", "temper", "lasting"), [(1, 0.15, 0.0), (3, 0.15, 0.0), (3, 0.8, 0.5)])
+def test_however_long_it_rests_a_place_counts_once_for_each_pattern_of_touch(
+    two_finger, patterns, temper, lasting, jitter
+):
     """Also where the believed pose trembles and a touch flickers."""
     rng = np.random.default_rng(1)
     felt = np.zeros((patterns, len(two_finger.patches)), dtype=bool)
@@ -75,10 +83,27 @@ def test_however_long_it_rests_a_place_counts_once_for_each_pattern_of_touch(two
         felt[i, rng.permutation(len(two_finger.patches))[:10]] = True
     contacts = felt[rng.integers(patterns, size=2000)]
     poses = two_finger.rest_pose + jitter * rng.standard_normal((2000, two_finger.joints))
-    told, _ = _news(two_finger, poses, contacts, 0.01, 0.15)
-    assert (0.15 * told.sum(axis=0) < 1.5 * patterns).all()
+    told, _ = _news(two_finger, poses, contacts, 0.01, temper, lasting=lasting)
+    assert (temper * told.sum(axis=0) < 1.5 * patterns).all()
     assert told[-500:].mean() < 0.002
-    assert (0.15 * told.sum(axis=0) > 0.95).all(), "once, not less"
+    assert (temper * told.sum(axis=0) > 0.95).all(), "once, not less"
+
+
+def test_of_a_touch_that_lasts_looks_say_what_those_of_an_error_that_lasts_do(two_finger):
+    """With an exponent of 1 as much as n readings of one number with errors that are rho alike from one to the next,
+    1' C^-1 1: where looks are alike by 2 rho / (1 + rho)."""
+    rho, looks = 0.78, 20
+    lasting = -LOOK / np.log(2 * rho / (1 + rho))
+    poses = two_finger.rest_pose + np.linspace(0.0, 2.0, looks)[:, None]  # never twice at one place
+    felt = np.ones((looks, len(two_finger.patches)), dtype=bool)
+    told, _ = _news(two_finger, poses, felt, 1e-4, 1.0, lasting=lasting)
+    apart = np.abs(np.subtract.outer(np.arange(looks), np.arange(looks)))
+    worth = [np.linalg.inv(rho ** apart[:n, :n]).sum() for n in range(1, looks + 1)]
+    np.testing.assert_allclose(told.cumsum(axis=0), np.tile(worth, (len(two_finger.links), 1)).T, rtol=1e-9)
+    poses = two_finger.rest_pose + np.linspace(0.0, 2.0, 100)[:, None]
+    for temper in (0.4, 1.0):
+        told, _ = _news(two_finger, poses, felt[:1].repeat(100, axis=0), 1e-4, temper, lasting=lasting)
+        np.testing.assert_allclose(told[-1], sustained(temper, lasting, LOOK), rtol=0.02)
 
 
 def test_a_link_that_moves_says_something_new_beside_one_that_rests(two_finger):

@@ -9,7 +9,7 @@ from haptic_env import shapes
 from observer import HapticSLAM, ShapePosterior, TruePose
 from observer.kinematics import tree_of
 from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood
-from observer.shape.loose_fit import SPREAD, LooseFit
+from observer.shape.loose_fit import SPREADS, LooseFit
 from observer.shape.null_model import shares
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
@@ -41,7 +41,7 @@ def test_it_is_the_ratio_of_what_was_foretold(two_finger, samples):
     hand = tree_of(two_finger), skin_of(two_finger)
     weights = rng.dirichlet(np.ones(samples), (len(parts.column), 16))
     log_evidence, fit = rng.normal(size=16), LooseFit()
-    expected = 0.0
+    expected = np.zeros(len(SPREADS))
     for _ in range(20):
         poses = rng.uniform(low, high, (samples, len(low)))[:, parts.joint]
         contacts = (rng.random(len(two_finger.patches)) < 0.1).astype(np.int8)
@@ -50,18 +50,19 @@ def test_it_is_the_ratio_of_what_was_foretold(two_finger, samples):
         looks = PoseSamples(poses, parts.column), contacts, exponent
         fit.take(hand, namer._solids, (weights, log_evidence), (*looks, model), temper)
         foretold = []
-        for tolerance in (0.002, np.hypot(0.002, SPREAD)):
+        tolerances = 0.002, *np.hypot(0.002, SPREADS)
+        for tolerance in tolerances:
             out = np.empty_like(weights)
             contact_likelihood(*hand, namer._solids, *looks, model._replace(tolerance=np.full(6, tolerance)), out)
             each = np.prod((weights * out).sum(axis=2), axis=0) ** temper
             foretold.append(np.exp(log_evidence) @ each)
         touches = [contacts[two_finger.patches.link == link].sum() for link in range(6)]
-        paid = np.log(np.hypot(0.002, SPREAD) / 0.002) * (exponent @ touches)
-        expected += np.log(foretold[1] / foretold[0]) - temper * paid
-    assert fit.gained == pytest.approx(expected, rel=1e-9)
+        paid = np.log(np.divide(tolerances[1:], 0.002)) * (exponent @ touches)
+        expected += np.log(np.divide(foretold[1:], foretold[0])) - temper * paid
+    np.testing.assert_allclose(fit.gained, expected, rtol=1e-9)
     candidates = np.array([-3.0, -5.0])
     mean = np.log(np.mean(np.exp(candidates)))
-    assert fit.evidence(candidates, temper) == pytest.approx(mean + fit.gained)
+    assert fit.evidence(candidates, temper) == pytest.approx(mean + np.log(np.mean(np.exp(expected))))
 
 
 @pytest.mark.parametrize("unknown", [UNKNOWN, ANY_WAY], ids=["yaw", "any way"])
@@ -85,7 +86,7 @@ def test_candidates_are_weighed_against_each_other_as_without_it(felt):
     np.testing.assert_allclose(told[:-1] / told[:-1].sum(), without.posterior, rtol=1e-9)
     np.testing.assert_array_equal(with_it.log_likelihood[:-1], without.log_likelihood)
     null = with_it.log_likelihood[-1]
-    expected = shares(with_it.log_likelihood[:-1], null, 0.3, with_it._null.weight(0.07, 3))
+    expected = shares(with_it.log_likelihood[:-1], null, 0.3, 0.03 / 0.07)
     np.testing.assert_allclose(told, expected)
 
 
