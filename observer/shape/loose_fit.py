@@ -16,38 +16,57 @@ from haptic_env.arrays import Array
 from observer.kinematics import Tree
 from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, weigh
 from observer.shape.distance_fields import Solids
+from observer.shape.hypotheses import Variants
+from observer.shape.null_model import NullModel
 from observer.shape.skin import Skin
 
 SPREADS = (0.003, 0.006, 0.010)  # m, SDs of the surface of an object that is like a candidate, as probable each
 LIKELIEST = 64  # hypotheses that are asked; the others hardly count
-WORTH = 0.03  # exponent of what a look says: what is wrong with the model of touch is wrong in the same way all along
+WORTH, WORTH_ANY_WAY = 0.5, 0.1  # exponents: what is wrong with the model of touch is wrong in the same way all along
+
+
+def null_for(variants: Variants, patches: int) -> LooseFit | NullModel:
+    """Choose what is said by whoever knows of none of the candidates.
+
+    Args:
+        variants: of the candidates.
+        patches: P.
+
+    Returns:
+        What has felt nothing yet.
+    """
+    return LooseFit(any_way=variants.turns.most > 0.0) if variants.unknown else NullModel(patches)
 
 
 class LooseFit:
     """How much better each look is foretold by the candidates that were likeliest before it if their surfaces are known
-    no better than `SPREADS`: an object that is like one of them, yet none. A touch is a density of its gap, so that a loose
-    surface pays for being loose.
+    no better than `SPREADS`: an object that is like one of them, yet none. A touch is a density of its gap, so that a
+    loose surface pays for being loose.
 
     Attributes:
         gained: (3,) nats, of all looks so far, for each of `SPREADS`.
     """
 
-    def __init__(self) -> None:
-        """Begin with nothing felt."""
+    def __init__(self, any_way: bool) -> None:
+        """Begin with nothing felt.
+
+        Args:
+            any_way: whether the solids lie any way, so that each look counts for more.
+        """
+        self._worth = WORTH_ANY_WAY if any_way else WORTH
         self.gained = np.zeros(len(SPREADS))
 
-    @staticmethod
-    def weight(temper: float, stride: int) -> float:
+    def weight(self, temper: float, stride: int) -> float:
         """Tell the exponent of what `evidence` says against all candidates.
 
         Args:
-            temper: exponent that the evidence of a look of a touch that lasts has already.
+            temper: exponent that the evidence of a look has already.
             stride: steps for which a look stands, likewise.
 
         Returns:
             The exponent.
         """
-        return min(WORTH / temper, 1.0)
+        return self._worth
 
     def evidence(self, candidates: Array, temper: float) -> float:
         """Tell the evidence of "none".

@@ -12,8 +12,7 @@ likelihood. That is worth its time where the pose is known badly, of raw angles 
 Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
 infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
 (`observer.shape.hypotheses`): so many at the mean pose say more than a few at many poses. "None of these" is a model of
-touch without any object (`observer.shape.null_model`), or where these are unknown one of objects that are like the
-candidates (`observer.shape.loose_fit`).
+touch without any object (`observer.shape.null_model`), there of objects like the candidates (`observer.shape.loose_fit`).
 """
 
 from __future__ import annotations
@@ -40,10 +39,9 @@ from observer.shape.contact_likelihood import UNKNOWN, PoseSamples, TouchModel, 
 from observer.shape.felt import Look
 from observer.shape.hypotheses import Variants, far_of
 from observer.shape.labels import Hypotheses, OfLabels
-from observer.shape.loose_fit import LooseFit
+from observer.shape.loose_fit import LooseFit, null_for
 from observer.shape.misfit import Misfit
 from observer.shape.names import NamePosterior
-from observer.shape.null_model import NullModel
 from observer.shape.pose_samples import choose_again, propagated
 from observer.shape.rejuvenation import Rejuvenation
 from observer.shape.skin import skin_of
@@ -177,11 +175,11 @@ class ShapePosterior:
         self.said = LinkHistory.nothing(self.hand)
         self._misfit = Misfit(len(self.hand.patches), self.surprise)  # a copy has one of its own
         self._news = np.ones(len(self._lengths))
-        self._null: LooseFit | NullModel = LooseFit() if self.variants.unknown else NullModel(len(self.hand.patches))
+        self._null = null_for(self.variants, len(self.hand.patches))
         self._moved: Any = None  # how the pose moved since the samples did
         self._steps, self._unfit = 0, 0.0
-        weight = self._null.weight(self.temper * self.sustained, self.stride)
-        self._names = NamePosterior(self.log_likelihood, self.none, weight, 1.0 / self.control_hz, self.memory_seconds)
+        weight = self.none, self._null.weight(self.temper, self.stride)
+        self._names = NamePosterior(self.log_likelihood, *weight, 1.0 / self.control_hz, self.memory_seconds)
         return self.posterior
 
     @property
@@ -263,8 +261,8 @@ class ShapePosterior:
         tree = placed(self._tree, root)
         near, *frames = link_stances(tree, self._lengths, now.mean, covariance, (self.tolerance, WIDEST))
         if self.alike:
-            time = self._steps / self.control_hz, self._lasting
-            note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news, *time)
+            account = self.temper, LITTLE, self._news, self._steps / self.control_hz, self._lasting
+            note(self.said, *frames, contacts, self.alike * near, *account)
         news = self._news if unmeasured is None else self._news * ~unmeasured_links(self.hand, unmeasured)
         model = TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise)
         before, touch = self._log_evidence.copy(), contacts.view(np.int8)
