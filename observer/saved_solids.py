@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from haptic_env import validate
 from observer.belief import Transition
 from observer.saved_checks import REAL, array, history, null_model, number, record
-from observer.shape.loose_fit import LooseFit
+from observer.shape.loose_fit import SPREADS, LooseFit
 from observer.shape.pose_correction import PoseCorrection
 from observer.shape.posterior import ShapePosterior
 
@@ -114,7 +114,7 @@ def check_state(read: ShapePosterior) -> None:
         raise ValueError("known._units must lie in [-1, 1]")
     history("known.said", read.said, fresh.said)
     if isinstance(read._null, LooseFit):
-        array("known._null.gained", read._null.gained, REAL, fresh._null.gained.shape)
+        array("known._null.gained", read._null.gained, REAL, (len(SPREADS),))
     else:
         null_model("known._null", read._null, len(read.hand.patches))
     _names(read, fresh)

@@ -12,7 +12,7 @@ likelihood. That is worth its time where the pose is known badly, of raw angles 
 Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
 infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
 (`observer.shape.hypotheses`): so many at the mean pose say more than a few at many poses. "None of these" is a model of
-touch without any object (`observer.shape.null_model`), there of objects like the candidates (`observer.shape.loose_fit`).
+touch without any object (`observer.shape.null_model`), there one of their like (`observer.shape.loose_fit`).
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ from observer.shape.labels import Hypotheses, OfLabels
 from observer.shape.loose_fit import LooseFit, null_for
 from observer.shape.misfit import Misfit
 from observer.shape.names import NamePosterior
+from observer.shape.null_model import NullModel
 from observer.shape.pose_samples import choose_again, propagated
 from observer.shape.rejuvenation import Rejuvenation
 from observer.shape.skin import skin_of
@@ -269,10 +270,10 @@ class ShapePosterior:
         if unmeasured is not None:
             touch = np.where(unmeasured, UNKNOWN, touch).astype(np.int8)
         felt = PoseSamples(self._poses, self._parts.column), touch, news, model
-        if self.none and isinstance(self._null, LooseFit):
-            self._null.take((tree, self._skin), self._solids, (self._weights, before), felt, self.temper)
-        elif self.none:
+        if self.none and isinstance(self._null, NullModel):
             self._null.update(contacts, news[self.hand.patches.link], unmeasured)
+        elif self.none and isinstance(self._null, LooseFit):
+            self._null.take((tree, self._skin), self._solids, (self._weights, before), felt, self.temper)
         if self.variants.turns.most:
             self._rejuvenation.take(Look(frames[0], frames[1], touch, news, model), self._solids, self._log_evidence)
         else:
