@@ -20,7 +20,7 @@ from observer.shape.hypotheses import Variants
 from observer.shape.null_model import NullModel
 from observer.shape.skin import Skin
 
-SPREADS = (0.003, 0.006, 0.010)  # m, SDs of the surface of an object that is like a candidate, as probable each
+SPREADS = (0.003, 0.006)  # m, SDs of the surface of an object that is like a candidate, as probable each
 LIKELIEST = 64  # hypotheses that are asked; the others hardly count
 WORTH, WORTH_ANY_WAY = 0.5, 0.1  # exponents: what is wrong with the model of touch is wrong in the same way all along
 
@@ -44,7 +44,7 @@ class LooseFit:
     loose surface pays for being loose.
 
     Attributes:
-        gained: (3,) nats, of all looks so far, for each of `SPREADS`.
+        gained: (2,) nats, of all looks so far, for each of `SPREADS`.
     """
 
     def __init__(self, any_way: bool) -> None:

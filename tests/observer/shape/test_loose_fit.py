@@ -36,6 +36,7 @@ def felt(explore):
 def test_it_is_the_ratio_of_what_was_foretold(two_finger, samples):
     """Bayes' rule, written out."""
     namer = ShapePosterior(two_finger, ["cube", "sphere"], variants=8, samples=samples, **UNKNOWN)
+    namer.reset(seed=0)
     rng, temper, parts = np.random.default_rng(0), 0.3, parts_of(two_finger)
     low, high = two_finger.joint_limits.T
     hand = tree_of(two_finger), skin_of(two_finger)
