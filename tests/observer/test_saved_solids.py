@@ -21,6 +21,7 @@ SOLIDS: dict[str, dict[str, Any]] = {
     "exactly": {"candidates": ["cube", "sphere"]},
     "one": {"candidates": ["cube"]},
     "or none": {"candidates": ["cube", "sphere"], "none": 0.2},
+    "of unknown size or none": {"candidates": ["cube", "cone"], "none": 0.2, "variants": 5, "size_jitter": 0.1},
     "of unknown size": {
         "variants": 5,
         "size_jitter": 0.1,
