@@ -265,7 +265,7 @@ class ShapePosterior:
         near, *frames = link_stances(tree, self._lengths, now.mean, covariance, (self.tolerance, WIDEST))
         if self.alike:
             time = self._steps / self.control_hz, self._lasting
-            note(self.said, *frames, contacts, self.alike * near, self.temper, LITTLE, self._news, *time)
+            note(self.said, tuple(frames), contacts, self.alike * near, self.temper, LITTLE, time, self._news)
         news = self._news if unmeasured is None else self._news * ~unmeasured_links(self.hand, unmeasured)
         if self.none:
             self._habit.update(contacts, news[self.hand.patches.link], unmeasured)
