@@ -32,6 +32,7 @@ from observer.maps.capsules import MeanFrames
 __getattr__ = renamed(__name__, {"Said": "LinkHistory"})
 
 APART = 3.0  # in units of what is alike: from places further apart nothing is said again
+BY_PLACE = (0.0, 0.0)  # the `time` of looks that are alike by place alone
 SHORT = 0.01  # share by which looks are alike in time, below which nothing is said again
 
 KEPT = 1024  # looks of a link that said something new; the oldest are forgotten
@@ -141,26 +142,25 @@ def ends(length, position, rotation, place):
 
 
 @kernel()
-def note(said, position, rotation, contacts, alike, temper, least, news, now=0.0, lasting=0.0):
+def note(said, frames, contacts, alike, temper, least, time, news):
     """Tell how much of what each link says is new, and take note of it, so that like looks together have an exponent of
     at most 1.
 
     Args:
         said: the history, added to.
-        position: (L, 3) m.
-        rotation: (L, 3, 3).
+        frames: of the links, positions (L, 3) m and rotations (L, 3, 3).
         contacts: (P,).
         alike: (L,) m, by which places may differ that say the same.
         temper: exponent of what is all new.
         least: share up to which it is no news at all.
+        time: s, when that is, and how long an error of the pose lasts; 0: looks are alike by place alone.
         news: (L,) filled: 1 where all of it is.
-        now: s, when that is, from the beginning of the trial.
-        lasting: s, how long an error of the pose lasts; 0: looks are alike by place alone.
     """
+    now, lasting = time
     place = np.empty(6)
     for link in range(len(news)):
         first, end = said.first_patch[link], said.first_patch[link + 1]
-        ends(said.length[link], position[link], rotation[link], place)
+        ends(said.length[link], frames[0][link], frames[1][link], place)
         touches = 0
         for patch in range(first, end):
             touches += contacts[patch]
@@ -248,6 +248,6 @@ class MapNovelty:
         if self._share:
             body = self._hand.link_bodies
             frames = stance.position[body], stance.rotation[body]
-            note(self._said, *frames, contacts, self._alike, self._share, FEW, self._news, 0.0, 0.0)
+            note(self._said, frames, contacts, self._alike, self._share, FEW, BY_PLACE, self._news)
         news = self._news > MOSTLY
         return news if mute is None else news & ~mute

@@ -262,8 +262,8 @@ class ShapePosterior:
         tree = placed(self._tree, root)
         near, *frames = link_stances(tree, self._lengths, now.mean, covariance, (self.tolerance, WIDEST))
         if self.alike:
-            account = self.temper, LITTLE, self._news, self._steps / self.control_hz, self._lasting
-            note(self.said, *frames, contacts, self.alike * near, *account)
+            time = self._steps / self.control_hz, self._lasting
+            note(self.said, tuple(frames), contacts, self.alike * near, self.temper, LITTLE, time, self._news)
         news = self._news if unmeasured is None else self._news * ~unmeasured_links(self.hand, unmeasured)
         model = TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise)
         before, touch = self._log_evidence.copy(), contacts.view(np.int8)

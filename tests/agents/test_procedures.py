@@ -16,7 +16,7 @@ from haptic_env import shapes
 from haptic_env.hands import HANDS
 from observer import HapticSLAM, ObserverWrapper, ShapePosterior
 from observer.kinematics import link_frames, tree_of
-from observer.novelty import note
+from observer.novelty import BY_PLACE, note
 from observer.pose.forward_model import ForwardModel
 from observer.shape.skin import SKIN_SPACING
 
@@ -257,7 +257,7 @@ def test_what_tells_candidates_apart_leaves_less_entropy():
         rollouts.roll(of_hand, solids, world, plan, 1, poses)
         for pose in np.repeat(poses, 50, axis=0):
             contacts = _touching(hand, pose, list(balls.values())[world][0])
-            note(shape.said, *link_frames(of_hand.tree, pose), contacts, alike, 0.2, 0.001, news)
+            note(shape.said, link_frames(of_hand.tree, pose), contacts, alike, 0.2, 0.001, BY_PLACE, news)
     lookahead.class_entropies(0, 2, of_hand, worlds, plan, told, again)
     assert again[1].min() > 0.95
 

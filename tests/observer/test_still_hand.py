@@ -55,7 +55,7 @@ def _news(hand, poses, contacts, alike, temper, said=None, lasting=0.0):
     tree, reach = tree_of(hand), np.full(len(hand.links), alike)
     told = np.empty((len(poses), len(hand.links)))
     for look, (row, pose, felt) in enumerate(zip(told, poses, contacts, strict=True)):
-        note(said, *link_frames(tree, pose), felt, reach, temper, LITTLE, row, LOOK * look, lasting)
+        note(said, link_frames(tree, pose), felt, reach, temper, LITTLE, (LOOK * look, lasting), row)
     return told, said
 
 
