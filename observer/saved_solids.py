@@ -120,8 +120,9 @@ def check_state(read: ShapePosterior) -> None:
     _names(read, fresh)
     for each in (read._unfit, *read._misfit._recent):
         number("known", each)
-    if type(read._steps) is not int or read._steps < 0:
-        raise ValueError("known._steps must be a whole number")
+    for steps in (read._steps, read._passed):
+        if type(steps) is not int or steps < 0:
+            raise ValueError("known._steps and known._passed must be whole numbers")
     if read._moved is not None:
         record("known._moved", read._moved, Transition)
         joints = read.hand.joints

@@ -72,7 +72,7 @@ CHANGED: dict[type, tuple[str, ...]] = {
     PoseCorrection: ("shape", "_before", "_against", "_missed", "_without", "_touching"),
     ShapePosterior: (
         *("_rng", "_units", "_log_evidence", "_poses", "_weights", "_likelihood", "said", "_misfit", "_news"),
-        *("_null", "_moved", "_steps", "_unfit", "_names"),
+        *("_null", "_moved", "_steps", "_passed", "_unfit", "_names"),
     ),
     Misfit: ("_recent", "_said"),
     NullModel: ("log_likelihood", "_felt", "_counts"),

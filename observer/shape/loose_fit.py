@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptic_env.arrays import Array
+from haptic_env.hand import Hand
 from observer.kinematics import Tree
 from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_likelihood, weigh
 from observer.shape.distance_fields import Solids
@@ -20,22 +21,32 @@ from observer.shape.hypotheses import Variants
 from observer.shape.null_model import NullModel
 from observer.shape.skin import Skin
 
-SPREADS = (0.003, 0.006)  # m, SDs of the surface of an object that is like a candidate, as probable each
+SPREADS = (0.003, 0.006, 0.02)  # m, SDs of the surface of an object that is like a candidate, or hardly
 LIKELIEST = 64  # hypotheses that are asked; the others hardly count
-WORTH, WORTH_ANY_WAY = 0.5, 0.1  # exponents: what is wrong with the model of touch is wrong in the same way all along
+WORTH, WORTH_ANY_WAY = 0.035, 0.0122  # exponents of a look in three steps that is no news: the model of touch is wrong
+# in the same way all along
 
 
-def null_for(variants: Variants, patches: int) -> LooseFit | NullModel:
+def null_for(variants: Variants, hand: Hand, none: float, press: float) -> LooseFit | NullModel:
     """Choose what is said by whoever knows of none of the candidates.
 
     Args:
         variants: of the candidates.
-        patches: P.
+        hand: that explores.
+        none: prior probability of that.
+        press: m, how deep what feels contact may lie inside.
 
     Returns:
         What has felt nothing yet.
+
+    Raises:
+        ValueError: for `none` above 0 where solids are unknown and contacts may lie inside, or a surface was felt.
     """
-    return LooseFit(any_way=variants.turns.most > 0.0) if variants.unknown else NullModel(patches)
+    if none and variants.unknown and press:
+        raise ValueError(f"none with jitter needs press=0, got none={none!r} and press={press!r}")
+    if none and variants.unknown and (variants.nominal.spread >= 0).any():
+        raise ValueError(f"none with jitter needs candidates that are no learnt surfaces, got none={none!r}")
+    return LooseFit(any_way=variants.turns.most > 0.0) if variants.unknown else NullModel(len(hand.patches))
 
 
 class LooseFit:
@@ -44,7 +55,7 @@ class LooseFit:
     loose surface pays for being loose.
 
     Attributes:
-        gained: (2,) nats, of all looks so far, for each of `SPREADS`.
+        gained: (3,) nats, of all looks so far, for each of `SPREADS`.
     """
 
     def __init__(self, any_way: bool) -> None:
@@ -60,13 +71,13 @@ class LooseFit:
         """Tell the exponent of what `evidence` says against all candidates.
 
         Args:
-            temper: exponent that the evidence of a look has already.
-            stride: steps for which a look stands, likewise.
+            temper: exponent that the evidence of a look has already, of a touch that lasts.
+            stride: steps for which a look stands.
 
         Returns:
-            The exponent.
+            The exponent, with which a look counts as it would with any other `temper` and `stride`.
         """
-        return self._worth
+        return self._worth * stride / (3.0 * temper)
 
     def evidence(self, candidates: Array, temper: float) -> float:
         """Tell the evidence of "none".

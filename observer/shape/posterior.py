@@ -4,10 +4,9 @@ Shapes: H hypotheses, C labels, S pose samples, G parts of the hand, P patches, 
 
 A hypothesis is a solid: a shape of one size at one place. If it were there, a patch that feels contact would lie on
 its surface and no link would lie inside it. The pose of the hand is only known as a Gaussian process. What is left
-unknown of it may be taken for a tolerance of each link's place, at the mean pose: that is the default, cheap and as
-good for a pose filter that is nearly sure. Or each hypothesis has a particle filter of its own over the pose
-(`samples`, `observer.shape.pose_samples`), with the solid as its known map; its evidence is the hypothesis's
-likelihood. That is worth its time where the pose is known badly, of raw angles say.
+unknown of it may be taken for a tolerance of each link's place, at the mean pose: that is the default, cheap and good
+for a filter that is nearly sure. Or, for raw angles say, each hypothesis has a particle filter of its own over the pose
+(`samples`, `observer.shape.pose_samples`), with the solid as its known map; its evidence is its likelihood.
 
 Fed with the belief of a good pose filter this is the ideal discriminator: it knows the candidates beforehand and
 infers the pose and which one it is. Where size and place are unknown too, each candidate is many hypotheses
@@ -101,12 +100,12 @@ class ShapePosterior:
             press: m, how deep a link that feels contact may lie inside, as in recordings that were fitted to markers.
             surprise: probability of what the model cannot explain.
             temper: exponent of the evidence of a look; None: 0.15 for solids that are known exactly, 0.07 with jitter;
-                for those that lie any way 1 at first, and less while a touch lasts (`observer.shape.exponents`).
+                any way 1, and less while a touch lasts (`observer.shape.exponents`), or 0.15 with `alike=0`.
             stride: only one step in so many is taken in.
             alike: looks of a link within so many times what is not known of its place share an exponent of one
-                (`observer.novelty`); 0: each counts as news.
+                (`observer.novelty`), those of a touch that lasts likewise; 0: each counts as news.
             memory_seconds: s, time constant with which evidence for names fades (`observer.shape.fading`); inf: none.
-            control_hz: Hz, of the beliefs, for that.
+            control_hz: Hz, of the beliefs.
 
         Raises:
             ValueError: for a value out of range.
@@ -140,7 +139,6 @@ class ShapePosterior:
         self.stride = validate.integer("stride", stride, 1)
         self.memory_seconds = fading.check(memory_seconds)
         self.control_hz = validate.number("control_hz", control_hz, 1.0, 500.0, unit="Hz")
-        self.sustained = exponents.sustained(self.temper, self._lasting, self.stride / self.control_hz)
         self._of_labels = OfLabels([len(solids) for solids in candidates.values()], self.variants.count)
         self._tree = tree_of(hand)
         self._lengths = np.array([link.length for link in hand.links])
@@ -176,10 +174,11 @@ class ShapePosterior:
         self.said = LinkHistory.nothing(self.hand)
         self._misfit = Misfit(len(self.hand.patches), self.surprise)  # a copy has one of its own
         self._news = np.ones(len(self._lengths))
-        self._null = null_for(self.variants, len(self.hand.patches))
+        self._null = null_for(self.variants, self.hand, self.none, self.press)
         self._moved: Any = None  # how the pose moved since the samples did
-        self._steps, self._unfit = 0, 0.0
-        weight = self.none, self._null.weight(self.temper, self.stride)
+        self._steps, self._passed, self._unfit = 0, 0, 0.0  # the steps that were told of, and all
+        self.sustained = exponents.sustained(self.temper, self._lasting, self.stride / self.control_hz)
+        weight = self.none, self._null.weight(self.temper * self.sustained, self.stride)
         self._names = NamePosterior(self.log_likelihood, *weight, 1.0 / self.control_hz, self.memory_seconds)
         return self.posterior
 
@@ -225,10 +224,10 @@ class ShapePosterior:
         """
         validate.instance("belief", belief, Belief, "a Belief, as an observer gives")
         if belief.transition is None or belief.lagged_contacts is None:
+            self._passed += 1
             self._names.pass_by()
             return self.posterior
-        told = edge.belief(self.hand, belief)
-        self._unfit = belief.unfit or 0.0
+        told, self._unfit = edge.belief(self.hand, belief), belief.unfit or 0.0
         self._hear(told)
         return self.posterior
 
@@ -244,6 +243,7 @@ class ShapePosterior:
         if self.samples > 1:
             raise ValueError(f"take() needs samples=1, the mean pose, got samples={self.samples}; call update()")
         if lagged is None:
+            self._passed += 1
             self._names.pass_by()
         else:
             self._hear(edge.Followed(lagged, lagged.covariance, lagged.contacts, None, lagged.unmeasured))
@@ -251,7 +251,7 @@ class ShapePosterior:
     def _hear(self, told: edge.Followed) -> None:
         now, covariance, contacts, root, unmeasured = told
         self._moved = now if self.samples == 1 or self._moved is None else self._moved.then(now)
-        self._steps += 1
+        self._steps, self._passed = self._steps + 1, self._passed + 1
         if self._steps % self.stride:
             self._move()
             self._names.pass_by()
@@ -262,7 +262,7 @@ class ShapePosterior:
         tree = placed(self._tree, root)
         near, *frames = link_stances(tree, self._lengths, now.mean, covariance, (self.tolerance, WIDEST))
         if self.alike:
-            time = self._steps / self.control_hz, self._lasting
+            time = self._passed / self.control_hz, self._lasting
             note(self.said, tuple(frames), contacts, self.alike * near, self.temper, LITTLE, time, self._news)
         news = self._news if unmeasured is None else self._news * ~unmeasured_links(self.hand, unmeasured)
         model = TouchModel(near if self.samples == 1 else np.full_like(near, self.tolerance), self.press, self.surprise)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 
 from haptic_env import shapes
 from observer import HapticSLAM, ShapePosterior, TruePose
@@ -13,6 +14,8 @@ from observer.shape.loose_fit import SPREADS, WORTH, LooseFit
 from observer.shape.null_model import shares
 from observer.shape.skin import skin_of
 from observer.shape.subchains import parts_of
+from observer.surface import Surface
+from observer.surface.felt_shape import FeltShape
 
 UNKNOWN = {"size_jitter": 0.1, "yaw_jitter": 45.0, "position_jitter": 0.005}
 ANY_WAY = {"size_jitter": 0.1, "rotation_jitter": 180.0, "position_jitter": 0.005}
@@ -87,7 +90,7 @@ def test_candidates_are_weighed_against_each_other_as_without_it(felt):
     np.testing.assert_allclose(told[:-1] / told[:-1].sum(), without.posterior, rtol=1e-9)
     np.testing.assert_array_equal(with_it.log_likelihood[:-1], without.log_likelihood)
     null = with_it.log_likelihood[-1]
-    expected = shares(with_it.log_likelihood[:-1], null, 0.3, WORTH)
+    expected = shares(with_it.log_likelihood[:-1], null, 0.3, WORTH / 0.07)
     np.testing.assert_allclose(told, expected)
 
 
@@ -106,3 +109,36 @@ def test_before_a_touch_it_is_what_it_was_beforehand(explore):
 def test_solids_that_are_known_have_a_null_model_of_their_own(two_finger):
     exact = ShapePosterior(two_finger, {"cube": [shapes.make("cube")]}, none=0.1)
     assert not isinstance(exact._null, LooseFit)
+
+
+@pytest.mark.parametrize("unknown", [UNKNOWN, ANY_WAY], ids=["yaw", "any way"])
+def test_what_no_candidate_explains_at_all_is_none_of_them(explore, unknown):
+    """A cube, among solids that are too small to be it."""
+    trial = explore("cube", 300, sigma_deg=0.0, motor_noise=0.0)
+    beliefs, place = trial.beliefs(TruePose(trial.hand), truth=True), trial.hand.grasp_centre
+    small = {name: [shapes.make(name, 0.4 * shapes.default_size(name), place)] for name in ("cube", "sphere")}
+    assert _told(ShapePosterior(trial.hand, small, none=0.2, variants=60, **unknown), beliefs).posterior[-1] > 0.5
+
+
+@pytest.mark.parametrize("rate", [{"temper": 0.03}, {"stride": 1}], ids=str)
+def test_what_looks_say_does_not_depend_on_how_evidence_is_counted(felt, rate):
+    hand, beliefs = felt
+    usual, other = (
+        _told(ShapePosterior(hand, ["cube", "sphere"], none=0.2, variants=60, **UNKNOWN, **each), beliefs).posterior[-1]
+        for each in ({}, rate)
+    )
+    assert usual > 0.4
+    assert other > 0.4
+
+
+def test_what_it_cannot_judge_is_refused(two_finger):
+    box = trimesh.creation.box((0.04, 0.04, 0.04))
+    felt = FeltShape(Surface(np.array(box.vertices), np.array(box.faces), np.full(len(box.vertices), 0.003)))
+    learnt = {"mug": [shapes.Solid("mug", felt, felt.default_size, tuple(two_finger.grasp_centre))]}
+    with pytest.raises(
+        ValueError, match=r"none with jitter needs candidates that are no learnt surfaces, got none=0\.1"
+    ):
+        ShapePosterior(two_finger, learnt, none=0.1, **UNKNOWN)
+    with pytest.raises(ValueError, match=r"none with jitter needs press=0, got none=0\.1 and press=0\.01"):
+        ShapePosterior(two_finger, none=0.1, press=0.01, **UNKNOWN)
+    ShapePosterior(two_finger, learnt, **UNKNOWN)
