@@ -19,7 +19,7 @@ pytest.importorskip("cmaes")
 pytest.importorskip("stable_baselines3")
 
 import agents
-from agents.gains import GAINS, OF_PLACES, gains_of
+from agents.gains import GAINS, OF_PLACES, OF_REFLEXES, gains_of
 from agents.sb3 import read_model
 from agents.sweep import SweepingMotion
 from haptic_env import hand_env
@@ -452,10 +452,10 @@ def test_the_wrist_of_a_whole_hand_is_searched_too():
     env = explored_as_usual(presets.read("whole_hand").world)
     hand, features = hand_env(env).hand, env.get_wrapper_attr("features")
     gains = RhythmGains(hand, features, gains_of({}), 0.04, {})
-    assert gains.size == len(GAINS) + 5 * 3
+    assert gains.size == len(OF_REFLEXES) + 5 * 3
     given = np.arange(gains.size) / 100.0
     shared = gains.candidate(given).shared
-    np.testing.assert_allclose(shared[:, :3].ravel(), given[len(GAINS) :])
+    np.testing.assert_allclose(shared[:, :3].ravel(), given[len(OF_REFLEXES) :])
     assert not shared[:, 3:].any()
     assert not gains.candidate(np.zeros(gains.size)).shared.any()
 
