@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 
 from agents import kept_arrays, spaces_json
 from agents.finger_kinematics import FingerKinematics
+from agents.gains import gains_of
 from agents.instead import Instead, instead
 from agents.kept_arrays import KeptArrays
 from agents.layers import Array
+from agents.touched_places import PLACES, TouchedPlaces
 from agents.training import checked_training
 from haptic_env import readable, validate
 from haptic_env.hand import Hand
@@ -33,85 +35,7 @@ FASTEST = 6.0  # times its usual rate, of a phase that touch quickens
 FELT = ("touch", "side", "along", "back")  # of a finger: whether it touches, left or right, root or tip, its back
 SHARED = ("always", "beat", "turn", "drift", "touch")  # what a joint that moves several fingers, as a wrist's, follows
 TRACES = (("touch", "fast"), ("touch", "slow"), ("side", "fast"), ("side", "slow"), ("along", "fast"), ("back", "fast"))
-
-
-class Gain(NamedTuple):
-    """One number of a rhythm.
-
-    Attributes:
-        usual: where it begins: without reflexes, as the policy `sweep`.
-        unit: in which it is searched.
-        low: the least that it may be.
-        high: the most.
-    """
-
-    usual: float
-    unit: float
-    low: float = -10.0
-    high: float = 10.0
-
-
-GAINS = {
-    # Strokes, as fractions of the torque limits.
-    "flexion": Gain(0.5, 1.0),  # close: always
-    "opening": Gain(0.5, 1.0),  # with the beat
-    "close_touch": Gain(0.0, 1.0),  # by a trace of touch, fast
-    "close_slow": Gain(0.0, 1.0),  # and slow
-    "close_along": Gain(0.0, 1.0),  # where the tip touches, and less where the root does
-    "close_back": Gain(0.0, 1.0),  # where its back touches
-    "close_others": Gain(0.0, 1.0),  # where other fingers touch
-    "curled": Gain(0.0, 1.0),  # curl: always, and so on
-    "curl_beat": Gain(0.0, 1.0),
-    "curl_drift": Gain(-0.5, 1.0),
-    "curl_touch": Gain(0.0, 1.0),
-    "curl_slow": Gain(0.0, 1.0),
-    "curl_along": Gain(0.0, 1.0),
-    "curl_back": Gain(0.0, 1.0),
-    "curl_others": Gain(0.0, 1.0),
-    "sideways": Gain(1.0, 1.0),  # across: with the turn
-    "across_drift": Gain(0.0, 1.0),
-    "across_side": Gain(0.0, 1.0),  # away from the side that touches, or towards it
-    "across_slow": Gain(0.0, 1.0),
-    # Phases, Hz, and how much touch quickens them (1: twice as fast).
-    "beat": Gain(1.0, 1.0, 0.05, 5.0),
-    "turn": Gain(0.5, 0.5, 0.02, 5.0),
-    "drift": Gain(0.17, 0.2, 0.01, 5.0),
-    "beat_touch": Gain(0.0, 2.0),
-    "beat_slow": Gain(0.0, 2.0),
-    "turn_touch": Gain(0.0, 2.0),
-    "turn_slow": Gain(0.0, 2.0),
-    "drift_touch": Gain(0.0, 2.0),
-    "drift_slow": Gain(0.0, 2.0),
-    # By how much the next finger is ahead, rad.
-    "beat_ahead": Gain(0.0, 2.0),
-    "turn_ahead": Gain(0.0, 2.0),
-    # s.
-    "withdraw": Gain(0.6, 0.15, 0.0, 10.0),  # for so long a finger that closes may touch, and then opens
-    "fast": Gain(0.2, 0.2, 0.02, 10.0),  # time constants of traces
-    "slow": Gain(1.5, 1.0, 0.1, 60.0),
-}
 Memory = tuple[NDArray[Any] | None, ...]
-
-
-def gains_of(told: Mapping[str, Any], what: str = "gain") -> dict[str, float]:
-    """Check gains.
-
-    Args:
-        told: some of `GAINS`, by name.
-        what: they are, for messages.
-
-    Returns:
-        All of them, those that are not told as usual.
-
-    Raises:
-        ValueError: for an unknown one, or out of range.
-    """
-    for name in told:
-        validate.choice(what, name, GAINS)
-    return {
-        name: validate.number(f"{what} {name}", told.get(name, each.usual), each.low, each.high)
-        for name, each in GAINS.items()
-    }
 
 
 @dataclass(frozen=True)
@@ -145,9 +69,11 @@ class Rhythm:
 
     @property
     def remembers(self) -> tuple[tuple[int, ...], ...]:
-        """Shapes of its memory: the phases, a wrist's last, the traces, and how long each finger has touched, s."""
+        """Shapes of its memory: the phases, a wrist's last, the traces, how long each finger has touched, s, and where
+        it has (`TouchedPlaces`), if it remembers that."""
         fingers = self.felt.shape[1]
-        return (3, fingers + (self.shared is not None)), (len(TRACES), fingers), (fingers,)
+        places = ((3, fingers), (fingers, PLACES, PLACES, PLACES)) if self.gains["enough"] > 0.0 else ()
+        return (3, fingers + (self.shared is not None)), (len(TRACES), fingers), (fingers,), *places
 
     def predict(
         self, observation: Any, memory: Memory, began: bool, deterministic: bool, rng: np.random.Generator
@@ -166,7 +92,7 @@ class Rhythm:
         """
         g, dt = self.gains, self.seconds
         felt = np.clip(self.felt @ np.asarray(observation, np.float64), -1.0, 1.0)
-        phases, traces, lasted = self._start() if began else memory
+        phases, traces, lasted, *places = self._start() if began else memory
         assert phases is not None
         assert traces is not None
         assert lasted is not None
@@ -174,29 +100,42 @@ class Rhythm:
         kept = np.exp(-dt / np.array([g[pace] for _, pace in TRACES]))[:, None]
         traces = kept * traces + (1.0 - kept) * now
         lasted = np.where(felt[0] > 0.0, lasted + dt, 0.0)
+        known, away = np.zeros(len(lasted)), np.zeros((3, len(lasted)))
+        if places:
+            recalled = TouchedPlaces(*places)
+            known, away = recalled.known(g["width"], g["enough"])
+            recalled = recalled.touching(dt * (felt[0] > 0.0))
         if not began:
-            phases = phases + 2.0 * np.pi * dt * self._rates(traces)
+            phases = phases + 2.0 * np.pi * dt * self._rates(traces, known)
         phases, fingers = phases.copy(), len(lasted)
         beat = phases[0, :fingers]
         phases[0, :fingers] = np.where((np.cos(beat) > 0.0) & (lasted > g["withdraw"]), np.pi - beat, beat)
-        torque = np.einsum("sf,sfj->j", self._strokes(phases[:, :fingers], traces), self.strokes)
+        made = self._strokes(phases[:, :fingers], traces)
+        if places:
+            made += self._elsewhere(known, away)
+            places = list(recalled.moved(made, 1.0 - np.exp(-dt / g["lag"])))
+        torque = np.einsum("sf,sfj->j", made, self.strokes)
         if self.shared is not None:
             beat, turn, drift = phases[:, -1]
             torque += np.array([1.0, np.sin(beat), np.cos(turn), np.sin(drift), traces[0].mean()]) @ self.shared
         low, high = self.action_space.low, self.action_space.high
-        return np.clip(torque.astype(np.float32), low, high), (phases, traces, lasted)
+        return np.clip(torque.astype(np.float32), low, high), (phases, traces, lasted, *places)
 
     def _start(self) -> tuple[NDArray[np.float64], ...]:
         shapes = self.remembers
         finger, phases = np.arange(shapes[2][0]), np.zeros(shapes[0])
         phases[0, : len(finger)] = self.gains["beat_ahead"] * finger
         phases[1, : len(finger)] = np.pi * (finger + 1) + self.gains["turn_ahead"] * finger  # neighbours take turns
-        return phases, np.zeros(shapes[1]), np.zeros(shapes[2])
+        return phases, *(np.zeros(shape) for shape in shapes[1:])
 
-    def _rates(self, traces: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _rates(self, traces: NDArray[np.float64], known: NDArray[np.float64]) -> NDArray[np.float64]:
         """(3, F) Hz; with a wrist (3, F + 1)."""
-        g, (fast, slow) = self.gains, np.pad(traces[:2], ((0, 0), (0, int(self.shared is not None))))
-        quicker = [1.0 + g[f"{phase}_touch"] * fast + g[f"{phase}_slow"] * slow for phase in ("beat", "turn", "drift")]
+        g, about = self.gains, np.vstack([traces[:2], known])
+        fast, slow, known = np.pad(about, ((0, 0), (0, int(self.shared is not None))))
+        quicker = [
+            1.0 + g[f"{phase}_touch"] * fast + g[f"{phase}_slow"] * slow + g[f"{phase}_known"] * known
+            for phase in ("beat", "turn", "drift")
+        ]
         return np.array([[g["beat"]], [g["turn"]], [g["drift"]]]) * np.clip(quicker, 0.0, FASTEST)
 
     def _strokes(self, phases: NDArray[np.float64], traces: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -213,6 +152,12 @@ class Rhythm:
         curl = g["curled"] + g["curl_beat"] * beat + g["curl_drift"] * drift + felt("curl")
         across = g["sideways"] * np.cos(phases[1]) + g["across_drift"] * drift
         return np.stack([close, across + g["across_side"] * side + g["across_slow"] * side_slow, curl])
+
+    def _elsewhere(self, known: NDArray[np.float64], away: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(3, F): how much more of each stroke, for what each finger knows of where it is."""
+        g = self.gains
+        about = np.stack([g["close_known"] * known, np.zeros(len(known)), g["curl_known"] * known])
+        return about + np.array([[g["close_away"]], [g["across_away"]], [g["curl_away"]]]) * away
 
     def write(self, path: Path) -> None:
         """Write it to a file, as `restore` reads it: numbers and a description, nothing that runs.

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from agents.rhythm import GAINS, gains_of
+from agents.gains import GAINS, gains_of
 from haptic_env import readable, reading, registration, rotation, shapes, validate
 from haptic_lab import conditions, faults, toml_presets
 from haptic_lab.believed import BELIEVED, Believed

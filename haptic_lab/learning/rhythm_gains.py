@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from agents.finger_kinematics import FingerKinematics
-from agents.rhythm import GAINS, SHARED, Rhythm, rhythm_for
+from agents.gains import searched
+from agents.rhythm import SHARED, Rhythm, rhythm_for
 from haptic_env.hand import Hand
 from observer.wrappers.belief_observation import BeliefFeatures
 
@@ -37,12 +38,14 @@ class RhythmGains:
         Args:
             hand: that explores.
             features: of the observation, the entry "contacts".
-            begin: all of `agents.rhythm.GAINS`, which weights of 0 are.
+            begin: all of `agents.gains.GAINS`, which weights of 0 are; those of places are searched where it remembers
+                any.
             seconds: from one decision to the next.
             told: how it is trained (`agents.network.Network`).
         """
         self._shared = np.flatnonzero(FingerKinematics(hand).moves.sum(axis=0) > 1)
-        self.size = len(GAINS) + len(SHARED) * len(self._shared)
+        self._searched = searched(begin)
+        self.size = len(self._searched) + len(SHARED) * len(self._shared)
         self._hand, self._space, self._begin = hand, features.space, dict(begin)
         self._seconds, self._told = seconds, dict(told)
 
@@ -55,10 +58,11 @@ class RhythmGains:
         Returns:
             The rhythm; gains that would be out of their range are at its end.
         """
-        own, others = np.split(np.asarray(weights, np.float64), [len(GAINS)])
-        gains = {
+        own, others = np.split(np.asarray(weights, np.float64), [len(self._searched)])
+        gains = dict(self._begin)
+        gains |= {
             name: float(np.clip(self._begin[name] + gain.unit * weight, gain.low, gain.high))
-            for (name, gain), weight in zip(GAINS.items(), own.tolist(), strict=True)
+            for (name, gain), weight in zip(self._searched.items(), own.tolist(), strict=True)
         }
         shared = None
         if len(self._shared):

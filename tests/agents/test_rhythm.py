@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import agents
-from agents.rhythm import GAINS, SHARED, Rhythm, gains_of, rhythm_for
+from agents.gains import OF_REFLEXES, gains_of
+from agents.rhythm import SHARED, Rhythm, rhythm_for
 from agents.sb3 import FOLDER, SHIPPED, WholeHand, read_model
 from agents.sweep import SweepingMotion
 from haptic_lab.learning import presets
@@ -55,7 +56,9 @@ def test_without_reflexes_it_is_the_sweep(hand):
     np.testing.assert_array_equal(play(rhythm(hand, withdraw=10.0), felt), play(rhythm(hand, withdraw=10.0), 0 * felt))
 
 
-@pytest.mark.parametrize("gain", [name for name in GAINS if name.startswith(("close_", "curl_t", "curl_s", "curl_a"))])
+@pytest.mark.parametrize(
+    "gain", [name for name in OF_REFLEXES if name.startswith(("close_", "curl_t", "curl_s", "curl_a"))]
+)
 def test_a_finger_does_something_about_what_it_feels_itself_unless_a_gain_says_otherwise(hand, gain):
     """`along` needs a touch that is not in the middle, and `back` one there."""
     felt = touches(hand, "thumb_distal_0_dorsal", since=3)

@@ -19,7 +19,7 @@ pytest.importorskip("cmaes")
 pytest.importorskip("stable_baselines3")
 
 import agents
-from agents.rhythm import GAINS, gains_of
+from agents.gains import GAINS, OF_PLACES, OF_REFLEXES, gains_of
 from agents.sb3 import read_model
 from agents.sweep import SweepingMotion
 from haptic_env import hand_env
@@ -303,8 +303,12 @@ def test_weights_of_zero_are_the_rhythm_that_a_preset_begins_with(hand):
     features = BeliefFeatures(hand, (), 10.0, 50.0, ["contacts"])
     gains = RhythmGains(hand, features, gains_of({"turn": 0.4}), 0.04, {"hold": 2})
     assert gains.candidate(np.zeros(gains.size)).gains == gains_of({"turn": 0.4})
+    most = {name: each.high for name, each in GAINS.items()}
     far = gains.candidate(np.full(gains.size, 1e6)).gains
-    assert far == {name: each.high for name, each in GAINS.items()}, "no further than they may be"
+    assert far == most | {name: OF_PLACES[name].usual for name in OF_PLACES}, "no further than they may be"
+    recalls = RhythmGains(hand, features, gains_of({"enough": 0.3}), 0.04, {"hold": 2})
+    assert recalls.size == gains.size + len(OF_PLACES)
+    assert recalls.candidate(np.full(recalls.size, 1e6)).gains == most
 
 
 def test_what_is_touched_is_counted_where_it_is_touched():
@@ -448,10 +452,10 @@ def test_the_wrist_of_a_whole_hand_is_searched_too():
     env = explored_as_usual(presets.read("whole_hand").world)
     hand, features = hand_env(env).hand, env.get_wrapper_attr("features")
     gains = RhythmGains(hand, features, gains_of({}), 0.04, {})
-    assert gains.size == len(GAINS) + 5 * 3
+    assert gains.size == len(OF_REFLEXES) + 5 * 3
     given = np.arange(gains.size) / 100.0
     shared = gains.candidate(given).shared
-    np.testing.assert_allclose(shared[:, :3].ravel(), given[len(GAINS) :])
+    np.testing.assert_allclose(shared[:, :3].ravel(), given[len(OF_REFLEXES) :])
     assert not shared[:, 3:].any()
     assert not gains.candidate(np.zeros(gains.size)).shared.any()
 
