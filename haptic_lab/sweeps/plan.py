@@ -227,7 +227,7 @@ def _order(value: Any) -> tuple[bool, Any]:
 
 
 def _check_none(settings: SweepSettings) -> None:
-    """Raise `ValueError` where "none" cannot be named with so much unknown; a namer of one candidate tells."""
+    """Raise `ValueError` for a "none" that no namer takes; one of one candidate tells."""
     hand = hand_of(_env(settings))
     ShapePosterior(
         hand,
