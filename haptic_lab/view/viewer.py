@@ -176,6 +176,7 @@ class Viewer:
         self._process.join(2.0 * drawer.LAST)
         if self._process.is_alive():
             self._process.terminate()
+            self._sender.join(drawer.LAST)  # which now finds out that nobody reads
         self._pipe.close()
 
     def _send(self) -> None:
