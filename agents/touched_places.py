@@ -28,18 +28,6 @@ class TouchedPlaces(NamedTuple):
     where: Floats
     touched: Floats
 
-    @classmethod
-    def of(cls, fingers: int) -> TouchedPlaces:
-        """Begin, having touched nothing.
-
-        Args:
-            fingers: F.
-
-        Returns:
-            At rest.
-        """
-        return cls(np.zeros((3, fingers)), np.zeros((fingers, PLACES, PLACES, PLACES)))
-
     def moved(self, strokes: Floats, share: float) -> TouchedPlaces:
         """Follow what was commanded.
 

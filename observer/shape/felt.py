@@ -16,7 +16,7 @@ from observer.shape.contact_likelihood import CLEAR, LEAST, TouchModel, WeighedT
 from observer.shape.distance_fields import Solids
 from observer.shape.link_gaps import scratch_of
 from observer.shape.registration import Touched
-from observer.shape.skin import Skin
+from observer.shape.skin import Skin, touches_of
 
 FIRST_ROOM = 1024  # records; room is doubled where it runs out
 MOST_PATCHES, MOST_BALLS = 64, 96  # of what was felt, in the search for places where a solid would explain it
@@ -100,8 +100,7 @@ class Felt:
         Args:
             look: copied.
         """
-        touched = np.concatenate([[0], np.cumsum(look.contacts > 0)])
-        touches = np.diff(touched[self._skin.first_patch])
+        touches = touches_of(self._skin, look.contacts)
         said = np.flatnonzero((look.exponent > 0.0) & ((touches > 0) | self._near(look)))
         upto = self._count + len(said)
         rows = [upto] * (len(self._records) - 1) + [self.looks + 1]

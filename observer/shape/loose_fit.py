@@ -19,7 +19,7 @@ from observer.shape.contact_likelihood import PoseSamples, TouchModel, contact_l
 from observer.shape.distance_fields import Solids
 from observer.shape.hypotheses import Variants
 from observer.shape.null_model import NullModel
-from observer.shape.skin import Skin
+from observer.shape.skin import Skin, touches_of
 
 SPREADS = (0.003, 0.006, 0.02)  # m, SDs of the surface of an object that is like a candidate, or hardly
 LIKELIEST = 64  # hypotheses that are asked; the others hardly count
@@ -112,15 +112,14 @@ class LooseFit:
         weights, log_evidence = weighed
         few = np.argsort(-log_evidence, kind="stable")[:LIKELIEST]
         samples, contacts, exponent, model = felt
-        share, foretold = log_evidence[few], []
+        likeliest, share, foretold = solids.of(few), log_evidence[few], []
         tolerances = [np.hypot(model.tolerance, spread) for spread in (0.0, *SPREADS)]
         for tolerance in tolerances:
             kept, gained = weights[:, few].copy(), np.zeros(len(few))
             likelihood, of_links = np.empty_like(kept), model._replace(tolerance=tolerance)
-            contact_likelihood(*hand, solids.of(few), samples, contacts, exponent, of_links, likelihood)
+            contact_likelihood(*hand, likeliest, samples, contacts, exponent, of_links, likelihood)
             weigh(kept, likelihood, temper, gained)
             foretold.append(np.logaddexp.reduce(share + gained))
-        touched = np.concatenate([[0], np.cumsum(contacts > 0)])
-        worth = exponent * np.diff(touched[hand[1].first_patch])
+        worth = exponent * touches_of(hand[1], contacts)
         paid = temper * np.log(tolerances[1:] / tolerances[0]) @ worth
         self.gained += np.array(foretold[1:]) - foretold[0] - paid

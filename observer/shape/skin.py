@@ -58,6 +58,19 @@ class Skin(NamedTuple):
     apart: Array
 
 
+def touches_of(skin: Skin, contacts: NDArray[np.int8]) -> NDArray[np.int64]:
+    """Count the patches of each link that feel contact.
+
+    Args:
+        skin: of the hand.
+        contacts: (P,) 1, 0 or less where it is not known.
+
+    Returns:
+        (L,).
+    """
+    return np.diff(np.concatenate([[0], np.cumsum(contacts > 0)])[skin.first_patch])
+
+
 def skin_of(hand: Hand) -> Skin:
     """Put points on the skin of a hand, at most `SKIN_SPACING` apart.
 

@@ -17,9 +17,13 @@ __all__ = ["hand"]
 WIDTH, ENOUGH = 0.3, 0.5
 
 
+def _nothing(fingers: int) -> TouchedPlaces:
+    return TouchedPlaces(np.zeros((3, fingers)), np.zeros((fingers, PLACES, PLACES, PLACES)))
+
+
 def test_what_is_known_is_a_sum_over_what_was_touched():
     """A kernel density, place by place; a finger that has touched nothing knows nothing."""
-    rng, places, felt = np.random.default_rng(0), TouchedPlaces.of(2), []
+    rng, places, felt = np.random.default_rng(0), _nothing(2), []
     for _ in range(60):
         places = places.moved(rng.normal(size=(3, 2)), 0.5)
         seconds = 0.04 * rng.integers(0, 2, 2) * np.array([1.0, 0.0])
@@ -35,7 +39,7 @@ def test_what_is_known_is_a_sum_over_what_was_touched():
 
 
 def test_one_state_does_not_change_another():
-    first = TouchedPlaces.of(1)
+    first = _nothing(1)
     later = first.moved(np.full((3, 1), 9.0), 0.5).touching(np.array([0.1]))
     assert not first.touched.any()
     assert later.where == pytest.approx(0.5)
